@@ -12,13 +12,14 @@ PYTEST_OPTIONS ?=
 MUTATIONS ?=
 BOARD ?= pynq_z2
 ADAPTER ?= scripts/jtag/ft2232h.cfg
-BLIND ?=
+BENCHMARK_OPTIONS ?= $(BLIND)
 COVERAGE ?= tb
 TIER ?= dev
 SCALE ?= small
 FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
     $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) $(if $(SEED),--seed $(SEED)) \
+    $(if $(ROTATION),--rotation $(ROTATION)) \
     $(if $(TOP),--top $(TOP)) $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
 GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py) \
   $(shell find scripts/register_block_templates -name "*.vhd")
@@ -26,7 +27,7 @@ REGISTERS := $(wildcard rtl/registers/*.rdl)
 C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-17s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -92,7 +93,7 @@ flash: firmware ## load the firmware over JTAG and start it (ADAPTER=FILE: anoth
 flash-bitstream: setup ## load the bitstream of BOARD into the fabric over JTAG
 	@$(VENV)/python -m scripts.flash fabric --adapter $(ADAPTER) build/bitstream/$(BOARD)/arctrue.bit
 
-bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=, SEED=): docs/device.md
+bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=, ROTATION=, SEED=): docs/device.md
 	@if test "$(FLOW)" = open; then scripts/install_ghdl_netlist.sh && \
 	    { test -n "$$NEXTPNR" || command -v nextpnr-himbaechel nextpnr-himbaechel-xilinx || \
 	      scripts/install_place_and_route.sh; } >/dev/null; fi
@@ -109,6 +110,7 @@ instrument: generate ## the virtual instrument: core of 32 lanes as a compiled n
 synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and fold, budgets checked; longest paths
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.synth --folds 2 4 8
+	$(VENV)/python -m scripts.synth -g ROTATION=table --folds 2 4 8 --output build/synth/table/arctrue_core
 	$(VENV)/python -m scripts.timing --netlist build/synth/arctrue_core/arctrue_core.flat.json --limit 7
 
 formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
@@ -119,7 +121,7 @@ bench: generate ## calibration, firmware, instrument and workbench measured, eac
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
 
-compare-lanes: generate ## our CORDIC lane beside two lanes with a table, mapped and swept: docs/cordic-comparison.md
+compare-lanes: generate ## both lanes of the core beside one with a DSP, mapped and swept: docs/cordic-comparison.md
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.compare_lanes
 
@@ -127,16 +129,18 @@ warming: generate ## thermal eccentricity followed by the firmware alone (SCALE=
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.warming $(SCALE)
 
-blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases), and its page
-	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
-	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BLIND)
+benchmark: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N"), and its page
+	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER) $(SETS)
+	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BENCHMARK_OPTIONS)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \
 	    --to build/benchmark/$(TIER)/page.md --out build/benchmark/$(TIER)
+
+blind: benchmark ## the former name of benchmark, for one release
 
 peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 public sets, resumable
 	@test -f build/benchmark/public/plan.json || $(VENV)/arctrue benchmark make build/benchmark/public --tier public
 	for subject in periodogram_rule gaussian_process stepwise_bic arctrue; do \
-	    $(VENV)/arctrue benchmark run build/benchmark/public --subject $$subject $(BLIND) || exit; done
+	    $(VENV)/arctrue benchmark run build/benchmark/public --subject $$subject $(BENCHMARK_OPTIONS) || exit; done
 
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz

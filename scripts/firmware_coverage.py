@@ -1,9 +1,9 @@
 """Measures which lines of the firmware's C the host tests run, and fails below 90 %.
 
 ``python -m scripts.firmware_coverage`` (``make coverage-firmware``): the host build of
-sim/tests/firmware with gcc's ``--coverage``, its tests once, and gcov's counts. What needs
-the processor (firmware/board) is not in it. Prints a line a file and writes every line that was
-not run to build/firmware/coverage/lines.txt.
+sim/tests/firmware with gcc's ``--coverage``, its tests and those of the images once, and gcov's
+counts. What needs the processor (firmware/board) is not in it. Prints a line a file and writes
+every line that was not run to build/firmware/coverage/lines.txt.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Final
 ROOT: Final = Path(__file__).resolve().parents[1]
 BUILT: Final = ROOT / "build" / "firmware" / "coverage"
 FIRMWARE: Final = ROOT / "firmware"
-TESTS: Final = ROOT / "sim" / "tests" / "firmware"
+TESTS: Final = (ROOT / "sim" / "tests" / "firmware", ROOT / "scripts" / "tests" / "image")
 OTHER_BUILDS: Final = (
     "test_qemu.py",
     "test_qemu_device.py",
@@ -42,7 +42,12 @@ def run_tests() -> None:
     """Raises RuntimeError where a test fails."""
     shutil.rmtree(BUILT, ignore_errors=True)
     BUILT.mkdir(parents=True)
-    files = [str(path) for path in sorted(TESTS.glob("test_*.py")) if path.name not in OTHER_BUILDS]
+    files = [
+        str(path)
+        for folder in TESTS
+        for path in sorted(folder.glob("test_*.py"))
+        if path.name not in OTHER_BUILDS
+    ]
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *files],
         cwd=ROOT,

@@ -225,7 +225,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "firmware/application/image_store.c",
         "return touches && image_golden_is_whole(store) ?",
         "return touches && first == 1U && image_golden_is_whole(store) ?",
-        f"{_TESTS}/test_image_store.py::test_the_golden_image_and_what_is_saved_cannot_be_written",
+        "scripts/tests/image/test_image_store.py::test_the_golden_image_and_what_is_saved_cannot_be_written",
     ),
     Mutation(
         "image_is_not_read_back",
@@ -233,7 +233,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "firmware/application/image_store.c",
         "if (words[place] != store->words[place]) {",
         "if (words[place] != store->words[place] && place > IMAGE_WORDS_MOST) {",
-        f"{_TESTS}/test_image_store.py::test_a_flash_that_does_not_obey",
+        "scripts/tests/image/test_image_store.py::test_a_flash_that_does_not_obey",
     ),
     Mutation(
         "lag_is_not_followed",

@@ -17,6 +17,7 @@ COVERAGE = "sim/tests/workbench/diagnose/test_coverage.py"
 CONTRADICTIONS = "sim/tests/workbench/diagnose/test_contradictions.py"
 RULE_TABLE = "sim/tests/workbench/diagnose/test_rule_table.py"
 OUTLIERS = "sim/tests/workbench/observations/test_outliers.py"
+TAKES = "sim/tests/workbench/diagnose/test_what_a_name_takes.py"
 PROBABILITIES = "sim/tests/workbench/diagnose/test_probabilities.py"
 
 GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
@@ -40,7 +41,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_second_survey_is_free",
         "what is looked for beside a name does not pay for the further look",
         f"{DIAGNOSE}/evidence.py",
-        "candidates * tried.looks, found.freedom",
+        "candidates * tried.analyses, found.freedom",
         "candidates, found.freedom",
         f"{GUARDS}::test_every_survey_of_a_diagnosis_is_charged",
     ),
@@ -272,7 +273,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "outliers_stay",
         "a row that the recording got wrong is fitted to",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "far = np.flatnonzero(size > threshold * scatter)",
         "far = np.flatnonzero(size > 1e9 * scatter)",
         f"{OUTLIERS}::test_each_single_wrong_row_is_masked_and_no_other",
@@ -280,7 +281,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "scatter_of_few_rows_is_known",
         "a scatter that few rows tell is taken for the true one, and good rows are left out",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))",
         "return FAR_SIGMA",
         f"{OUTLIERS}::test_a_scatter_that_few_rows_tell_asks_for_more",
@@ -288,7 +289,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_reading_vouches_for_itself",
         "a reading counts among those that it is compared with",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "        at = first + place + (place >= rank)\n",
         "        at = first + place\n",
         f"{OUTLIERS}::test_white_noise_of_few_rows_has_no_outliers",
@@ -296,7 +297,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "outliers_beside_missing_rows_stay",
         "rows on both sides of a gap are compared as if none were missing",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "        if step[place] > SIDE_ROWS * float(np.median(around)):\n",
         "        if step[place] > 1e9 * float(np.median(around)):\n",
         f"{OUTLIERS}::test_a_wrong_row_beside_missing_rows_is_masked",
@@ -312,7 +313,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "rows_between_gaps_are_far",
         "a few rows between two gaps are compared with what stands beyond, wave and all",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "            without_wave(difference_arcsec[start:end], angle),\n",
         "            difference_arcsec[start:end],\n",
         f"{OUTLIERS}::test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not",
@@ -320,7 +321,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "scatter_in_steps",
         "the scatter of whole counts is taken half a count too large",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)",
         "overall = NORMAL_MAD * (float(middle(np.abs(away))) + half)",
         f"{OUTLIERS}::test_the_scatter_of_whole_counts_is_that_of_the_noise",
@@ -328,7 +329,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "each_reversal_is_an_outlier",
         "what comes again after each reversal is left out as single wrong rows",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "found[number] = float(np.median(alike)) > NEAR_SIGMA * scatter",
         "found[number] = False",
         f"{OUTLIERS}::test_what_comes_again_after_each_reversal_is_kept",
@@ -362,7 +363,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_class_that_its_probabilities_contradict",
         "a class of effects is said where something unknown has 99 %",
         f"{DIAGNOSE}/rules.py",
-        "    if offered[UNKNOWN] < CLASS_SHARE * (there + offered[UNKNOWN]):\n",
+        "    if offered[UNKNOWN] <= least * (there + offered[UNKNOWN]):\n",
         "    if offered[UNKNOWN] <= 1.0:\n",
         f"{PROBABILITIES}::test_a_class_of_one_effect_with_one_percent_is_no_class",
     ),
@@ -508,7 +509,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "noise_explains_itself",
         "what the model leaves of a block by the noise of the angles counts as the block's own",
         "sim/arctrue/workbench/inference/residuals.py",
-        "    kept = shares > LEAST_OWN_SHARE\n",
+        "    kept = shares > least\n",
         "    kept = shares > -1.0\n",
         "sim/tests/workbench/test_scores.py"
         "::test_noise_of_the_angles_explains_no_noise_of_the_rows",
@@ -549,7 +550,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_period_is_noise",
         "rows of one phase of the signal are not compared for the noise",
-        "sim/arctrue/workbench/model/noise_floor.py",
+        "sim/arctrue/workbench/noise/repeats.py",
         "min(at_one_angle, at_one_phase or at_one_angle, rms_arcsec)",
         "min(at_one_angle, rms_arcsec)",
         "sim/tests/workbench/test_noise_floor.py::test_an_error_within_the_signal_period_is_no_noise",
@@ -561,5 +562,47 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         '_of_file(mask) if mask.is_file() else ""',
         '""',
         "sim/tests/page/test_steps.py::test_a_set_that_is_opened_again_is_not_ranked_again",
+    ),
+    Mutation(
+        "blocks_are_not_asked",
+        "an effect that other blocks of the rows do not predict keeps its name",
+        f"{DIAGNOSE}/survey.py",
+        "LEAST_HELD_OUT = 0.5",
+        "LEAST_HELD_OUT = -1e9",
+        f"{TAKES}::test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks",
+    ),
+    Mutation(
+        "a_name_may_make_it_worse",
+        "an effect is named after which more is left than before",
+        f"{DIAGNOSE}/rules.py",
+        "    if after.mean_log_ratio(before) <= RISES:\n",
+        "    if after.mean_log_ratio(before) <= 1e9:\n",
+        f"{TAKES}::test_a_name_after_which_the_error_rises_is_refused",
+    ),
+    Mutation(
+        "a_name_may_take_nothing",
+        "an effect is named that takes a hundredth of what is there",
+        f"{DIAGNOSE}/rules.py",
+        "        if share >= LEAST_TAKEN:\n",
+        "        if share >= -1e9:\n",
+        f"{TAKES}::test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles",
+    ),
+    Mutation(
+        "time_is_temperature",
+        "what grows with the time is named as heat where both went together",
+        f"{DIAGNOSE}/case.py",
+        "return None if self.best is None else confounded_with(self.best, NEAR_TIE)",
+        "return None",
+        "sim/tests/workbench/diagnose/test_designs_that_cannot_tell.py"
+        "::test_a_run_that_warms_evenly_does_not_tell_temperature_from_time",
+    ),
+    Mutation(
+        "displays_have_no_step",
+        "readings that a display rounds count as faulty rows",
+        "sim/arctrue/workbench/observations/used_rows.py",
+        "display_step(rows.error_arcsec) / float(np.sqrt(12.0))",
+        "0.0",
+        "sim/tests/workbench/diagnose/test_designs_that_cannot_tell.py"
+        "::test_readings_that_a_display_rounds_are_no_faulty_rows",
     ),
 )

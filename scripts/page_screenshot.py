@@ -13,10 +13,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
-
-from scripts.browser import INSTALL, chromium
-from scripts.browser import arguments as browser_arguments
-from scripts.page_server import page_server
+from sim.tests.page.browser import INSTALL, chromium
+from sim.tests.page.browser import arguments as browser_arguments
+from sim.tests.page.page_server import page_server
 
 IMAGE = Path(__file__).resolve().parents[1] / "docs" / "images" / "page.png"
 SEED = 12

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "assertion.h"
+
 /* A turn without any noise must not weigh infinitely, arcsec^2. */
 #define LEAST_VARIANCE 1e-18
 /* An order that differs from its average by less than so many standard deviations of what the table's change
@@ -43,6 +45,7 @@ static bool explained_by_change(const struct average_order *average, const struc
 }
 
 void average_add(struct average *average, const struct estimate *turn, double keep) {
+    ASSERT(turn->orders <= ORDERS_MAX && keep >= 0.0 && keep <= 1.0);
     for (uint32_t place = 0; place < turn->orders; place++) {
         struct average_order *order = &average->order[place];
         const struct harmonic *harmonic = &turn->harmonic[place];
@@ -54,6 +57,7 @@ void average_add(struct average *average, const struct estimate *turn, double ke
 }
 
 void average_apply(const struct average *average, struct estimate *turn) {
+    ASSERT(turn->orders <= ORDERS_MAX);
     for (uint32_t place = 0; place < turn->orders; place++) {
         const struct average_order *order = &average->order[place];
         struct harmonic *harmonic = &turn->harmonic[place];

@@ -9,6 +9,7 @@
 
 #include "arctrue_number_formats.h"
 #include "arctrue_registers.h"
+#include "assertion.h"
 #include "units.h"
 
 /* A step is plausible within 10 % of its turn's median; one of few counts differs by one through
@@ -249,6 +250,7 @@ enum refusal capture_verify(const struct capture *capture, uint32_t most_order, 
 }
 
 double turn_align(struct turn *turn, double nominal_separation_rad) {
+    ASSERT(turn->samples > 0 && turn->counts_per_rev > 0);
     int64_t sum = 0;
     for (uint32_t sample = 0; sample < turn->samples; sample++) {
         int32_t apart = counts_apart(turn->words[2 * sample + 1], turn->words[2 * sample]);

@@ -4,6 +4,9 @@
 
 #include <math.h>
 
+#include "assertion.h"
+#include "limits.h"
+
 /* Least pivot as a share of its diagonal element. */
 #define LEAST_PIVOT 1e-11
 
@@ -16,6 +19,7 @@ static double product(const double *a, const double *b, uint32_t number) {
 }
 
 bool cholesky_factor(double *packed, uint32_t size) {
+    ASSERT(size > 0 && size <= UNKNOWNS_MAX);
     for (uint32_t row = 0; row < size; row++) {
         double *own = packed + packed_place(row, 0);
         for (uint32_t column = 0; column < row; column++) {
@@ -33,6 +37,7 @@ bool cholesky_factor(double *packed, uint32_t size) {
 }
 
 void cholesky_solve(const double *factor, uint32_t size, double *right) {
+    ASSERT(size > 0 && size <= UNKNOWNS_MAX);
     for (uint32_t row = 0; row < size; row++) {
         const double *own = factor + packed_place(row, 0);
         right[row] = (right[row] - product(own, right, row)) / own[row];
@@ -47,6 +52,7 @@ void cholesky_solve(const double *factor, uint32_t size, double *right) {
 }
 
 void cholesky_invert_factor(double *factor, uint32_t size) {
+    ASSERT(size > 0 && size <= UNKNOWNS_MAX);
     for (uint32_t row = 0; row < size; row++) {
         double *own = factor + packed_place(row, 0);
         double pivot = own[row];
@@ -64,6 +70,7 @@ void cholesky_invert_factor(double *factor, uint32_t size) {
 
 double cholesky_inverse_element(const double *inverse_factor, uint32_t size, uint32_t row,
                                 uint32_t column) {
+    ASSERT(size <= UNKNOWNS_MAX && row < size && column < size);
     double sum = 0.0;
     for (uint32_t inner = row; inner < size; inner++) {
         sum +=

@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "arctrue_number_formats.h"
+#include "assertion.h"
 #include "units.h"
 
 #define AMPLITUDE_STEPS ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
@@ -19,6 +20,7 @@ _Static_assert(ARCTRUE_PHASE_STEP_WIDTH % 2 == 0, "the phase step in two halves"
 
 /* Whole turns of n / counts_per_rev first: order times 2^49 has 65 bits. */
 uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev) {
+    ASSERT(counts_per_rev > 0 && order <= ORDER_MOST);
     if (order == 0) {
         return 0;
     }
@@ -55,6 +57,7 @@ static enum refusal quantise_lane(const struct harmonic *harmonic, uint32_t orde
 enum refusal coefficients_quantise(const struct estimate *estimate, const enum verdict *verdicts,
                                    uint32_t counts_per_rev, uint32_t lanes,
                                    struct coefficients *coefficients) {
+    ASSERT(estimate->orders <= ORDERS_MAX && lanes <= LANES_LIMIT && counts_per_rev > 0);
     uint32_t used = 0;
     *coefficients = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
     for (uint32_t place = 0; place < estimate->orders && used < lanes; place++) {
@@ -77,6 +80,7 @@ bool coefficients_lane_is_valid(const struct lane *lane) {
 }
 
 const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order) {
+    ASSERT(coefficients == NULL || coefficients->lanes <= LANES_LIMIT);
     uint32_t lanes = coefficients != NULL && order != 0 ? coefficients->lanes : 0;
     for (uint32_t lane = 0; lane < lanes; lane++) {
         if (coefficients->lane[lane].order == order) {
@@ -91,6 +95,7 @@ bool coefficients_have(const struct coefficients *coefficients, uint32_t order) 
 }
 
 uint32_t coefficients_most_order(const struct coefficients *coefficients) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
     uint32_t most = 0;
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t order = coefficients->lane[lane].order;
@@ -100,6 +105,7 @@ uint32_t coefficients_most_order(const struct coefficients *coefficients) {
 }
 
 void coefficients_drop_orders(struct coefficients *coefficients, uint32_t most) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         if (coefficients->lane[lane].order > most) {
             coefficients->lane[lane] = (struct lane){0};
@@ -108,6 +114,7 @@ void coefficients_drop_orders(struct coefficients *coefficients, uint32_t most) 
 }
 
 struct vector coefficients_components(const struct coefficients *coefficients, uint32_t order) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT && coefficients->counts_per_rev > 0);
     struct vector total = {0.0, 0.0};
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         const struct lane *word = &coefficients->lane[lane];

@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "assertion.h"
+
 double harmonic_amplitude(const struct harmonic *harmonic) {
     return sqrt(harmonic->cosine * harmonic->cosine + harmonic->sine * harmonic->sine);
 }
@@ -23,6 +25,7 @@ double harmonic_uncertainty(const struct harmonic *harmonic) {
 }
 
 bool estimate_is_finite(const struct estimate *estimate) {
+    ASSERT(estimate->orders <= ORDERS_MAX);
     for (uint32_t place = 0; place < estimate->orders; place++) {
         const struct harmonic *harmonic = &estimate->harmonic[place];
         bool known = isfinite(harmonic->cosine) && isfinite(harmonic->sine) &&

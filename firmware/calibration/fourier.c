@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "assertion.h"
 #include "noise.h"
 #include "transfer_function.h"
 #include "units.h"
@@ -95,6 +96,8 @@ static void start_estimate(struct estimate *estimate, const struct turn *turn,
 enum refusal fourier_estimate(struct fourier_workspace *workspace, const struct turn *turn,
                               const struct calibration_settings *settings,
                               struct estimate *estimate) {
+    ASSERT(settings->orders > 0 && settings->orders <= ORDERS_MAX);
+    ASSERT(turn->samples > 0 && turn->counts_per_rev > 0);
     uint32_t lines = lines_wanted(settings->orders, turn->samples);
     if (lines < settings->orders) {
         return REFUSED_OVER_SPEED;

@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "arctrue_number_formats.h"
+#include "assertion.h"
 #include "units.h"
 
 enum { CIRCLE_BITS = 6, CIRCLE_SHIFT = 32 - CIRCLE_BITS };
@@ -107,6 +108,7 @@ static void follow_steps(struct further_workspace *workspace, const struct turn 
 
 void further_orders_look(struct further_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, const struct coefficients *set) {
+    ASSERT(set->lanes <= LANES_LIMIT && estimate->orders <= ORDERS_MAX);
     struct vector shift = vector_unit(-further_orders_shift_rad(estimate));
     choose(workspace, turn, estimate, set);
     workspace->samples = turn->samples;

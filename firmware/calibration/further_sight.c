@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "assertion.h"
 #include "transfer_function.h"
 #include "units.h"
 
@@ -84,6 +85,7 @@ static struct sight sight_from_sums(const struct further_workspace *workspace,
 struct sight further_orders_sight(const struct further_workspace *workspace,
                                   const struct estimate *estimate, uint32_t order,
                                   double gain_limit, struct vector applied) {
+    ASSERT(workspace->number <= LANES_LIMIT);
     for (uint32_t place = 0; place < workspace->number; place++) {
         const struct further_order *found = &workspace->order[place];
         if (found->order != order) {

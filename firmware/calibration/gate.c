@@ -5,6 +5,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "assertion.h"
+
 static struct vector components(const struct coefficients *coefficients, uint32_t order) {
     if (coefficients == NULL) {
         return (struct vector){0.0, 0.0};
@@ -38,6 +40,7 @@ static double expected_square(const struct harmonic *harmonic, struct vector app
 struct gate_prediction gate_predict(const struct estimate *estimate,
                                     const struct coefficients *active,
                                     const struct coefficients *candidate) {
+    ASSERT(estimate->orders <= ORDERS_MAX);
     double before = 0.0;
     double after = 0.0;
     for (uint32_t place = 0; place < estimate->orders; place++) {

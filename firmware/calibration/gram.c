@@ -2,6 +2,7 @@
 
 #include "gram.h"
 
+#include "assertion.h"
 #include "cholesky.h"
 #include "units.h"
 
@@ -39,6 +40,7 @@ static void add_pair(struct gram_sums *sums, struct term a, struct term b) {
 
 void gram_accumulate(struct gram_sums *sums, const struct unit_circle *circle,
                      const struct turn *turn, uint32_t orders, double shift_rad) {
+    ASSERT(orders <= ORDERS_MAX && turn->samples > 0 && turn->counts_per_rev > 0);
     double rad_per_count = 2.0 * PI / turn->counts_per_rev;
     double turns_per_count = 1.0 / turn->counts_per_rev;
     double mean = mean_difference_counts(turn);
@@ -106,6 +108,7 @@ static void place_pair(const struct gram_sums *sums, const struct gram_layout *l
 }
 
 void gram_build(const struct gram_sums *sums, const struct gram_layout *layout, double *packed) {
+    ASSERT(layout->number <= ORDERS_MAX);
     uint32_t last = 2 * layout->number;
     for (uint32_t i = 0; i < layout->number; i++) {
         for (uint32_t j = 0; j <= i; j++) {

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "assertion.h"
 #include "cholesky.h"
 #include "noise.h"
 #include "transfer_function.h"
@@ -263,6 +264,8 @@ enum refusal least_squares_estimate(struct least_squares_workspace *workspace,
                                     const struct turn *turn,
                                     const struct calibration_settings *settings,
                                     struct estimate *estimate) {
+    ASSERT(settings->orders > 0 && settings->orders <= ORDERS_MAX);
+    ASSERT(turn->samples > 0 && turn->counts_per_rev > 0);
     struct fit fit = {
         .workspace = workspace,
         .turn = turn,

@@ -4,6 +4,8 @@
 
 #include <stddef.h>
 
+#include "assertion.h"
+
 uint32_t lines_wanted(uint32_t orders, uint32_t samples) {
     uint32_t most = samples == 0 ? 0 : (samples - 1) / 2;
     uint32_t wanted = orders + NOISE_LINES;
@@ -23,6 +25,7 @@ static void add_pair(struct lines *lines, struct vector step, double sum, double
 void lines_transform(struct lines *lines, uint32_t number, const struct unit_circle *circle,
                      line_sample *sample, const void *context, uint32_t samples,
                      double *sum_of_squares) {
+    ASSERT(samples > 0 && number <= LINES_MAX);
     *lines = (struct lines){.number = number};
     double squares = 0.0;
     for (uint32_t near = 0; near <= samples / 2; near++) {
@@ -43,6 +46,7 @@ void lines_transform(struct lines *lines, uint32_t number, const struct unit_cir
 
 double lines_noise_power(const struct lines *lines, const struct estimate *estimate,
                          uint32_t samples) {
+    ASSERT(samples > 0 && lines->number <= LINES_MAX && estimate->orders <= ORDERS_MAX);
     double power = 0.0;
     uint32_t used = 0;
     for (uint32_t line = 1; line <= lines->number && used < NOISE_LINES; line++) {

@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "assertion.h"
 #include "transfer_function.h"
 #include "units.h"
 
@@ -19,6 +20,7 @@ static uint32_t parameters(const struct estimate *estimate) {
 }
 
 void noise_measure(struct estimate *estimate, double residual_squares, const struct lines *lines) {
+    ASSERT(estimate->samples > 0 && estimate->orders <= ORDERS_MAX);
     uint32_t used = parameters(estimate);
     uint32_t freedom = estimate->samples > used ? estimate->samples - used : 1;
     double squares = fmax(residual_squares, 0.0);
@@ -41,6 +43,7 @@ void noise_scale_covariance(struct estimate *estimate) {
 
 void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev,
                           double index_detection_arcsec) {
+    ASSERT(counts_per_rev > 0 && estimate->orders <= ORDERS_MAX);
     double u_rad = separation_uncertainty_rad(estimate->separation_choice, counts_per_rev,
                                               index_detection_arcsec);
     for (uint32_t place = 0; place < estimate->orders; place++) {

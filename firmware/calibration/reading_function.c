@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "assertion.h"
 #include "units.h"
 
 /* Readings a turn: more than 16 to the highest order. */
@@ -46,6 +47,7 @@ static double error_at_reading(const void *context, uint32_t sample) {
 
 void estimate_as_function_of_reading(struct reading_workspace *workspace,
                                      struct estimate *estimate) {
+    ASSERT(estimate->orders <= ORDERS_MAX);
     if (estimate->function_of_reading) {
         return;
     }

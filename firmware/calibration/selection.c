@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "assertion.h"
+
 /* Chance that noise alone makes any one order look significant. */
 #define FALSE_ALARM 0.05
 
@@ -54,6 +56,7 @@ static uint32_t larger_orders(const struct estimate *estimate, const enum verdic
 
 void select_orders(const struct estimate *estimate, uint32_t lanes, double gain_limit,
                    enum verdict *verdicts) {
+    ASSERT(estimate->orders <= ORDERS_MAX && lanes <= LANES_LIMIT);
     double factor = significance_factor(seen_orders(estimate));
     for (uint32_t place = 0; place < estimate->orders; place++) {
         verdicts[place] = judge(&estimate->harmonic[place], factor, gain_limit);

@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "assertion.h"
 #include "units.h"
 #include "vector.h"
 
@@ -28,6 +29,7 @@ bool separation_is_exchanged(double nominal_rad, double measured_rad) {
 }
 
 double index_uncertainty_rad(int32_t counts_per_rev, double index_detection_arcsec) {
+    ASSERT(counts_per_rev > 0);
     double of_two_heads = 2.0 * PI / counts_per_rev * sqrt(2.0 / 3.0);
     const struct vector parts = {of_two_heads, index_detection_arcsec / ARCSEC_PER_RAD};
     return vector_length(parts);

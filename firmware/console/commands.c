@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "advice.h"
+#include "assertion.h"
 #include "dump.h"
 #include "flash_command.h"
 #include "load_commands.h"
@@ -437,6 +438,7 @@ static void help(struct console *console, char *const *words, uint32_t number) {
 }
 
 void commands_run(struct console *console, char *const *words, uint32_t number) {
+    ASSERT(number > 0 && number <= CONSOLE_WORDS_MOST);
     for (uint32_t place = 0; place < COMMANDS; place++) {
         const struct command *command = &commands[place];
         if (!text_equal(command->name, words[0])) {

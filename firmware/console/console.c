@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "assertion.h"
 #include "commands.h"
 #include "dump.h"
 #include "flash_command.h"
@@ -39,6 +40,7 @@ static uint32_t split(char *line, char **words) {
 }
 
 static void run_line(struct console *console) {
+    ASSERT(console->length <= CONSOLE_LINE_MOST);
     char *words[CONSOLE_WORDS_MOST];
     console->line[console->length] = '\0';
     uint32_t number = split(console->line, words);
@@ -52,6 +54,7 @@ static void run_line(struct console *console) {
 }
 
 void console_receive(struct console *console, uint8_t character) {
+    ASSERT(console->length <= CONSOLE_LINE_MOST);
     if (character == '\r' || character == '\n') {
         run_line(console);
     } else if (character == BACKSPACE || character == DELETE) {

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "assertion.h"
 #include "crc32.h"
 
 const char dump_use[] =
@@ -31,6 +32,7 @@ static void named(const struct text_sink *sink, const char *name, uint64_t value
 }
 
 static void tell_head(const struct text_sink *sink, const struct capture_copy *copy) {
+    ASSERT(copy->samples <= CAPTURE_COPY_SAMPLES);
     uint32_t temperature =
         copy->has_temperature ? (uint32_t)copy->temperature_cdeg : NO_TEMPERATURE;
     const uint32_t words[] = {
@@ -82,6 +84,7 @@ static void tell_row(const struct text_sink *sink, struct capture_copy *copy, ui
 }
 
 bool dump_busy(const struct console *console) {
+    ASSERT(console->dump_place <= console->dump_end);
     return console->dump_place < console->dump_end;
 }
 
@@ -105,6 +108,7 @@ void dump_step(struct console *console) {
     if (!dump_busy(console)) {
         return;
     }
+    ASSERT(copy != NULL && console->dump_end <= copy->samples);
     for (uint32_t row = 0; row < ROWS_A_STEP && dump_can_go_on(console); row++) {
         tell_row(sink, copy, console->dump_place++);
     }

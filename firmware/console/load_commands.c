@@ -2,6 +2,8 @@
 
 #include "load_commands.h"
 
+#include "assertion.h"
+
 const char load_use[] =
     "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load slope N ORDER "
     "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load range LEAST MOST "
@@ -136,6 +138,7 @@ static void order_line(struct console *console, const char *name, uint32_t order
 /* The lanes of `set` whose bits are set. */
 static void order_lines(struct console *console, const char *name, const struct coefficients *set,
                         uint64_t places) {
+    ASSERT(set->lanes <= LANES_LIMIT);
     for (uint32_t place = 0; place < set->lanes; place++) {
         if ((places >> place & 1U) != 0) {
             order_line(console, name, set->lane[place].order);
@@ -144,6 +147,7 @@ static void order_lines(struct console *console, const char *name, const struct 
 }
 
 static void tell_loaded(struct console *console, const struct load *load) {
+    ASSERT(load->loaded.lanes <= LANES_LIMIT);
     for (uint32_t place = 0; place < load->loaded.lanes; place++) {
         uint32_t order = load->loaded.lane[place].order;
         if (order == 0) {

@@ -5,6 +5,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "assertion.h"
+
 const char set_use[] = "set PARAMETER VALUE";
 const char trigger_use[] = "trigger | trigger width CLOCKS: the pulse with each sample";
 const char sync_use[] = "sync | sync capture 1: a sample at each edge of the pin | sync falling 1";
@@ -110,6 +112,7 @@ static void tell_unit(const struct console *console, const char *unit) {
 void pins_command(struct console *console, char *const *words, uint32_t number) {
     char name[NAME_MOST] = {0};
     size_t length = strlen(words[0]);
+    ASSERT(length + 1 < NAME_MOST);
     memcpy(name, words[0], length);
     name[length++] = '_';
     if (number == 3) {

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "assertion.h"
 #include "units.h"
 
 enum { ARCSEC_DECIMALS = 9, DEGREE_DECIMALS = 9, TEMPERATURE_DECIMALS = 2, TABLE_DECIMALS = 3 };
@@ -169,6 +170,7 @@ static void harmonic_part(const struct text_sink *sink, const struct harmonic *h
 }
 
 static void harmonics_part(const struct text_sink *sink, const struct application *application) {
+    ASSERT(application->estimate.orders <= ORDERS_MAX);
     /* Each: order, amplitude in arcsec, phase in rad, uncertainty in arcsec, chosen. */
     key(sink, "harmonics");
     text_word(sink, "[");

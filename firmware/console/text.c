@@ -5,9 +5,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "assertion.h"
+
 enum { DIGITS_MOST = 20, DECIMALS_MOST = 9, HEXADECIMAL_DIGITS = 8 };
 /* Times 1e9 it fits into 64 bits. */
 #define FIXED_MOST 9e8
+/* Every whole number up to 2^53 is a double. */
+#define WHOLE_MOST 9007199254740992.0
 /* More digits say nothing in a double. */
 enum { PARSED_DIGITS_MOST = 15 };
 
@@ -16,6 +20,7 @@ bool text_has_room(const struct text_sink *sink, size_t number) {
 }
 
 void text_word(const struct text_sink *sink, const char *word) {
+    ASSERT(word != NULL);
     sink->put(sink->context, word, strlen(word));
 }
 
@@ -49,8 +54,9 @@ void text_signed(const struct text_sink *sink, int64_t value) {
 }
 
 void text_fixed(const struct text_sink *sink, double value, unsigned decimals) {
+    ASSERT(decimals <= DECIMALS_MOST);
     uint64_t scale = 1;
-    for (unsigned place = 0; place < decimals && place < DECIMALS_MOST; place++) {
+    for (unsigned place = 0; place < decimals; place++) {
         scale *= 10;
     }
     /* Also what is not a number. */
@@ -65,7 +71,7 @@ void text_fixed(const struct text_sink *sink, double value, unsigned decimals) {
     digits(sink, scaled / scale, 1);
     if (decimals > 0) {
         text_word(sink, ".");
-        digits(sink, scaled % scale, decimals < DECIMALS_MOST ? decimals : DECIMALS_MOST);
+        digits(sink, scaled % scale, decimals);
     }
 }
 
@@ -97,6 +103,7 @@ bool text_parse_decimal(const char *word, double *value) {
 }
 
 bool text_parse_whole(const char *word, double limit, int64_t *value) {
+    ASSERT(limit >= 0.0 && limit <= WHOLE_MOST);
     double number;
     if (!text_parse_decimal(word, &number) || number != floor(number) || fabs(number) > limit) {
         return false;

@@ -12,6 +12,9 @@
 -- that of a head that was never set up; the position then jumps by that limit, and angle and position differ by the rest until
 -- the next reset.
 --
+-- **Zero.** `zero_moved` turns over where the zero of any head moves, since each of them moves the mean: the ramp takes
+-- it up. `put_back` is that of the carrier, whose count goes out.
+--
 -- **Apply.** The mean may be corrected while every used head has seen its index. `referenced` is that of the carrier.
 --
 -- **Swap.** `may_swap` is low while, and for 8 clocks after, the zero of a head moves, its first index is seen or a word is
@@ -63,10 +66,11 @@ entity head_mean is
     position          : out   u_signed(POSITION_WIDTH - 1 downto 0);                        -- counts
     phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- place of (A, B) at position 0
     put_back          : out   u_signed(15 downto 0);                                        -- counts in position that no edge brought
-    zero_moved        : out   std_ulogic;                                                   -- turns over with the carrier's zero
+    zero_moved        : out   std_ulogic;                                                   -- turns over with the zero of a head
     referenced        : out   std_ulogic;                                                   -- the angle counts from an index
     apply             : out   std_ulogic;                                                   -- correct this reading
     carrier           : out   u_unsigned(1 downto 0);                                       -- number of the head - 1
+    used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads whose index is waited for
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
     limited           : out   std_ulogic;                                                   -- of this term
     jumped            : out   std_ulogic;                                                   -- the first angle of other words
@@ -166,7 +170,6 @@ architecture rtl of head_mean is
   signal zeros_before   : std_ulogic_vector(zeros_moved'range)    := (others => '0');
   signal seen_before    : std_ulogic_vector(indices_seen'range)   := (others => '0');
 
-  signal used        : std_ulogic_vector(HEADS - 1 downto 0);
   signal fractions   : std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0);
   signal own_count   : position_count;
   signal next_count  : position_count;
@@ -265,7 +268,7 @@ begin
   position      <= own_count + base;
   phase_of_zero <= u_unsigned(word_at(phases_now, this_head, 2)) - u_unsigned(base(1 downto 0)) + phase_shift;
   put_back      <= u_signed(word_at(put_backs_now, this_head, 16));
-  zero_moved    <= word_at(zeros_now, this_head, 1)(0);
+  zero_moved    <= xor zeros_now;
   referenced    <= word_at(seen_now, this_head, 1)(0);
   apply         <= compensate_now and (and (seen_now or not used)) and word_at(seen_now, this_head, 1)(0);
 

@@ -8,9 +8,9 @@ import cocotb
 import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
+from sim.tests.gateware.correction_ramp_scenarios import SCENARIOS, RampScenario
 
 from arctrue.gateware.correction_ramp import correction_ramp
-from tb.compensation.correction_ramp_scenarios import SCENARIOS, RampScenario
 
 LATENCY = 1
 

@@ -9,6 +9,7 @@ import cocotb
 import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
+from sim.tests.gateware.quadrature_decoder_scenarios import Stimuli, scenarios_to_run, stimuli
 
 from arctrue.gateware.plausibility_check import COUNTER_MAX
 from arctrue.gateware.quadrature_decoder import (
@@ -16,7 +17,6 @@ from arctrue.gateware.quadrature_decoder import (
     DecoderTrace,
     quadrature_decoder,
 )
-from tb.decoder.quadrature_decoder_scenarios import Stimuli, scenarios_to_run, stimuli
 
 # The generics that the design was built with.
 STAGES = int(os.environ["SYNCHRONISER_STAGES"])

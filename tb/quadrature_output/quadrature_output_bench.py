@@ -6,9 +6,9 @@ import cocotb
 import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
+from sim.tests.gateware.quadrature_output_scenarios import SCENARIOS, stimuli
 
 from arctrue.gateware.quadrature_output import OutputInputs, quadrature_output
-from tb.quadrature_output.quadrature_output_scenarios import SCENARIOS, stimuli
 
 PINS = ("a", "b", "z", "cannot_keep_up")
 

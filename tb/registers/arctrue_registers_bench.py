@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 from itertools import pairwise
 
@@ -16,6 +17,8 @@ from tb.registers.axi_lite import Bus, start
 
 LANES = 4
 CAPTURE_DEPTH = 100
+HEADS = int(os.environ.get("HEADS", "2"))
+HAS_MEAN = "HEADS" in os.environ
 
 ADDRESSES = sorted(
     {
@@ -37,7 +40,7 @@ async def prepared(
     bus = await start(dut)
     if stall:
         bus.stall(generator, stall)
-    model = RegisterModel(LANES, CAPTURE_DEPTH, inputs)
+    model = RegisterModel(LANES, CAPTURE_DEPTH, inputs, HEADS, HAS_MEAN)
     for latching in (
         *model_map.GROUPS,
         *model_map.WIDE,
@@ -47,6 +50,9 @@ async def prepared(
     # The coefficients keep what an earlier test wrote: they survive reset.
     await bus.write(model_map.OFFSET, 0)
     await bus.write_words(model_map.COEFFICIENTS, [0] * (4 * LANES))
+    for word in range(16):
+        if model.mean_exists(model_map.MEAN + 4 * word):
+            await bus.write(model_map.MEAN + 4 * word, 0)
     return bus, model
 
 
@@ -58,7 +64,7 @@ def change_inputs(dut, generator: random.Random, model: RegisterModel) -> None:
 
 def random_address(generator: random.Random) -> int:
     """Every kind of place: registers, holes beside them, both windows and beyond their ends."""
-    kind = generator.randrange(10)
+    kind = generator.randrange(12)
     if kind < 5:
         return generator.choice(ADDRESSES)
     if kind == 5:
@@ -69,7 +75,11 @@ def random_address(generator: random.Random) -> int:
         return model_map.CAPTURE + 4 * generator.randrange(2 * CAPTURE_DEPTH + 20)
     if kind == 8:
         return model_map.CAPTURE + 4 * generator.randrange(model_map.CAPTURE_WORDS)
-    return 4 * generator.randrange(1 << 16)
+    if kind == 9:
+        return model_map.MEAN + 4 * generator.randrange(20)
+    if kind == 10:
+        return model_map.FURTHER_CAPTURE + 4 * generator.randrange(2 * CAPTURE_DEPTH + 20)
+    return 4 * generator.randrange(1 << 17)
 
 
 @cocotb.test()
@@ -118,6 +128,8 @@ async def every_word_of_the_map(dut):
     places += [model_map.CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH - 1)]
     places += [model_map.CAPTURE + 4 * word for word in (2 * CAPTURE_DEPTH, 32767)]
     places += [model_map.CAPTURE - 4]
+    places += [model_map.MEAN + 4 * word for word in range(-1, 17)]
+    places += [model_map.FURTHER_CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH)]
     for address in places:
         expected, word = model.read(address)
         answer, read = await bus.read(address)

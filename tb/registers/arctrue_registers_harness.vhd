@@ -15,7 +15,9 @@ library ieee;
 entity arctrue_registers_harness is
   generic (
     LANES         : positive := 4;
-    CAPTURE_DEPTH : positive := 100
+    CAPTURE_DEPTH : positive := 100;
+    HEADS         : positive := 2;
+    MEAN          : boolean  := false
   );
   port (
     clock                          : in    std_ulogic;
@@ -27,9 +29,11 @@ entity arctrue_registers_harness is
     memory_latency                 : in    u_unsigned(3 downto 0);
     core_configuration             : in    std_ulogic_vector(31 downto 0);
     pipeline                       : in    std_ulogic_vector(31 downto 0);
+    capability                     : in    std_ulogic_vector(31 downto 0);
     chip_dna_low                   : in    std_ulogic_vector(31 downto 0);
     chip_dna_high                  : in    std_ulogic_vector(31 downto 0);
     clock_hz                       : in    std_ulogic_vector(31 downto 0);
+    capability                     : in    std_ulogic_vector(31 downto 0);
     counts_per_rev_active          : in    std_ulogic_vector(31 downto 0);
     status                         : in    std_ulogic_vector(31 downto 0);
     swap_count                     : in    std_ulogic_vector(31 downto 0);
@@ -100,7 +104,7 @@ architecture simulation of arctrue_registers_harness is
   signal hwif_in  : arctrue_registers_in_t;
   signal hwif_out : arctrue_registers_out_t;
 
-  signal access_address    : std_ulogic_vector(17 downto 0);
+  signal access_address    : axi_lite_address;
   signal access_data       : std_ulogic_vector(31 downto 0);
   signal coefficient_read  : std_ulogic;
   signal coefficient_write : std_ulogic;
@@ -109,6 +113,10 @@ architecture simulation of arctrue_registers_harness is
   signal offset_read       : std_ulogic;
   signal offset_write      : std_ulogic;
   signal offset_data       : std_ulogic_vector(31 downto 0);
+  signal mean_read         : std_ulogic;
+  signal mean_write        : std_ulogic;
+  signal mean_done         : std_ulogic := '0';
+  signal mean_data         : std_ulogic_vector(31 downto 0);
   signal capture_read      : std_ulogic;
   signal capture_done      : std_ulogic := '0';
   signal capture_data      : std_ulogic_vector(31 downto 0);
@@ -127,7 +135,9 @@ begin
   processor : entity work.register_access
     generic map (
       LANES         => LANES,
-      CAPTURE_DEPTH => CAPTURE_DEPTH
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      HEADS         => HEADS,
+      MEAN          => MEAN
     )
     port map (
       clock             => clock,
@@ -146,6 +156,10 @@ begin
       offset_write      => offset_write,
       offset_data       => offset_data,
       coefficient_done  => coefficient_done,
+      mean_read         => mean_read,
+      mean_write        => mean_write,
+      mean_done         => mean_done,
+      mean_data         => mean_data,
       capture_read      => capture_read,
       capture_done      => capture_done,
       capture_data      => capture_data
@@ -172,7 +186,11 @@ begin
   hwif_in.chip_dna_low.value.next_q <= chip_dna_low;
   hwif_in.chip_dna_high.value.next_q <= chip_dna_high(24 downto 0);
   hwif_in.chip_dna_high.known.next_q <= chip_dna_high(31);
+  hwif_in.capability.heads.next_q <= capability(2 downto 0);
+  hwif_in.capability.mean.next_q <= capability(3);
   hwif_in.clock_hz.value.next_q <= clock_hz;
+  hwif_in.capability.heads.next_q <= capability(2 downto 0);
+  hwif_in.capability.rotation.next_q <= capability(4);
   hwif_in.counts_per_rev_active.value.next_q <= counts_per_rev_active(24 downto 0);
   hwif_in.status.compensating.next_q <= status(0);
   hwif_in.status.ramp_busy.next_q <= status(1);
@@ -246,6 +264,10 @@ begin
   hwif_in.capture_header.flags.overspeed2.next_q <= capture_header_flags(7);
   hwif_in.capture_header.flags.overrun.next_q <= capture_header_flags(8);
   hwif_in.capture_header.flags.full_before_turn.next_q <= capture_header_flags(9);
+  hwif_in.capture_header.flags.further_index_seen.next_q <= capture_header_flags(11 downto 10);
+  hwif_in.capture_header.flags.further_index_error.next_q <= capture_header_flags(13 downto 12);
+  hwif_in.capture_header.flags.further_illegal.next_q <= capture_header_flags(15 downto 14);
+  hwif_in.capture_header.flags.further_overspeed.next_q <= capture_header_flags(17 downto 16);
 
   control <= padded(std_ulogic_vector'(
       hwif_out.control.capture_mode.value &
@@ -307,13 +329,14 @@ begin
     variable offset       : std_ulogic_vector(31 downto 0) := (others => '0');
     variable waiting      : natural range 0 to 15          := 0;
     variable word         : natural range 0 to 32767       := 0;
-    variable window       : std_ulogic_vector(2 downto 0)  := "000";
-    variable answer       : std_ulogic_vector(2 downto 0);
+    variable mean_words   : words(0 to 15)                 := (others => (others => '0'));
+    variable window       : std_ulogic_vector(3 downto 0)  := "0000";
+    variable answer       : std_ulogic_vector(3 downto 0);
 
   begin
 
     if rising_edge(clock) then
-      answer := "000";
+      answer := "0000";
       if waiting = 1 then
         answer := window;
       end if;
@@ -321,12 +344,12 @@ begin
         waiting := waiting - 1;
       end if;
 
-      if (coefficient_read or coefficient_write or offset_read or offset_write or capture_read) = '1' then
+      if (coefficient_read or coefficient_write or offset_read or offset_write or mean_read or mean_write or capture_read) = '1' then
         assert waiting = 0
           report "a request before the answer to the last one"
           severity failure;
         waiting  := to_integer(memory_latency);
-        window   := capture_read & (offset_read or offset_write) & (coefficient_read or coefficient_write);
+        window   := (mean_read or mean_write) & capture_read & (offset_read or offset_write) & (coefficient_read or coefficient_write);
         word     := to_integer(u_unsigned(access_address(16 downto 2)));
         if window(0) = '1' then
           word := to_integer(u_unsigned(access_address(9 downto 2)));
@@ -335,12 +358,16 @@ begin
           coefficients(word) := access_data;
         elsif offset_write = '1' then
           offset := access_data;
+        elsif mean_write = '1' then
+          mean_words(word mod 16) := access_data;
         end if;
       end if;
 
       coefficient_done <= answer(0) or answer(1);
       coefficient_data <= coefficients(word mod 256);
       offset_data      <= offset;
+      mean_done        <= answer(3);
+      mean_data        <= mean_words(word mod 16);
       capture_done     <= answer(2);
       capture_data     <= not std_ulogic_vector(to_unsigned(word, 16)) & std_ulogic_vector(to_unsigned(word, 16));
     end if;

@@ -17,9 +17,9 @@ import cocotb
 import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
+from sim.tests.gateware.sampler_scenarios import SCENARIOS, Scenario, stimuli
 
 from arctrue.gateware.sampler import FULL_BEFORE_TURN, SamplerInputs, SamplerTrace, sampler
-from tb.sampler.sampler_scenarios import SCENARIOS, Scenario, stimuli
 
 READ_LATENCY = 4
 HEADER = ("header_start_time", "header_sequence", "header_sample_count", "header_flags")

@@ -20,7 +20,7 @@ UNCERTAINTY_LIMIT_ARCSEC = 0.1
 
 @dataclass(frozen=True)
 class Verdict:
-    """``reason`` says why an order is not applied; ``flags`` what a person should know."""
+    """``reason`` says why an order is not applied; ``flags`` what a person should know besides."""
 
     order: int
     applied: bool
@@ -63,10 +63,6 @@ def select_orders(
     verdicts = []
     for i, order in enumerate(estimate.orders.tolist()):
         flags = []
-        if not seen[i]:
-            flags.append("cannot be seen")
-        elif not quiet[i]:
-            flags.append(f"noise gain above {gain_limit:g}")
         if seen[i] and u[i] > uncertainty_limit_arcsec:
             flags.append(f"uncertainty above {uncertainty_limit_arcsec:g}″")
         if estimate.disagreement[i] > 1.0:

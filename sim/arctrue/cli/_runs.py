@@ -9,8 +9,8 @@ import numpy as np
 from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.cli._figures import figure
+from arctrue.cli._loaded_set import console
 from arctrue.cli._tables import number, table
-from arctrue.cli._workbench import console
 from arctrue.measurement import Capture, MeasurementSet, Reference
 
 SHOWN_RUNS = 12

@@ -10,10 +10,8 @@ import click
 from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._figures import with_uncertainty
 from arctrue.cli._ladder import ladder_table
-from arctrue.cli._progress import Progress
-from arctrue.cli._settings import settings_from
-from arctrue.cli._workbench import (
-    Workbench,
+from arctrue.cli._loaded_set import (
+    LoadedSet,
     changing,
     common_options,
     console,
@@ -23,6 +21,8 @@ from arctrue.cli._workbench import (
     store,
     write_json,
 )
+from arctrue.cli._progress import Progress
+from arctrue.cli._settings import settings_from
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import parameter_data
 from arctrue.workbench.inference.solution import Solution
@@ -59,18 +59,18 @@ def add(
     """
     settings = settings_from(pairs)
     with changing(model_file):
-        bench = load(measurement_set, model_file, folders, may_be_new=True)
+        loaded = load(measurement_set, model_file, folders, may_be_new=True)
         with Progress(f"adding {effect}"):
             model, solution = add_effect(
-                bench.model,
+                loaded.model,
                 effect,
                 settings,
-                bench.observations,
-                bench.effects,
-                bench.measurement,
+                loaded.observations,
+                loaded.effects,
+                loaded.measurement,
             )
         if model_file is not None:
-            store(model_file, model, bench.model, measurement_set, folders)
+            store(model_file, model, loaded.model, measurement_set, folders)
     console.print(ladder_table(model.history))
     console.print(f"{model.effects[-1].name}, with standard uncertainties:")
     for name, parameter in model.effects[-1].parameters.items():
@@ -81,7 +81,7 @@ def add(
         console.print(f"wrote {model_file}")
     if json_file is not None:
         with Progress("diagnosing what is left"):
-            write_json(json_file, step_data(bench, model, solution))
+            write_json(json_file, step_data(loaded, model, solution))
     if out is not None:
         from arctrue.report.charts.ladder import ladder
         from arctrue.report.charts.matplotlib_chart import save_chart
@@ -89,11 +89,11 @@ def add(
         console.print(f"wrote {save_chart(ladder(model.history), out / 'history.png')}")
 
 
-def step_data(bench: Workbench, model: Model, solution: Solution) -> dict[str, Any]:
+def step_data(loaded: LoadedSet, model: Model, solution: Solution) -> dict[str, Any]:
     """The ladder's last step, before and after, and the verdict on what is left."""
     after = model.history[-1]
     before = model.history[-2] if len(model.history) > 1 else after
-    left = diagnose(bench.observations, solution.terms, bench.effects)
+    left = diagnose(loaded.observations, solution.terms, loaded.effects)
     entry = model.effects[-1]
     return {
         "schema": 1,

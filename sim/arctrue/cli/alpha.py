@@ -8,12 +8,12 @@ from typing import Any
 
 import click
 
+from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import Finite
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._places import Places
 from arctrue.cli._tables import number, table
-from arctrue.cli._workbench import console, for_people, write_json, write_page
 from arctrue.report.numbers import plain
 
 

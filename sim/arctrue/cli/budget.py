@@ -11,12 +11,8 @@ import click
 from arctrue.calibration.calibration import calibrate
 from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.cli._figures import figure, true_minus
-from arctrue.cli._options import temperature_option
-from arctrue.cli._progress import Progress
-from arctrue.cli._tables import number, table, words
-from arctrue.cli._terminal import say
-from arctrue.cli._workbench import (
-    Workbench,
+from arctrue.cli._loaded_set import (
+    LoadedSet,
     common_options,
     console,
     for_people,
@@ -24,6 +20,10 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
+from arctrue.cli._options import temperature_option
+from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
+from arctrue.cli._terminal import say
 from arctrue.measurement.digest import set_digest
 from arctrue.metrology.budget import (
     BY_ANGLE_DEG,
@@ -57,11 +57,11 @@ def budget(
     alone it is the model of --model, or harmonics that the targets tell apart. --out writes
     budget.md, budget.html and budget.pdf into that folder.
     """
-    bench = load(measurement_set, model_file, folders)
-    made = _budget(bench, model_file, temperature)
+    loaded = load(measurement_set, model_file, folders)
+    made = _budget(loaded, model_file, temperature)
     digest = set_digest(measurement_set)
     facts = [
-        ("measurement set", bench.measurement),
+        ("measurement set", loaded.measurement),
         ("SHA-256 of the set", digest),
         ("model", "none" if model_file is None else model_file.name),
         ("program", f"arctrue {version('arctrue')}"),
@@ -71,7 +71,7 @@ def budget(
         json_file,
         {
             "schema": 1,
-            "set": {"title": bench.measurement, "sha256": digest},
+            "set": {"title": loaded.measurement, "sha256": digest},
             "model": None if model_file is None else model_file.name,
             "program": f"arctrue {version('arctrue')}",
             "calibration": made.method,
@@ -95,8 +95,8 @@ def budget(
             console.print(f"wrote {path}", soft_wrap=True)
 
 
-def _budget(bench: Workbench, model_file: Path | None, temperature: float | None) -> Budget:
-    measurement, observations = bench.measurement_set, bench.observations
+def _budget(loaded: LoadedSet, model_file: Path | None, temperature: float | None) -> Budget:
+    measurement, observations = loaded.measurement_set, loaded.observations
     if measurement.capture is not None:
         if model_file is not None:
             raise ValueError(
@@ -107,13 +107,13 @@ def _budget(bench: Workbench, model_file: Path | None, temperature: float | None
             return two_heads_budget(measurement, calibrate(measurement))
         except CaptureRefusedError as refusal:
             raise ValueError(f"the capture cannot be used ({refusal.reason}): {refusal}") from None
-    model = bench.model
+    model = loaded.model
     stations = observations.every_reference_row
     if model_file is None and stations is not None:
         model = model_of_stations(stations)
     with Progress("fitting"):
-        model, _ = fitted(model, observations, bench.effects)
-    correction = Correction.of_model(model, observations, bench.effects, temperature_c=temperature)
+        model, _ = fitted(model, observations, loaded.effects)
+    correction = Correction.of_model(model, observations, loaded.effects, temperature_c=temperature)
     return reference_budget(measurement, correction)
 
 

@@ -377,7 +377,6 @@ def _print_orders(console: Console, calibration: Calibration) -> None:
     for i, verdict in enumerate(calibration.verdicts):
         seen = bool(np.isfinite(estimate.noise_gain[i]))
         reason = "applied" if verdict.applied else verdict.reason
-        notes = [flag for flag in verdict.flags if flag.split(":")[0] not in reason]
         known = seen and u_phase[i] < 60.0
         orders.add_row(
             str(verdict.order),
@@ -386,7 +385,7 @@ def _print_orders(console: Console, calibration: Calibration) -> None:
             figure(math.degrees(estimate.phase_rad[i]) if known else None, 2),
             figure(u_phase[i] if known else None, 2),
             figure(estimate.noise_gain[i], 2) if seen else "∞",
-            "; ".join([reason, *notes]),
+            "; ".join([reason, *verdict.flags]),
             style="bold" if verdict.applied else "dim",
         )
     console.print()

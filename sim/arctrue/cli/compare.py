@@ -9,9 +9,7 @@ from typing import Any
 import click
 
 from arctrue.cli._figures import figure, probability
-from arctrue.cli._progress import Progress
-from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import (
+from arctrue.cli._loaded_set import (
     common_options,
     console,
     for_people,
@@ -19,6 +17,8 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
+from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.workbench.compare.comparison import ModelComparison
 from arctrue.workbench.compare.comparison import compare as compare_model
 from arctrue.workbench.compare.findings import SIGNIFICANCE
@@ -55,23 +55,23 @@ def compare(
     no_fit: bool,
 ) -> None:
     """Say how far a model and a measurement set are apart, and where."""
-    bench = load(measurement_set, model_file, folders)
+    loaded = load(measurement_set, model_file, folders)
     with Progress("comparing"):
         if no_fit:
-            solution = as_stored(bench.model, bench.observations, bench.effects)
+            solution = as_stored(loaded.model, loaded.observations, loaded.effects)
         else:
-            _, solution = fitted(bench.model, bench.observations, bench.effects)
+            _, solution = fitted(loaded.model, loaded.observations, loaded.effects)
         result = compare_model(solution, seed)
-        absent = absent_effects(bench.effects, bench.model.names())
+        absent = absent_effects(loaded.effects, loaded.model.names())
         told = identifiability(solution, absent)
-    _print(result, bench.model.names(), fitted_here=not no_fit)
+    _print(result, loaded.model.names(), fitted_here=not no_fit)
     _print_noise(result.noise)
     _print_identifiability(told)
     write_json(
         json_file,
         {
             "schema": 1,
-            "model": bench.model.names(),
+            "model": loaded.model.names(),
             "fitted": not no_fit,
             "channels": {
                 name: {**asdict(item), "excess_arcsec": item.excess_arcsec}
@@ -79,7 +79,7 @@ def compare(
             },
             "findings": [asdict(item) for item in result.findings],
             "noise": result.noise,
-            "masked": [row.data() for row in bench.observations.masked],
+            "masked": [row.data() for row in loaded.observations.masked],
             "maps": [_map_data(item) for item in result.maps],
             "identifiability": _identifiability_data(told),
         },

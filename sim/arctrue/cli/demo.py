@@ -10,11 +10,11 @@ import click
 from arctrue.base.progress import ReportStep
 from arctrue.base.source_tree import ROOT, lack_of_source_tree
 from arctrue.cli._figures import figure
+from arctrue.cli._loaded_set import console, for_people
 from arctrue.cli._options import lanes_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_error
-from arctrue.cli._workbench import console, for_people
 from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
 from arctrue.report.demo_page import write_demo_page

@@ -9,10 +9,7 @@ import click
 
 from arctrue.cli._figures import figure, probability
 from arctrue.cli._guide import commands, steps
-from arctrue.cli._numbers import Finite
-from arctrue.cli._progress import Progress
-from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import (
+from arctrue.cli._loaded_set import (
     common_options,
     console,
     for_people,
@@ -20,6 +17,9 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
+from arctrue.cli._numbers import Finite
+from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.measurement import MeasurementSet
 from arctrue.measurement.asked import KINDS
 from arctrue.workbench.diagnose.adopted import adopt as write_adopted
@@ -73,21 +73,21 @@ def diagnose(
     folder: Path,
 ) -> None:
     """Say which physical effect the model lacks, or that the data cannot tell."""
-    bench = load(measurement_set, model_file, folders)
-    with Progress("diagnosing", steps=len(bench.effects) + BESIDE_EFFECTS) as progress:
-        terms = settle(bench.model, bench.observations, bench.effects)
+    loaded = load(measurement_set, model_file, folders)
+    with Progress("diagnosing", steps=len(loaded.effects) + BESIDE_EFFECTS) as progress:
+        terms = settle(loaded.model, loaded.observations, loaded.effects)
         result = diagnose_model(
-            bench.observations,
+            loaded.observations,
             terms,
-            bench.effects,
+            loaded.effects,
             matters_counts=matters,
             progress=progress.now,
         )
     _print(result)
-    guide = _guide(result, bench.measurement_set, measurement_set, model_file)
+    guide = _guide(result, loaded.measurement_set, measurement_set, model_file)
     for line in guide:
         console.print(line, soft_wrap=True)
-    data = diagnosis_data(result, bench.model.names())
+    data = diagnosis_data(result, loaded.model.names())
     write_json(json_file, {**data, "next_measurement_guide": guide})
     if adopt is not None:
         console.print(f"wrote {_adopted(result, adopt, folder)}")

@@ -8,8 +8,7 @@ import click
 
 from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._ladder import ladder_table
-from arctrue.cli._progress import Progress
-from arctrue.cli._workbench import (
+from arctrue.cli._loaded_set import (
     changing,
     common_options,
     console,
@@ -19,6 +18,7 @@ from arctrue.cli._workbench import (
     store,
     write_json,
 )
+from arctrue.cli._progress import Progress
 from arctrue.cli.add import step_data
 from arctrue.workbench.model.growth import drop_effect
 
@@ -39,16 +39,16 @@ def drop(
 ) -> None:
     """Drop EFFECT from the model, fit the rest to SET, and show what that costs."""
     with changing(model_file):
-        bench = load(measurement_set, model_file, folders)
+        loaded = load(measurement_set, model_file, folders)
         with Progress(f"dropping {effect}"):
             model, solution = drop_effect(
-                bench.model, effect, bench.observations, bench.effects, bench.measurement
+                loaded.model, effect, loaded.observations, loaded.effects, loaded.measurement
             )
         if model_file is not None:
-            store(model_file, model, bench.model, measurement_set, folders)
+            store(model_file, model, loaded.model, measurement_set, folders)
     console.print(ladder_table(model.history))
     if json_file is not None:
-        write_json(json_file, step_data(bench, model, solution))
+        write_json(json_file, step_data(loaded, model, solution))
     if out is not None:
         from arctrue.report.charts.ladder import ladder
         from arctrue.report.charts.matplotlib_chart import save_chart

@@ -12,11 +12,11 @@ from rich.text import Text
 
 from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._group import Commands
+from arctrue.cli._loaded_set import console, effects_for, for_people, load_model, write_json
 from arctrue.cli._options import json_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import pairs, table, words
 from arctrue.cli._terminal import tell_error
-from arctrue.cli._workbench import console, effects_for, for_people, load_model, write_json
 from arctrue.measurement import MeasurementSet, read_measurement_set
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.new_effect import write_new_effect

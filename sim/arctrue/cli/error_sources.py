@@ -10,12 +10,12 @@ import click
 
 from arctrue.base.typed_content import ContentError, read_json
 from arctrue.cli._figures import figure
+from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import console, for_people, write_json, write_page
 from arctrue.report.numbers import plain
 from arctrue.studies.error_budget import DRAWS
 

@@ -15,14 +15,8 @@ from arctrue.calibration.acceptance import of_comparison
 from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import ReferenceComparison
 from arctrue.cli._figures import figure
-from arctrue.cli._numbers import Finite
-from arctrue.cli._options import lanes_option
-from arctrue.cli._outputs import OutputFile
-from arctrue.cli._progress import Progress
-from arctrue.cli._tables import number, table, words
-from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
-from arctrue.cli._workbench import (
-    Workbench,
+from arctrue.cli._loaded_set import (
+    LoadedSet,
     common_options,
     console,
     for_people,
@@ -30,6 +24,12 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
+from arctrue.cli._numbers import Finite
+from arctrue.cli._options import lanes_option
+from arctrue.cli._outputs import OutputFile
+from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
+from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import THERMAL_RANGE_K
@@ -134,47 +134,47 @@ def export(
         raise ValueError("--points: the gateware takes orders, not points; choose a --format")
     if table_format != GATEWARE:
         _check_points(FORMATS[table_format], points)
-    bench = load(measurement_set, model_file, folders)
-    model = bench.model
-    reference = bench.observations.every_reference_row
-    if model_file is None and bench.observations.capture is None and reference is not None:
+    loaded = load(measurement_set, model_file, folders)
+    model = loaded.model
+    reference = loaded.observations.every_reference_row
+    if model_file is None and loaded.observations.capture is None and reference is not None:
         model = model_of_stations(reference)
     if not all(entry.coefficients for entry in model.effects):
         with Progress("fitting"):
-            model, _ = fitted(model, bench.observations, bench.effects)
+            model, _ = fitted(model, loaded.observations, loaded.effects)
     if fit_sensor_lag:
         if sensor_lag:
             raise ValueError("either --sensor-lag or --fit-sensor-lag: the lag is stated or fitted")
-        model, bench, sensor_lag = _with_fitted_lag(model, bench)
+        model, loaded, sensor_lag = _with_fitted_lag(model, loaded)
     if table_format != GATEWARE:
         form = FORMATS[table_format]
         correction = Correction.of_model(
-            model, bench.observations, bench.effects, temperature_c=temperature
+            model, loaded.observations, loaded.effects, temperature_c=temperature
         )
         name = coefficient_file or Path(form.file_name)
         path = name if out is None else out / name.name
         judged = without_reference_errors(
-            bench.measurement_set, model, bench.observations, bench.effects
+            loaded.measurement_set, model, loaded.observations, loaded.effects
         )
-        bench = replace(bench, measurement_set=judged)
-        _write_table(bench, correction, form, points or form.points, path, json_file, force=force)
+        loaded = replace(loaded, measurement_set=judged)
+        _write_table(loaded, correction, form, points or form.points, path, json_file, force=force)
         return
     coefficient_file = coefficient_file or Path("coefficients.toml")
     result = export_model(
         model,
-        bench.observations,
-        bench.effects,
+        loaded.observations,
+        loaded.effects,
         lanes=lanes,
         temperature_c=temperature,
         sensor_time_constant_s=sensor_lag,
         range_c=range_c,
     )
     became = outcome(
-        model, bench.observations, bench.effects, result.coefficients, temperature_c=temperature
+        model, loaded.observations, loaded.effects, result.coefficients, temperature_c=temperature
     )
     path = coefficient_file if out is None else out / coefficient_file.name
     judged = without_reference_errors(
-        bench.measurement_set, model, bench.observations, bench.effects
+        loaded.measurement_set, model, loaded.observations, loaded.effects
     )
     refused = objections(judged, result.coefficients)
     for warning in result.warnings:
@@ -184,7 +184,7 @@ def export(
     written = force or not refused
     if written:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_coefficient_file(path, result.coefficients, title=bench.measurement)
+        write_coefficient_file(path, result.coefficients, title=loaded.measurement)
     in_use = table(
         f"Lanes, {len(result.orders)} of {lanes} in use",
         number("order"),
@@ -233,21 +233,21 @@ def export(
         raise SystemExit(NOT_WRITTEN)
 
 
-def _with_fitted_lag(model: Model, bench: Workbench) -> tuple[Model, Workbench, float]:
+def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet, float]:
     """The model and the set with the temperature of the table, and the thermometer's lag."""
     with Progress("fitting the thermometer's lag"):
-        lag = fitted_sensor_lag(model, bench.observations, bench.effects)
+        lag = fitted_sensor_lag(model, loaded.observations, loaded.effects)
         measured = f"{figure(lag.value, 3)} s ± {figure(lag.sigma, 2)} s"
         if lag.value < 2.0 * lag.sigma:
             console.print(f"the thermometer does not lag, as far as the set tells: {measured}")
-            return model, bench, 0.0
-        measurement = set_without_lag(bench.measurement_set, lag.value)
+            return model, loaded, 0.0
+        measurement = set_without_lag(loaded.measurement_set, lag.value)
         observations = observations_of(
-            measurement, reference_temperature_c=bench.observations.reference_temperature_c
+            measurement, reference_temperature_c=loaded.observations.reference_temperature_c
         )
-        model, _ = fitted(model, observations, bench.effects)
+        model, _ = fitted(model, observations, loaded.effects)
     console.print(f"the thermometer lags by {measured}")
-    return model, replace(bench, observations=observations, measurement_set=measurement), lag.value
+    return model, replace(loaded, observations=observations, measurement_set=measurement), lag.value
 
 
 def _tell_what_became(became: Outcome) -> None:
@@ -292,7 +292,7 @@ def _check_points(form: TableFormat, points: int | None) -> None:
 
 
 def _write_table(
-    bench: Workbench,
+    loaded: LoadedSet,
     correction: Correction,
     form: TableFormat,
     points: int,
@@ -301,9 +301,9 @@ def _write_table(
     *,
     force: bool,
 ) -> None:
-    text = form.text(correction, points, one_line(bench.measurement))
+    text = form.text(correction, points, one_line(loaded.measurement))
     left = form.left(text, correction)
-    refused = _table_objections(bench, correction)
+    refused = _table_objections(loaded, correction)
     for warning in correction.warnings:
         tell_warning(warning)
     for objection in refused:
@@ -347,14 +347,14 @@ def _write_table(
         raise SystemExit(NOT_WRITTEN)
 
 
-def _table_objections(bench: Workbench, correction: Correction) -> list[str]:
+def _table_objections(loaded: LoadedSet, correction: Correction) -> list[str]:
     """Why the table should not be used: the set's own reference run gets worse by it."""
-    reference = bench.measurement_set.reference
+    reference = loaded.measurement_set.reference
     if reference is None:
         return []
     if reference.mask is not None:
         reference = reference.where(~reference.mask)
-    readings = reading_rad(reference, bench.observations.counts_per_rev)
+    readings = reading_rad(reference, loaded.observations.counts_per_rev)
     before = reference.error_arcsec
     after = before - correction.error_arcsec(readings, reference.direction)
     return of_comparison(

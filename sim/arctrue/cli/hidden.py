@@ -11,11 +11,11 @@ import click
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._ladder import ladder_table
+from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._options import json_option, lanes_option
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile, OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say
-from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.studies.hidden_effect.cases import CASES
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ import click
 from msgspec import structs
 
 from arctrue.cli._ladder import ladder_table
+from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder
-from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.workbench.model.model_file import read_model
 from arctrue.workbench.model.noise_floor import with_one_floor
 

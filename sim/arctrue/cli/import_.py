@@ -12,14 +12,14 @@ from pathlib import Path
 import click
 
 from arctrue.base.printable import one_line
-from arctrue.cli._import_questions import Asker, Import
+from arctrue.cli._import_questions import Asker, all_open
+from arctrue.cli._loaded_set import console, for_people
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._places import Places
 from arctrue.cli._runs import print_runs
 from arctrue.cli._tables import table, words
 from arctrue.cli._terminal import note
-from arctrue.cli._workbench import console, for_people
 from arctrue.importing import (
     Ambiguous,
     AmbiguousError,
@@ -30,6 +30,7 @@ from arctrue.importing import (
 )
 from arctrue.importing.choices import refuse
 from arctrue.importing.quantities import QUANTITIES, UNITS
+from arctrue.importing.questions import Import
 from arctrue.measurement import Origin, Table, write_measurement_set
 from arctrue.measurement.description import FILE_NAME
 
@@ -58,7 +59,7 @@ def _ask(asked: Ambiguous) -> str:
         return str(click.prompt(asked.option.strip("-"), err=True))
     answers = click.Choice([*asked.answers, *asked.numbered])
     # The question lists the columns with their numbers.
-    label = asked.option.strip("-") + (", number or name" if asked.numbered else "")
+    label = asked.name.strip("-") + (", number or name" if asked.numbered else "")
     return str(click.prompt(label, type=answers, show_choices=not asked.numbered, err=True))
 
 
@@ -204,7 +205,7 @@ def import_(
     try:
         imported = import_.run(choices)
     except AmbiguousError as error:
-        raise ValueError(import_.all_open(error.asked)) from error
+        raise ValueError(all_open(import_, error.asked)) from error
     command = _command(choices.answers)
     _print(files, imported)
     if dry_run:

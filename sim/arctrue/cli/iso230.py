@@ -11,13 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.cli._figures import figure
-from arctrue.cli._numbers import Finite
-from arctrue.cli._options import temperature_option
-from arctrue.cli._progress import Progress
-from arctrue.cli._tables import number, table, words
-from arctrue.cli._terminal import say, tell_warning
-from arctrue.cli._workbench import (
-    Workbench,
+from arctrue.cli._loaded_set import (
+    LoadedSet,
     common_options,
     console,
     for_people,
@@ -25,6 +20,11 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
+from arctrue.cli._numbers import Finite
+from arctrue.cli._options import temperature_option
+from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
+from arctrue.cli._terminal import say, tell_warning
 from arctrue.measurement.digest import set_digest
 from arctrue.metrology.correction import Correction, reading_rad
 from arctrue.metrology.iso230 import Contributions, Positioning, of_reference
@@ -64,20 +64,20 @@ def iso230(
     With --model it also gives the figures of what a correction by this model leaves. Each row that
     no mask names is used. --out writes iso230.md, iso230.html and iso230.pdf into that folder.
     """
-    bench = load(measurement_set, model_file, folders)
-    reference = bench.measurement_set.reference
+    loaded = load(measurement_set, model_file, folders)
+    reference = loaded.measurement_set.reference
     if reference is None:
         raise ValueError(f"{measurement_set}: has no reference run, which ISO 230-2 figures need")
     before = of_reference(reference)
     after = None
     notes: list[str] = []
     if model_file is not None:
-        correction = _correction(bench, temperature)
-        readings = reading_rad(reference, bench.observations.counts_per_rev)
+        correction = _correction(loaded, temperature)
+        readings = reading_rad(reference, loaded.observations.counts_per_rev)
         after = of_reference(reference, correction.error_arcsec(readings, reference.direction))
         notes += [f"not corrected: {text}" for text in correction.left_out]
         if any(
-            step.measurement_sha256 == set_digest(measurement_set) for step in bench.model.history
+            step.measurement_sha256 == set_digest(measurement_set) for step in loaded.model.history
         ):
             notes.append("the model was fitted to this run: no independent test of the correction")
         for warning in correction.warnings:
@@ -87,7 +87,7 @@ def iso230(
     notes += _lacking(contributions)
     _print(before, after, uncertainty, notes)
     data = _data(before, after, uncertainty, notes, contributions)
-    data["set"] = {"title": bench.measurement, "sha256": set_digest(measurement_set)}
+    data["set"] = {"title": loaded.measurement, "sha256": set_digest(measurement_set)}
     data["model"] = None if model_file is None else model_file.name
     data["program"] = f"arctrue {version('arctrue')}"
     write_json(json_file, data)
@@ -99,12 +99,14 @@ def iso230(
             console.print(f"wrote {path}", soft_wrap=True)
 
 
-def _correction(bench: Workbench, temperature: float | None) -> Correction:
-    model = bench.model
+def _correction(loaded: LoadedSet, temperature: float | None) -> Correction:
+    model = loaded.model
     if not all(entry.coefficients for entry in model.effects):
         with Progress("fitting"):
-            model, _ = fitted(model, bench.observations, bench.effects)
-    return Correction.of_model(model, bench.observations, bench.effects, temperature_c=temperature)
+            model, _ = fitted(model, loaded.observations, loaded.effects)
+    return Correction.of_model(
+        model, loaded.observations, loaded.effects, temperature_c=temperature
+    )
 
 
 def _lacking(contributions: Contributions) -> list[str]:

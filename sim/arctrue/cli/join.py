@@ -11,10 +11,10 @@ import click
 
 from arctrue.base.printable import one_line
 from arctrue.cli._guide import next_option, refuse_what_was_not_asked
+from arctrue.cli._loaded_set import console, for_people
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
 from arctrue.cli._terminal import tell_warning
-from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import Origin, joined, read_measurement_set, write_measurement_set
 from arctrue.measurement.description import FILE_NAME
 

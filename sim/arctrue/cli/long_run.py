@@ -8,10 +8,10 @@ import click
 
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import console, for_people, write_json, write_page
 from arctrue.report.numbers import plain
 
 LEAST_TURNS = 30

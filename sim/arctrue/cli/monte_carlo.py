@@ -9,10 +9,10 @@ import click
 from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration.calibration import METHODS
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
+from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import page_option
 from arctrue.cli._outputs import OutputFile, OutputFolder
-from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.studies.campaign import read_results
 from arctrue.studies.campaign.store import read_header
 from arctrue.studies.monte_carlo.plan import TrialPlan

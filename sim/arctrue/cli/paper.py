@@ -13,11 +13,11 @@ from arctrue.base.typed_content import ContentError, read_json, typed
 from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, lanes_option
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
 
 FULL_INTERPOLATION = 1024

@@ -1,4 +1,4 @@
-"""arctrue report: a look at a set and a model as one file to mail."""
+"""arctrue report: an analysis of a set and a model as one file to mail."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from pathlib import Path
 
 import click
 
-from arctrue.cli._progress import Progress
-from arctrue.cli._workbench import (
+from arctrue.cli._loaded_set import (
     common_options,
     console,
     for_people,
@@ -16,9 +15,10 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
+from arctrue.cli._progress import Progress
+from arctrue.report.analysis import analyse
 from arctrue.report.charts.chart import ARCSEC, URAD
-from arctrue.report.examined import look_at
-from arctrue.report.view import View
+from arctrue.report.display import DisplaySettings
 
 
 @click.command("report", short_help="Write the page of a set as one HTML file.")
@@ -59,33 +59,35 @@ def report(
     The set, measurement and model, where it fails, the finding, what is missing, how the error
     fell, and what a device would get. Without --out: into the folder report.
     """
-    from arctrue.report.look_report import write_look_report
+    from arctrue.report.analysis_report import write_analysis_report
     from arctrue.report.numbers import plain
     from arctrue.report.ranking import ranked
 
-    bench = load(measurement_set, model_file, folders)
+    loaded = load(measurement_set, model_file, folders)
     with Progress("fitting") as progress:
-        examined = look_at(
-            bench.measurement_set,
-            bench.measurement,
-            bench.model,
-            bench.effects,
-            bench.observations,
+        analysis = analyse(
+            loaded.measurement_set,
+            loaded.measurement,
+            loaded.model,
+            loaded.effects,
+            loaded.observations,
         )
-        if against and against not in examined.conditions:
+        if against and against not in analysis.conditions:
             raise ValueError(
-                f"--against {against}: expected one of {', '.join(examined.conditions)}"
+                f"--against {against}: expected one of {', '.join(analysis.conditions)}"
             )
-        ranking = plain(ranked(examined, progress.now, seed=seed))
+        ranking = plain(ranked(analysis, progress.now, seed=seed))
         progress.now("drawing")
-        view = View(unit=URAD if unit == URAD else ARCSEC, whitened=whitened, against=against)
+        display = DisplaySettings(
+            unit=URAD if unit == URAD else ARCSEC, whitened=whitened, against=against
+        )
         words = ["arctrue", "report", str(measurement_set)]
         words += [] if model_file is None else ["--model", str(model_file)]
         words += [word for folder in folders for word in ("--effects", str(folder))]
-        paths = write_look_report(
-            examined,
+        paths = write_analysis_report(
+            analysis,
             ranking,
-            view,
+            display,
             out or Path("report"),
             measurement_set=measurement_set,
             command=shlex.join(words),

@@ -9,12 +9,12 @@ import click
 
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, lanes_option
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_error
-from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
     from arctrue.studies.revolution import RevolutionResult

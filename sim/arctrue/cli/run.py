@@ -9,11 +9,11 @@ import click
 
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table
 from arctrue.cli._terminal import tell_error
-from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
     from arctrue.studies.scenario import ScenarioResult, ScenarioTurn

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._loaded_set import for_people
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._terminal import note
-from arctrue.cli._workbench import for_people
 
 _STATE = Path("arctrue") / "page"
 

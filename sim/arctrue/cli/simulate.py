@@ -7,10 +7,10 @@ from pathlib import Path
 import click
 import numpy as np
 
+from arctrue.cli._loaded_set import console, for_people
 from arctrue.cli._numbers import SEED, Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import table, words
-from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
 from arctrue.studies.simulate.hidden import hidden_effect

@@ -10,7 +10,10 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Ambiguous:
-    """One question: ``option`` of the command line answers it, with one of ``answers``."""
+    """One question: ``option`` of the command line answers it, with one of ``answers``.
+
+    An option that takes ``KEY=ANSWER`` (``--unit head1=counts``) has its ``key`` here.
+    """
 
     option: str
     question: str
@@ -19,11 +22,20 @@ class Ambiguous:
     """True: ``answers`` are examples, and any text may be given."""
     numbered: Mapping[str, str] = field(default_factory=dict)
     """Answers by the numbers that the question lists them with."""
+    key: str = ""
+
+    @property
+    def name(self) -> str:
+        """The option with its key: no two questions of an import have the same one."""
+        return f"{self.option} {self.key}" if self.key else self.option
+
+    def option_value(self, answer: str) -> str:
+        """What follows the option where ``answer`` is given."""
+        return f"{self.key}={answer}" if self.key else answer
 
     def typed(self, answer: str) -> str:
         """The option with ``answer``, as it is typed in a shell."""
-        option, key = self.option.partition(" ")[::2]
-        return f"{option} {shlex.quote(f'{key}={answer}' if key else answer)}"
+        return f"{self.option} {shlex.quote(self.option_value(answer))}"
 
     def in_words(self) -> str:
         """The question, and what to type."""
@@ -50,8 +62,10 @@ _OF_THE_DATA = ("--zero", "--clock-offset", "--order")
 """What the data ask only once columns and units are known."""
 
 
-def open_questions(attempt: Callable[[Choices], object], no: str) -> list[Ambiguous]:
-    """All questions of ``attempt``, and not only the first.
+def open_questions(
+    attempt: Callable[[Choices], object], no: str, given: Mapping[str, str]
+) -> list[Ambiguous]:
+    """All questions of ``attempt`` that ``given`` does not answer, and not only the first.
 
     Each is answered for the time being, with ``no`` where that is the last of its answers and
     another column can stand for it, else with the first one; what the answer leads to is asked
@@ -62,11 +76,11 @@ def open_questions(attempt: Callable[[Choices], object], no: str) -> list[Ambigu
     def answer(asked: Ambiguous) -> str:
         if asked.option not in _OF_THE_DATA or not found:
             found.append(asked)
-        may_lack = asked.option == "--column error" and asked.answers[-1] == no
+        may_lack = (asked.option, asked.key) == ("--column", "error") and asked.answers[-1] == no
         return asked.answers[-1 if may_lack else 0]
 
     with suppress(ValueError, OSError):
-        attempt(Choices(answer))
+        attempt(Choices(answer, given=dict(given)))
     return found
 
 
@@ -75,25 +89,24 @@ class Choices:
     """Asks, and keeps what was decided.
 
     ``notes``: what was found or decided, one sentence each. ``answers``: options with the answers
-    that a person gave, as they would be typed.
+    that a person gave, as they would be typed. ``given``: the answers by :attr:`Ambiguous.name`.
     """
 
     answer: Callable[[Ambiguous], str] = refuse
     notes: list[str] = field(default_factory=list)
     answers: list[tuple[str, str]] = field(default_factory=list)
+    given: dict[str, str] = field(default_factory=dict)
 
     def ask(self, asked: Ambiguous) -> str:
         """The answer, asked once. Raises AmbiguousError where nobody answers."""
-        option, key = asked.option.partition(" ")[::2]
-        start = f"{key}=" if key else ""
-        for earlier, answer in self.answers:
-            if earlier == option and answer.startswith(start):
-                return answer.removeprefix(start)
-        given = self.answer(asked)
-        if given not in asked.answers:
-            given = asked.numbered.get(given, given)
-        self.answers.append((option, f"{start}{given}"))
-        return given
+        if asked.name in self.given:
+            return self.given[asked.name]
+        answer = self.answer(asked)
+        if answer not in asked.answers:
+            answer = asked.numbered.get(answer, answer)
+        self.given[asked.name] = answer
+        self.answers.append((asked.option, asked.option_value(answer)))
+        return answer
 
     def note(self, text: str) -> None:
         """Keep a sentence for the summary, once."""

@@ -138,9 +138,10 @@ def _unit(
         said, possible = "it is in parts of sixty, of degrees or of hours", ["deg", "hours"]
     return choices.ask(
         Ambiguous(
-            f"--unit {name}",
+            "--unit",
             f"{recording.path}, column {column}: {said}.",
             possible,
+            key=name,
         )
     )
 
@@ -271,10 +272,11 @@ def _ask_for_what_is_needed(
         if not options and not may_lack:
             raise ValueError(f"no column is left that could be {what}: {listed}")
         asked = Ambiguous(
-            f"--column {name}",
+            "--column",
             f"Which column is {what}? {listed}.",
             [*options, NONE] if may_lack else options,
             numbered=numbered,
+            key=name,
         )
         given = choices.ask(asked)
         if given != NONE:

@@ -10,5 +10,5 @@ from arctrue.page.session import Session
 
 def to_step(session: Session, number: int, query: str = "", place: str = "") -> Response:
     """Go to the page of a step, so that loading it again changes nothing (HTTP 303)."""
-    address = url_for("look.look", name=session.name, number=number)
+    address = url_for("analysis.step_page", name=session.name, number=number)
     return redirect(f"{address}{query}{'#' + place if place else ''}", 303)

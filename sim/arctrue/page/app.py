@@ -10,12 +10,12 @@ from flask import Flask, Response, render_template, send_file
 from jinja2 import ChoiceLoader, PackageLoader
 from werkzeug.exceptions import HTTPException
 
+from arctrue.page.analyses import Analyses
+from arctrue.page.analysis_pages import analysis_pages
 from arctrue.page.commands import Commands
 from arctrue.page.folder import ChosenFolder
 from arctrue.page.guard import guard
 from arctrue.page.jobs import Jobs
-from arctrue.page.look_pages import look_pages
-from arctrue.page.looks import Looks
 from arctrue.page.plotly_file import plotly_file
 from arctrue.page.session import NoSuchSessionError, Sessions
 from arctrue.page.settings import PageSettings
@@ -30,7 +30,7 @@ class Page:
 
     app: Flask
     jobs: Jobs
-    looks: Looks
+    analyses: Analyses
     folder: ChosenFolder
 
 
@@ -49,11 +49,11 @@ def make_page(settings: PageSettings) -> Page:
     guard(app, settings.hosts, settings.token)
     commands = Commands(settings.effect_folders)
     sessions = Sessions(settings.state)
-    looks = Looks(sessions, catalogue(settings.effect_folders), commands)
+    analyses = Analyses(sessions, catalogue(settings.effect_folders), commands)
     jobs = Jobs(settings.effect_folders)
     folder = ChosenFolder(settings.folder)
-    app.register_blueprint(start_pages(settings, folder, looks, commands))
-    app.register_blueprint(look_pages(settings, looks, jobs, commands))
+    app.register_blueprint(start_pages(settings, folder, analyses, commands))
+    app.register_blueprint(analysis_pages(settings, analyses, jobs, commands))
 
     @app.get("/style.css")
     def style() -> Response:
@@ -77,7 +77,7 @@ def make_page(settings: PageSettings) -> Page:
         said = "The program has a fault; its terminal says more. Nothing that was kept is lost"
         return _sentence(f"{said}: {type(error).__name__}: {error}."), 500
 
-    return Page(app, jobs, looks, folder)
+    return Page(app, jobs, analyses, folder)
 
 
 def _sentence(text: str) -> str:

@@ -12,8 +12,8 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from arctrue.base.whole_file import write_whole_text
+from arctrue.page.analyses import analyse_opened
 from arctrue.page.jobs import PROGRESS
-from arctrue.page.looks import examine
 from arctrue.page.session import Session
 from arctrue.report.numbers import plain
 from arctrue.report.ranking import Ranking, ranked
@@ -23,7 +23,7 @@ _BETWEEN_S = 0.2
 
 
 class _DoingFile:
-    """Says what is done, in a file that the page reads; not more often than anybody looks."""
+    """Says what is done, in a file that the page reads; not more often than anybody analyses."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._said = path, 0.0
@@ -40,12 +40,12 @@ def main(session_folder: str, step: str, *effect_folders: str) -> None:
     progress = _DoingFile(session.step_folder(number) / PROGRESS)
     progress("reading the set")
     effects = catalogue([Path(folder) for folder in effect_folders])
-    examined = examine(session.opened, session.model(number), effects)
+    analysis = analyse_opened(session.opened, session.model(number), effects)
 
     def partly(found: Ranking) -> None:
         session.write_ranking(number, plain({**found, "whole": False}))
 
-    found = ranked(examined, progress, partly)
+    found = ranked(analysis, progress, partly)
     session.write_ranking(number, plain({**found, "whole": True}))
 
 

@@ -46,7 +46,7 @@ def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None
     page = make_page(settings)
     path = "/"
     if page.folder.is_set:
-        session, step = open_set_of(page.folder, ".", page.looks)
+        session, step = open_set_of(page.folder, ".", page.analyses)
         path = f"/s/{session.name}/{step.number}/"
     server = create_server(
         page.app,

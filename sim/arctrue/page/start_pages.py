@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +12,17 @@ from flask import Blueprint, render_template, request
 from werkzeug.exceptions import RequestEntityTooLarge
 from werkzeug.wrappers import Response
 
-from arctrue.importing import Ambiguous, AmbiguousError
+from arctrue.importing import Ambiguous
 from arctrue.measurement import write_measurement_set
 from arctrue.measurement.description import read_description
 from arctrue.page.addresses import to_step
+from arctrue.page.analyses import Analyses
 from arctrue.page.commands import Commands
 from arctrue.page.folder import ChosenFolder
-from arctrue.page.looks import Looks
 from arctrue.page.people import PEOPLE_ERRORS, sentence
 from arctrue.page.session import SET, Opened, Session, Step, now
 from arctrue.page.settings import MEGABYTE, PageSettings
-from arctrue.page.uploads import keep, receive
+from arctrue.page.uploads import OpenQuestionsError, keep, receive
 from arctrue.studies.simulate.experiment import EXPERIMENTS
 from arctrue.studies.simulate.hidden import hidden_effect
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
@@ -37,20 +38,21 @@ _LARGEST_SEED = 2**32 - 1
 
 
 def start_pages(
-    settings: PageSettings, folder: ChosenFolder, looks: Looks, commands: Commands
+    settings: PageSettings, folder: ChosenFolder, analyses: Analyses, commands: Commands
 ) -> Blueprint:
     """Routes of the first page."""
     pages = Blueprint("start", __name__)
 
-    def start(status: int = 200, **told: Any) -> tuple[str, int]:
-        """``told``: a sentence beside the part that it is about; a question of an import."""
-        sessions = [(session, session.opened) for session in looks.sessions.all()[:20]]
+    def start(status: int = 200, **messages: Any) -> tuple[str, int]:
+        """``messages``: a sentence beside the part that it is about; the questions of an import."""
+        sessions = [(session, session.opened) for session in analyses.sessions.all()[:20]]
         shown: dict[str, Any] = {
             "open": "",
             "drop": "",
             "generate": "",
-            "asked": None,
+            "asked": [],
             "answers": {},
+            "previews": [],
             "kept": "",
         }
         return (
@@ -62,7 +64,7 @@ def start_pages(
                 kinds=_KINDS,
                 most_megabytes=settings.most_bytes // MEGABYTE,
                 most_bytes=settings.most_bytes,
-                **{**shown, **told},
+                **{**shown, **messages},
             ),
             status,
         )
@@ -74,17 +76,17 @@ def start_pages(
     @pages.post("/open")
     def open_set() -> tuple[str, int] | Response:
         try:
-            session, step = open_set_of(folder, request.form.get("set", ""), looks)
+            session, step = open_set_of(folder, request.form.get("set", ""), analyses)
         except PEOPLE_ERRORS as error:
             return start(422, open=sentence(error))
         return to_step(session, step.number)
 
     @pages.post("/generate")
     def generate() -> tuple[str, int] | Response:
-        place = looks.sessions.make()
+        place = analyses.sessions.make()
         try:
             opened = _generated(place, request.form.get("experiment", ""), request.form, commands)
-            session, step = looks.first(place, opened)
+            session, step = analyses.first(place, opened)
         except PEOPLE_ERRORS as error:
             shutil.rmtree(place, ignore_errors=True)
             return start(422, generate=sentence(error, place))
@@ -94,7 +96,7 @@ def start_pages(
     def drop_in() -> tuple[str, int] | Response:
         try:
             answers = _answers(request.form)
-            place, paths = _kept(looks, request.form.get("kept", ""))
+            place, paths = _kept(analyses, request.form.get("kept", ""))
         except RequestEntityTooLarge:
             most = settings.most_bytes // MEGABYTE
             return start(
@@ -103,10 +105,16 @@ def start_pages(
         try:
             if not paths:
                 paths = keep(request.files.getlist("file"), place / _UPLOAD)
-            session, step = _received(looks, place, paths, answers, commands)
-        except AmbiguousError as error:
-            asked = _told(error.asked, place / _UPLOAD)
-            return start(422, asked=asked, answers=answers, kept=place.name)
+            session, step = _received(analyses, place, paths, answers, commands)
+        except OpenQuestionsError as error:
+            asked = [_without_folder(item, place / _UPLOAD) for item in error.asked]
+            return start(
+                422,
+                asked=asked,
+                answers=error.answers,
+                previews=error.previews,
+                kept=place.name,
+            )
         except PEOPLE_ERRORS as error:
             shutil.rmtree(place, ignore_errors=True)
             return start(422, drop=sentence(error, place / SET, place / _UPLOAD, place))
@@ -114,20 +122,20 @@ def start_pages(
 
     @pages.post("/forget/<name>")
     def forget(name: str) -> tuple[str, int]:
-        looks.sessions.forget(name)
+        analyses.sessions.forget(name)
         return start()
 
     return pages
 
 
-def open_set_of(folder: ChosenFolder, name: str, looks: Looks) -> tuple[Session, Step]:
+def open_set_of(folder: ChosenFolder, name: str, analyses: Analyses) -> tuple[Session, Step]:
     """A session of a set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
     path, named = folder.path(name), folder.as_named(name)
     title = read_description(path).keys.title or path.resolve().name
-    place = looks.sessions.make()
+    place = analyses.sessions.make()
     try:
         opened = Opened(title, str(path.resolve()), named, "", generated=False, date=now())
-        return looks.first(place, opened)
+        return analyses.first(place, opened)
     except PEOPLE_ERRORS:
         shutil.rmtree(place, ignore_errors=True)
         raise
@@ -168,27 +176,26 @@ def _answers(form: Any) -> dict[str, str]:
     }
 
 
-def _kept(looks: Looks, name: str) -> tuple[Path, list[Path]]:
+def _kept(analyses: Analyses, name: str) -> tuple[Path, list[Path]]:
     """The folder of this upload, and the files of an earlier try that a question held up."""
     if name.isalnum():
-        place = looks.sessions.folder / name
+        place = analyses.sessions.folder / name
         files = place / _UPLOAD
         if files.is_dir() and not (place / "session.json").exists():
             return place, sorted(files.iterdir())
-    return looks.sessions.make(), []
+    return analyses.sessions.make(), []
 
 
 def _received(
-    looks: Looks, place: Path, paths: list[Path], answers: dict[str, str], commands: Commands
+    analyses: Analyses, place: Path, paths: list[Path], answers: dict[str, str], commands: Commands
 ) -> tuple[Session, Step]:
     received = receive(paths, place / SET, answers)
     name = "table"
     command = commands.imported(received.files, received.answers, name) if received.imported else ""
     opened = Opened(received.title, str(place / SET), name, command, generated=False, date=now())
-    return looks.first(place, opened)
+    return analyses.first(place, opened)
 
 
-def _told(asked: Ambiguous, folder: Path) -> Ambiguous:
+def _without_folder(asked: Ambiguous, folder: Path) -> Ambiguous:
     """The question without the server's own path."""
-    question = asked.question.replace(f"{folder}/", "")
-    return Ambiguous(asked.option, question, list(asked.answers), asked.free_text)
+    return replace(asked, question=asked.question.replace(f"{folder}/", ""))

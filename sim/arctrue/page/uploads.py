@@ -20,9 +20,9 @@ from arctrue.importing import (
     Choices,
     ReadSettings,
     Settings,
-    import_recordings,
-    read_recording,
 )
+from arctrue.importing.preview import Preview
+from arctrue.importing.questions import Import
 from arctrue.measurement import Origin, Table, read_measurement_set, write_measurement_set
 from arctrue.measurement.description import FILE_NAME
 
@@ -49,6 +49,17 @@ class Received:
     files: list[str]
     answers: list[tuple[str, str]]
     imported: bool
+
+
+class OpenQuestionsError(ValueError):
+    """Files leave questions open: ``asked``, with the ``answers`` given so far and the previews."""
+
+    def __init__(
+        self, asked: Sequence[Ambiguous], answers: Mapping[str, str], previews: Sequence[Preview]
+    ) -> None:
+        """Keep what a form shows."""
+        super().__init__(", ".join(item.name for item in asked))
+        self.asked, self.answers, self.previews = asked, answers, previews
 
 
 def keep(sent: Sequence[Sent], folder: Path) -> list[Path]:
@@ -80,8 +91,8 @@ def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Rec
     """Make the set ``out`` of files that were kept.
 
     With a measurement.toml among them they are a set; else ``arctrue import`` reads them, its
-    questions answered by ``answers``: the option (``--unit head1``) gives the answer. Raises
-    AmbiguousError for a question that is open, MeasurementError, ValueError.
+    questions answered by ``answers``, by the names of the questions (``--unit head1``). Raises
+    OpenQuestionsError with all questions that are open, MeasurementError, ValueError.
     """
     if any(path.name == FILE_NAME for path in paths):
         out.mkdir(parents=True, exist_ok=True)
@@ -89,9 +100,14 @@ def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Rec
             shutil.copyfile(path, out / path.name)
         title = read_measurement_set(out).title or "dropped in"
         return Received(title, [path.name for path in paths], [], imported=False)
+    import_ = Import(paths, "", ReadSettings(), Settings(table=Table()))
     choices = Choices(lambda asked: _answer(asked, answers))
-    recordings = [read_recording(path, "", ReadSettings(), choices) for path in paths]
-    imported = import_recordings(recordings, Settings(table=Table()), choices)
+    try:
+        imported = import_.run(choices)
+    except AmbiguousError as error:
+        given = {name: text for name, text in answers.items() if name != error.asked.name}
+        asked = import_.questions(error.asked, given)
+        raise OpenQuestionsError(asked, given, import_.previews()) from error
     names = [path.name for path in paths]
     title = imported.measurement.title or ", ".join(names)
     decided = tuple(one_line(text) for text in imported.notes)
@@ -101,7 +117,7 @@ def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Rec
 
 
 def _answer(asked: Ambiguous, answers: Mapping[str, str]) -> str:
-    given = answers.get(asked.option, "").strip()
+    given = answers.get(asked.name, "").strip()
     if not given or (not asked.free_text and given not in asked.answers):
         raise AmbiguousError(asked)
     return given

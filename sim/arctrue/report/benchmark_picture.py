@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, INK, LIMIT, house_style
 
-PICTURE = "blind.svg"
+PICTURE = "benchmark.svg"
 CLASSES_LAST = ("one of them", "adequate", "cannot_tell", "unknown", "bad_data", "error")
 """Answers without a name stand at the right end, classes that a set cannot split before them."""
 

@@ -1,4 +1,4 @@
-"""What is missing, where the model fails and what a device would get: the slow half of a look.
+"""What is missing, where the model fails and what a device would get: the slow half of an analysis.
 
 It runs beside the page or before a report, and its outcome is JSON.
 """
@@ -14,8 +14,8 @@ from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import compare as compare_with_reference
 from arctrue.gateware.coefficient_file import coefficient_file_text
 from arctrue.generated.number_formats import LANES_DEFAULT
-from arctrue.report.examined import Examined
-from arctrue.report.finding import Finding, Shown, finding_of
+from arctrue.report.analysis import Analysis
+from arctrue.report.effect_amplitude import AmplitudeCurve, EffectAmplitude, effect_amplitude
 from arctrue.workbench.compare.comparison import compare
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
@@ -30,7 +30,7 @@ SEED = 1
 
 
 def ranked(
-    examined: Examined,
+    analysis: Analysis,
     progress: ReportStep = lambda text: None,
     partly: Callable[[Ranking], None] = lambda found: None,
     *,
@@ -38,30 +38,30 @@ def ranked(
 ) -> Ranking:
     """Diagnosis, finding, findings and lanes; ``partly`` gets the diagnosis before the rest."""
     result = diagnose(
-        examined.observations, list(examined.solution.terms), examined.effects, progress=progress
+        analysis.observations, list(analysis.solution.terms), analysis.effects, progress=progress
     )
     found: Ranking = {
-        "diagnosis": diagnosis_data(result, examined.model.names()),
+        "diagnosis": diagnosis_data(result, analysis.model.names()),
         "sentences": sentences(result),
-        "finding": _finding(examined, result),
+        "finding": _finding(analysis, result),
         "findings": [],
         "regressors": [],
         "device": None,
     }
     partly(found)
     progress("where the model fails")
-    compared = compare(examined.solution, seed)
+    compared = compare(analysis.solution, seed)
     found["findings"] = [asdict(item) for item in compared.findings]
     found["regressors"] = [
         {"channel": item.channel, "condition": item.condition, "share": item.excess_share}
         for item in compared.maps
     ]
     progress("what the gateware would get")
-    found["device"] = device_data(examined)
+    found["device"] = device_data(analysis)
     return found
 
 
-def _finding(examined: Examined, result: Diagnosis) -> dict[str, Any] | None:
+def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
     """Of what is named, of the first that is not told apart, or of what was added last."""
     first = result.named or result.described
     if first is None and result.effect_class:
@@ -69,13 +69,13 @@ def _finding(examined: Examined, result: Diagnosis) -> dict[str, Any] | None:
             (item for item in result.candidates if item.name == result.effect_class[0]), None
         )
     after = None if first is None else result.left.get(first.name)
-    solution = examined.solution if first is None else first.solution
+    solution = analysis.solution if first is None else first.solution
     if after is not None:
         # As it is added: what the page promises is what the button gives.
         solution = after.solution
     if first is None and len(solution.terms) < 2:
         return None
-    found = finding_of(examined, solution)
+    found = effect_amplitude(analysis, solution)
     return {
         "effect": found.effect,
         "added": first is None,
@@ -84,30 +84,32 @@ def _finding(examined: Examined, result: Diagnosis) -> dict[str, Any] | None:
     }
 
 
-def finding_from(data: dict[str, Any]) -> Finding:
+def effect_amplitude_from(data: dict[str, Any]) -> EffectAmplitude:
     """The finding of a ranking that was kept as JSON."""
-    return Finding(data["effect"], [Shown.of_data(item) for item in data["shown"]], data["best"])
+    return EffectAmplitude(
+        data["effect"], [AmplitudeCurve.of_data(item) for item in data["shown"]], data["best"]
+    )
 
 
-def device_data(examined: Examined, temperature_c: float | None = None) -> dict[str, Any]:
+def device_data(analysis: Analysis, temperature_c: float | None = None) -> dict[str, Any]:
     """Lanes, what they leave, what speaks against them, and the file; or why there is none.
 
     Of effects that depend on the temperature: at ``temperature_c``, or at that of the set's rows
     in the middle.
     """
-    if temperature_c is None and examined.observations.has_temperature:
-        temperature_c = round(examined.observations.reference_temperature_c, 2)
+    if temperature_c is None and analysis.observations.has_temperature:
+        temperature_c = round(analysis.observations.reference_temperature_c, 2)
     try:
         export = export_model(
-            examined.model,
-            examined.observations,
-            examined.effects,
+            analysis.model,
+            analysis.observations,
+            analysis.effects,
             lanes=LANES_DEFAULT,
             temperature_c=temperature_c,
         )
     except ValueError as error:
         return {"refused": str(error), "temperature_c": temperature_c}
-    reference = examined.measurement.reference
+    reference = analysis.measurement.reference
     at_reference = None
     if reference is not None:
         if reference.mask is not None:
@@ -125,7 +127,7 @@ def device_data(examined: Examined, temperature_c: float | None = None) -> dict[
         "lanes": LANES_DEFAULT,
         "left_out": export.left_out,
         "warnings": export.warnings,
-        "objections": objections(examined.measurement, export.coefficients),
+        "objections": objections(analysis.measurement, export.coefficients),
         "at_reference": at_reference,
-        "file": coefficient_file_text(export.coefficients, title=examined.title),
+        "file": coefficient_file_text(export.coefficients, title=analysis.title),
     }

@@ -15,7 +15,7 @@ from rich.cells import cell_len
 from sim.tests.workbench.small_sets import measurement_set
 
 import arctrue.cli
-from arctrue.cli import _workbench, main
+from arctrue.cli import _loaded_set, main
 from arctrue.cli._tables import WIDTH, live_head, number, table, words
 from arctrue.cli._terminal import Console
 from arctrue.measurement import write_measurement_set
@@ -104,7 +104,7 @@ WORDS = {
 def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(place)
     monkeypatch.setenv("COLUMNS", str(WIDTH))
-    monkeypatch.setattr(_workbench.console, "width", WIDTH)
+    monkeypatch.setattr(_loaded_set.console, "width", WIDTH)
     assert CliRunner().invoke(main, ["effects", "new", "oval"]).exit_code == 0
     for name, typed in WORDS.items():
         done = CliRunner().invoke(main, typed)
@@ -114,8 +114,8 @@ def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -
 
 def printed(monkeypatch: pytest.MonkeyPatch, what: Any, *arguments: Any) -> str:
     """What a command prints of a result."""
-    monkeypatch.setattr(_workbench.console, "width", WIDTH)
-    with _workbench.console.capture() as got:
+    monkeypatch.setattr(_loaded_set.console, "width", WIDTH)
+    with _loaded_set.console.capture() as got:
         what(*arguments)
     return got.get()
 
@@ -187,7 +187,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     found = SimpleNamespace(
         case=SimpleNamespace(title="something"),
-        examined=SimpleNamespace(ladder=[step], effect_file=None),
+        analysis=SimpleNamespace(ladder=[step], effect_file=None),
         settings=SimpleNamespace(revolution=scale),
         raw=curve(),
         paper=curve(),

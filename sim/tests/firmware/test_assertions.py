@@ -50,3 +50,55 @@ def test_a_state_that_must_never_be_ends_the_step(change: str, condition: str) -
     assert ended.returncode == -signal.SIGABRT, ended.stderr
     assert "assertion fails" in ended.stderr
     assert condition in ended.stderr
+
+
+CALL = """
+from sim.tests.firmware.library import firmware
+ffi, library = firmware()
+print("prepared", flush=True)
+{call}
+"""
+
+
+@pytest.mark.parametrize(
+    ("call", "condition"),
+    [
+        (
+            "library.coefficients_most_order(ffi.new('struct coefficients *', {'lanes': 65}))",
+            "coefficients->lanes",
+        ),
+        ("library.coefficients_phase_step(1, 0)", "counts_per_rev"),
+        (
+            "library.average_add(ffi.new('struct average *'), "
+            "ffi.new('struct estimate *', {'orders': 41}), 0.5)",
+            "turn->orders",
+        ),
+        ("library.estimate_is_finite(ffi.new('struct estimate *', {'orders': 41}))", "->orders"),
+        ("library.index_uncertainty_rad(0, 0.1)", "counts_per_rev"),
+        ("library.text_fixed(ffi.new('struct text_sink *'), 1.0, 10)", "decimals"),
+        ("library.text_word(ffi.new('struct text_sink *'), ffi.NULL)", "word"),
+        (
+            "library.console_receive(ffi.new('struct console *', {'length': 81}), 32)",
+            "console->length",
+        ),
+        (
+            "library.console_step(ffi.new('struct console *', {'application': "
+            "ffi.new('struct application *'), 'dump_place': 2, 'dump_end': 1}))",
+            "console->dump_place",
+        ),
+    ],
+)
+def test_a_call_that_must_never_be_ends_the_process(call: str, condition: str) -> None:
+    """Of calibration and console: ORDERS_MAX 40, LANES_LIMIT 64, CONSOLE_LINE_MOST 80 characters,
+    9 decimals are the bounds."""
+    ended = subprocess.run(
+        [sys.executable, "-c", CALL.format(call=call)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "prepared" in ended.stdout, ended.stderr
+    assert ended.returncode == -signal.SIGABRT, ended.stderr
+    assert "assertion fails" in ended.stderr
+    assert condition in ended.stderr

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from tb.core.equation_9 import correction_bound_counts
+from sim.tests.gateware.equation_9 import correction_bound_counts
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate, compensate_clocks

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from tb.compensation.correction_ramp_scenarios import (
+from sim.tests.gateware.correction_ramp_scenarios import (
     COUNT,
     RATE_ONE,
     SCENARIOS,

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from tb.decoder.quadrature_decoder_scenarios import (
+from sim.tests.gateware.quadrature_decoder_scenarios import (
     FAULTY,
     LOSSLESS,
     RANDOM_SEEDS,

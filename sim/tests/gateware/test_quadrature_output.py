@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from tb.quadrature_output.quadrature_output_scenarios import SCENARIOS, Scenario, stimuli
+from sim.tests.gateware.quadrature_output_scenarios import SCENARIOS, Scenario, stimuli
 
 from arctrue.gateware.error_compensation import error_compensation
 from arctrue.gateware.quadrature_output import (

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tb.sampler.sampler_scenarios import SCENARIOS, Scenario, stimuli
+from sim.tests.gateware.sampler_scenarios import SCENARIOS, Scenario, stimuli
 
 from arctrue.gateware.sampler import (
     FLAG_NAMES,

@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 from sim.tests.faults.scene import Scene
 from sim.tests.faults.setting import COUNTS, TURN_CLOCKS
-from tb.core.equation_9 import correction_bound_counts, error_of_words_counts
+from sim.tests.gateware.equation_9 import correction_bound_counts, error_of_words_counts
 
 from arctrue.device.probe import Probe
 from arctrue.gateware.coefficients import Coefficients

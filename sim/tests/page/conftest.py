@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
-from scripts.browser import arguments
+from sim.tests.page.browser import arguments
 
 from tests.page.in_browser import PATIENCE_MS, PROGRAM
 

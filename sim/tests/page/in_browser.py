@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
-from scripts.browser import INSTALL, chromium
+from sim.tests.page.browser import INSTALL, chromium
 
 PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
 PATIENCE_MS = 240_000

@@ -5,13 +5,14 @@ Screenshots stay in build/page for people to look at.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
-from scripts.page_server import page_server
+from sim.tests.page.page_server import page_server
 
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS
@@ -41,6 +42,26 @@ def rms_on_the_ladder(page: Page) -> list[float]:
     """RMS of the capture at each step."""
     rows = page.locator("#ladder tbody tr", has_text="capture").all()
     return [float(row.locator("td").nth(4).inner_text().removesuffix("″")) for row in rows]
+
+
+def test_all_questions_of_an_import_are_answered_on_one_screen(
+    server: str, page: Page, tmp_path: Path
+) -> None:
+    stage = tmp_path / "stage.csv"
+    rows = "\n".join(f"{15 * n},{math.cos(math.radians(15 * n)):.3f}" for n in range(24))
+    stage.write_text(f"target,error\n{rows}\n", encoding="utf-8")
+    page.goto(server)
+    page.get_by_label("Files").set_input_files(stage)
+    page.get_by_role("button", name="Read them").click()
+    expect(page.locator("#dropin fieldset")).to_have_count(3)
+    expect(page.locator(".preview tbody tr").nth(1)).to_have_text(re.compile(r"15\s*0\.966"))
+    picture(page, "import_questions")
+    page.get_by_label("--unit target").select_option("deg")
+    page.get_by_label("--unit error").select_option("arcsec")
+    page.get_by_label("--sign").select_option("reading-true")
+    page.get_by_role("button", name="Answer").click()
+    page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
+    expect(page.locator("#set")).to_contain_text("24")
 
 
 @pytest.mark.slow

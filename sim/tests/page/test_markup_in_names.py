@@ -16,7 +16,7 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.figure import Figure
 from playwright.sync_api import Page, expect
-from scripts.page_server import page_server
+from sim.tests.page.page_server import page_server
 
 from arctrue.cli import main
 from arctrue.measurement import MeasurementSet, write_measurement_set

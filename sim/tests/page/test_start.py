@@ -158,23 +158,28 @@ def test_what_a_recording_leaves_open_is_asked_until_it_is_a_set(
 ) -> None:
     rows = "\n".join(f"{15 * n},{np.cos(np.radians(15 * n)):.3f}" for n in range(24))
     answer = client.post("/drop", data=sent("stage.csv", f"target,error\n{rows}\n".encode()))
-    answers: dict[str, str] = {}
     known = {"--unit target": "deg", "--unit error": "arcsec", "--sign": "reading-true"}
-    for _ in known:
-        if answer.status_code == 303:
-            break
-        html = answer.get_data(as_text=True)
-        option = re.findall(r'<(?:select|input) name="answer:([^"]+)"', html)[-1]
-        kept = re.findall(r'name="kept" value="([^"]+)"', html)[0]
-        answers[option] = known[option]
-        data = {f"answer:{name}": value for name, value in answers.items()}
-        answer = client.post("/drop", data={**data, "kept": kept})
+    html = answer.get_data(as_text=True)
+    assert answer.status_code == 422
+    # All questions on one screen, with the first rows.
+    assert re.findall(r'<(?:select|input) name="answer:([^"]+)"', html) == list(known)
+    assert "<th>1 target</th><th>2 error</th>" in html
+    assert "<td>15</td><td>0.966</td>" in html
+    kept = re.findall(r'name="kept" value="([^"]+)"', html)[0]
+    # An answer that is missing is asked again; those that were given are kept.
+    first = {"answer:--unit target": "deg", "answer:--sign": "reading-true", "kept": kept}
+    html = client.post("/drop", data=first).get_data(as_text=True)
+    assert re.findall(r'<select name="answer:([^"]+)"', html) == ["--unit error"]
+    held = dict(re.findall(r'type="hidden" name="(answer:[^"]+)" value="([^"]+)"', html))
+    assert held["answer:--unit target"] == "deg"
+    data = {f"answer:{name}": value for name, value in known.items()}
+    answer = client.post("/drop", data={**data, "kept": kept})
     assert answer.status_code == 303, problem(answer.get_data(as_text=True), "dropin")
     (made,) = (tmp_path / "state").glob("*/set")
     error = read_measurement_set(made).reference.error_arcsec  # type: ignore[union-attr]
     assert error[0] - error[12] == pytest.approx(2.0)
     html = client.get(answer.location).get_data(as_text=True)
-    for option, value in answers.items():
+    for option, value in known.items():
         name, _, key = option.partition(" ")
         assert f"{name} {key + '=' if key else ''}{value}" in html
 

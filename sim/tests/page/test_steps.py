@@ -13,9 +13,9 @@ import pytest
 from flask.testing import FlaskClient
 
 from arctrue.measurement import write_measurement_set
+from arctrue.page.analyses import analyse_opened
 from arctrue.page.app import make_page
 from arctrue.page.jobs import CANCELLED, Jobs
-from arctrue.page.looks import examine
 from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import NoSuchSessionError, Session, Sessions
 from arctrue.page.settings import PageSettings
@@ -222,9 +222,9 @@ def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> No
 def rankings(settings: PageSettings, client: FlaskClient, opened: str) -> list[Ranking]:
     """What a job writes of the first step: partly, then whole. The model lacks something."""
     session = Sessions(settings.state)[opened.split("/")[2]]
-    examined = examine(session.opened, session.model(1), built_in())
+    analysis = analyse_opened(session.opened, session.model(1), built_in())
     found: list[Ranking] = []
-    whole = ranked(examined, partly=lambda part: found.append(plain({**part, "whole": False})))
+    whole = ranked(analysis, partly=lambda part: found.append(plain({**part, "whole": False})))
     return [*found, plain({**whole, "whole": True})]
 
 

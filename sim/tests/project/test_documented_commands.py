@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from arctrue.cli import _workbench, main
+from arctrue.cli import _loaded_set, main
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import short
 from arctrue.studies.simulate.simulated_set import simulate_set
@@ -28,7 +28,7 @@ BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTIL
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
-    "arctrue flash": ("needs a device", "sim/tests/cli/test_flash.py"),
+    "arctrue flash": ("needs a device", "scripts/tests/image/test_flash_command.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/studies/revolution/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
     "arctrue heads": ("two minutes", "sim/tests/studies/heads/test_heads.py"),
@@ -41,30 +41,30 @@ ELSEWHERE = {
     "arctrue stop-and-go": ("a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
-    "arctrue report": ("it ends in a page; read there", "sim/tests/report/test_look_report.py"),
+    "arctrue report": ("it ends in a page; read there", "sim/tests/report/test_analysis_report.py"),
     "arctrue serve": ("it serves until it is stopped", "sim/tests/page/test_browser.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
 }
 """Commands of the documents that are run by another test: why not here, and by which."""
 TARGETS = {
-    "bitstream": ("routes a chip: hours", "sim/tests/device_build"),
-    "compare-lanes": ("minutes; its parts there", "sim/tests/synth/test_compare_lanes.py"),
-    "coverage-firmware": ("minutes; its counts", "sim/tests/project/test_firmware_coverage.py"),
-    "coverage-gateware": ("hours; its counts", "sim/tests/synth/test_gateware_coverage.py"),
+    "bitstream": ("routes a chip: hours", "scripts/tests/device_build"),
+    "compare-lanes": ("minutes; its parts there", "scripts/tests/synth/test_compare_lanes.py"),
+    "coverage-firmware": ("minutes; its counts", "scripts/tests/project/test_firmware_coverage.py"),
+    "coverage-gateware": ("hours; its counts", "scripts/tests/synth/test_gateware_coverage.py"),
     "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
-    "docs": ("writes files; here they are compared", "sim/tests/project/test_documents.py"),
+    "docs": ("writes files; here they are compared", "scripts/tests/project/test_documents.py"),
     "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
-    "flash": ("needs a board; the scripts run beside a false OpenOCD", "sim/tests/flash"),
-    "flash-bitstream": ("needs a board, as flash", "sim/tests/flash"),
+    "flash": ("needs a board; the scripts run beside a false OpenOCD", "scripts/tests/flash"),
+    "flash-bitstream": ("needs a board, as flash", "scripts/tests/flash"),
     "format": ("changes files; the lint is a part of make test", "Makefile"),
-    "image": ("its script there", "sim/tests/image"),
+    "image": ("its script there", "scripts/tests/image"),
     "instrument": ("what it builds is what these tests use", "sim/tests/instrument"),
-    "mutate": ("hours; its list there", "sim/tests/project/test_documents.py"),
+    "mutate": ("hours; its list there", "scripts/tests/project/test_documents.py"),
     "site": ("built there", "sim/tests/project/test_site.py"),
-    "synth": ("an hour; its parts there", "sim/tests/synth"),
+    "synth": ("an hour; its parts there", "scripts/tests/synth"),
     "test": ("it is what runs this", "Makefile"),
     "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
-    "verify-bitstream": ("needs a routed chip; its parts there", "sim/tests/device_build"),
+    "verify-bitstream": ("needs a routed chip; its parts there", "scripts/tests/device_build"),
 }
 """Targets of make in the documents: why they are not run here, and what tests them."""
 
@@ -159,7 +159,7 @@ INSTEAD = {"EFFECT": "hysteresis"}
 def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Word by word as they are printed, on small sets; a placeholder stands for one of them."""
     monkeypatch.chdir(place)
-    monkeypatch.setattr(_workbench.console, "width", 100)
+    monkeypatch.setattr(_loaded_set.console, "width", 100)
     for page, line in HERE:
         words = [INSTEAD.get(word, word) for word in shlex.split(line)[1:]]
         if words[0] == "add":
@@ -182,7 +182,7 @@ def test_the_example_of_a_wrong_name_says_what_the_page_says() -> None:
 
 PICTURES = {
     "alpha_maps.png": "docs/head-angle.md",
-    "blind.svg": "docs/blind.md",
+    "benchmark.svg": "docs/benchmark.md",
     "calibration_budget.svg": "docs/calibration-budget.md",
     "data_way.svg": "scripts/make_docs.py",
     "error_before_after.svg": "Makefile",

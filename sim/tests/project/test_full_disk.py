@@ -19,7 +19,7 @@ from sim.tests.workbench.small_sets import measurement_set
 import arctrue
 from arctrue.base.whole_file import whole_file, write_whole_text
 from arctrue.cli import main
-from arctrue.cli._workbench import write_json
+from arctrue.cli._loaded_set import write_json
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import write_measurement_set

@@ -9,6 +9,7 @@ from pathlib import Path
 import arctrue
 
 PACKAGE = Path(arctrue.__path__[0])
+SIM = Path(__file__).parents[2]
 
 
 def _modules() -> dict[str, Path]:
@@ -37,6 +38,24 @@ def test_no_module_imports_itself_through_others() -> None:
     graph = {name: _imported(file, modules) - {name} for name, file in modules.items()}
     # Raises CycleError, which names the circle.
     TopologicalSorter(graph).prepare()
+
+
+def test_nothing_in_sim_imports_the_scripts_or_the_test_benches() -> None:
+    """What they share with the package or its tests stands in sim."""
+    found = [
+        f"{file.relative_to(SIM)}:{node.lineno}"
+        for file in SIM.rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for name in _names(node)
+        if name.partition(".")[0] in ("scripts", "tb")
+    ]
+    assert found == []
+
+
+def _names(node: ast.AST) -> list[str]:
+    if isinstance(node, ast.Import):
+        return [item.name for item in node.names]
+    return [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
 
 
 def test_no_circle_of_the_workbench_hides_in_a_function() -> None:

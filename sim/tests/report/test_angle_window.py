@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from arctrue.report.analysis import analyse
 from arctrue.report.charts.angle_window import AngleWindow
 from arctrue.report.charts.bins import of_turn
 from arctrue.report.charts.chart import Band, Bars, Curve, HeatMap, Layer
 from arctrue.report.charts.plotly_chart import chart_data
-from arctrue.report.examined import look_at
-from arctrue.report.view import View, chart_of
+from arctrue.report.display import DisplaySettings, chart_of
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.model import default_model
 from tests.workbench.small_sets import measurement_set
@@ -79,9 +79,9 @@ def test_figures_of_an_arc_show_the_arc() -> None:
         capture=capture.where(near),
         reference=dataclasses.replace(reference, target_deg=target % 360.0),
     )
-    seen = look_at(arc, "", default_model(), built_in())
+    seen = analyse(arc, "", default_model(), built_in())
     for name in OVER_THE_TURN:
-        chart = chart_of(name, seen, None, View(against="angle"))
+        chart = chart_of(name, seen, None, DisplaySettings(against="angle"))
         assert chart is not None
         layout = chart_data(chart)["layout"]
         for number, panel in enumerate(chart.panels):

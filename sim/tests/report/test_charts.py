@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 import pytest
 from msgspec.structs import replace
 
+from arctrue.report.analysis import Analysis, analyse, with_effect
 from arctrue.report.charts.bins import of_turn
 from arctrue.report.charts.chart import Chart, Curve, HeatMap, in_unit
 from arctrue.report.charts.heat_map import heat_map
@@ -18,10 +19,9 @@ from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.charts.measurement_and_model import measurement_and_model
 from arctrue.report.charts.plotly_chart import chart_data
 from arctrue.report.charts.spectrum import Along, spectrum
-from arctrue.report.examined import Examined, look_at, with_effect
-from arctrue.report.finding import finding_of
+from arctrue.report.display import FIGURES, DisplaySettings, chart_of
+from arctrue.report.effect_amplitude import effect_amplitude
 from arctrue.report.numbers import plain
-from arctrue.report.view import FIGURES, View, chart_of
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.model import default_model
 from tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
@@ -36,18 +36,18 @@ WITHOUT_UNIT = {"run", "cycle", "step", "order, cycles a turn"}
 
 
 @pytest.fixture(scope="module")
-def warming() -> Examined:
+def warming() -> Analysis:
     """A table whose first order grows with the temperature, beside the paper's model."""
 
     def error(disc: np.ndarray, warm: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, warm, speed) + HEAT_ARCSEC_A_KELVIN * (warm - 20.0) * np.cos(disc)
 
     measured = measurement_set(error)
-    return look_at(measured, "warming", default_model(), built_in())
+    return analyse(measured, "warming", default_model(), built_in())
 
 
 @pytest.fixture(scope="module")
-def added(warming: Examined) -> Examined:
+def added(warming: Analysis) -> Analysis:
     return with_effect(warming, "thermal_eccentricity", {})
 
 
@@ -71,8 +71,8 @@ def test_a_bin_has_the_mean_and_the_ends_of_its_rows() -> None:
         assert (low, high) == (min(inside), max(inside))
 
 
-def test_the_finding_is_what_was_put_in(added: Examined) -> None:
-    found = finding_of(added, added.solution)
+def test_the_finding_is_what_was_put_in(added: Analysis) -> None:
+    found = effect_amplitude(added, added.solution)
     assert (found.effect, found.best) == ("thermal_eccentricity", "temperature")
     (capture,) = [item for item in found.over("temperature") if item.channel == "capture"]
     # cos(ψ + 33°) − cos ψ has the amplitude 2 sin 16.5°; a wave of RMS 1 has the amplitude √2.
@@ -91,8 +91,8 @@ def test_a_high_order_is_drawn_over_its_own_phase() -> None:
         return paper_error(disc, warm, speed) + RULED_ARCSEC * np.cos(RULED_ORDER * disc)
 
     made = measurement_set(ruled, runs=1, cycles=1)
-    seen = with_effect(look_at(made, "", default_model(), built_in()), "high_order_graduation", {})
-    found = finding_of(seen, seen.solution)
+    seen = with_effect(analyse(made, "", default_model(), built_in()), "high_order_graduation", {})
+    found = effect_amplitude(seen, seen.solution)
     (shown,) = [item for item in found.over(found.best) if item.channel == "capture"]
     assert shown.name == f"phase of order {RULED_ORDER}"
     # What two heads 33° apart see of it.
@@ -101,13 +101,13 @@ def test_a_high_order_is_drawn_over_its_own_phase() -> None:
     assert shown.share == pytest.approx(1.0, abs=0.01)
 
 
-def test_whitened_measurement_scatters_by_one(added: Examined) -> None:
+def test_whitened_measurement_scatters_by_one(added: Analysis) -> None:
     left = added.left("capture", whitened=True)
     assert float(np.std(left)) == pytest.approx(1.0, abs=0.05)
     assert measurement_and_model(added, whitened=True).panels[0].y.unit == "standard deviations"
 
 
-def test_the_ladder_has_every_step(added: Examined) -> None:
+def test_the_ladder_has_every_step(added: Analysis) -> None:
     chart = ladder(added.model.history)
     first, last = added.model.history
     for number, panel in enumerate(chart.panels):
@@ -118,14 +118,14 @@ def test_the_ladder_has_every_step(added: Examined) -> None:
         assert drawn["noise floor"].y[-1] == last.noise_arcsec[channel]
 
 
-def test_the_heat_map_shows_the_warm_run_alone(warming: Examined) -> None:
+def test_the_heat_map_shows_the_warm_run_alone(warming: Analysis) -> None:
     (layer,) = [item for item in heat_map(warming).panels[0].layers if isinstance(item, HeatMap)]
     spread = np.nanstd(layer.values, axis=1)
     assert int(np.argmax(spread)) == 3
     assert spread[3] > 5.0 * np.median(spread)
 
 
-def test_microradians_are_the_same_angles(added: Examined) -> None:
+def test_microradians_are_the_same_angles(added: Analysis) -> None:
     chart = ladder(added.model.history)
     other = in_unit(chart, "urad")
     before, after = curves(chart)["fitted"].y, curves(other)["fitted"].y
@@ -138,8 +138,8 @@ def test_microradians_are_the_same_angles(added: Examined) -> None:
 
 @pytest.mark.parametrize("name", [name for name in FIGURES if name not in ("finding", "lanes")])
 @pytest.mark.parametrize("unit", ["arcsec", "urad"])
-def test_each_figure_can_be_drawn_and_says_its_units(added: Examined, name: str, unit: str) -> None:
-    chart = chart_of(name, added, None, View(unit=unit))  # type: ignore[arg-type]
+def test_each_figure_can_be_drawn_and_says_its_units(added: Analysis, name: str, unit: str) -> None:
+    chart = chart_of(name, added, None, DisplaySettings(unit=unit))  # type: ignore[arg-type]
     assert chart is not None
     assert chart.words
     for panel in chart.panels:
@@ -158,7 +158,7 @@ def test_the_spectrum_in_time_marks_a_vibration(along: Along) -> None:
         return 0.5 * np.cos(2.0 * np.pi * SHAKING_HZ * time)
 
     made = measurement_set(head2_only=shake, runs=1, cycles=2)
-    seen = look_at(made, "", default_model(), built_in())
+    seen = analyse(made, "", default_model(), built_in())
     panel = spectrum(seen.residuals, along).panels[0]
     (marks,) = [item for item in panel.layers if isinstance(item, Curve) and item.labels]
     place = float(marks.x[0])
@@ -167,7 +167,7 @@ def test_the_spectrum_in_time_marks_a_vibration(along: Along) -> None:
     assert marks.y[0] == pytest.approx(0.5, rel=0.1)
 
 
-def test_panels_stand_below_one_another_on_a_phone(added: Examined) -> None:
+def test_panels_stand_below_one_another_on_a_phone(added: Analysis) -> None:
     chart = ladder(added.model.history)
     wide, narrow = (chart_data(chart, width)["layout"] for width in (1200, 350))
     assert wide["xaxis"]["domain"][1] < wide["xaxis2"]["domain"][0]
@@ -175,7 +175,7 @@ def test_panels_stand_below_one_another_on_a_phone(added: Examined) -> None:
     assert narrow["height"] > wide["height"]
 
 
-def test_a_name_with_marks_is_text(added: Examined, tmp_path: object) -> None:
+def test_a_name_with_marks_is_text(added: Analysis, tmp_path: object) -> None:
     last = replace(added.model.history[-1], effect="<b>x</b> & $y$")
     chart = ladder([*added.model.history[:-1], last])
     texts = chart_data(chart)["layout"]["xaxis"]["ticktext"]
@@ -183,6 +183,6 @@ def test_a_name_with_marks_is_text(added: Examined, tmp_path: object) -> None:
     assert "$y$" in chart_svg(chart)
 
 
-def test_a_picture_is_written(added: Examined, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_a_picture_is_written(added: Analysis, tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = save_chart(ladder(added.model.history), tmp_path / "new" / "ladder.png")
     assert path.read_bytes().startswith(b"\x89PNG")

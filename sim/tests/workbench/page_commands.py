@@ -14,7 +14,7 @@ from pathlib import Path
 
 from click.testing import CliRunner
 
-from arctrue.cli import _workbench, main
+from arctrue.cli import _loaded_set, main
 
 BLOCK = re.compile(
     r"^```(?P<language>\w+)(?: title=\"(?P<title>[^\"]+)\")?\n(?P<text>.*?)^```$",
@@ -64,7 +64,7 @@ def _commands(text: str) -> list[Command]:
 def run(command: Command) -> str:
     """The output of an ``arctrue`` command, run in this process; it must succeed."""
     assert command.words[0] == "arctrue"
-    _workbench.console.width = WIDTH
+    _loaded_set.console.width = WIDTH
     result = CliRunner().invoke(main, command.words[1:], catch_exceptions=False)
     assert result.exit_code == 0, f"{command.words}\n{result.output}"
     # The page shows paths as seen from the folder where its reader works.

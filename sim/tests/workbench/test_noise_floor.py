@@ -12,11 +12,11 @@ from msgspec import structs
 
 from arctrue.cli import main
 from arctrue.measurement import Capture, MeasurementSet, write_measurement_set
+from arctrue.report.analysis import Analysis, analyse, with_effect, without_effect
 from arctrue.report.charts.chart import Curve
 from arctrue.report.charts.ladder import ladder
-from arctrue.report.examined import Examined, look_at, with_effect, without_effect
-from arctrue.report.story import channels_section, ladder_section
-from arctrue.report.view import View
+from arctrue.report.display import DisplaySettings
+from arctrue.report.sections import channels_section, ladder_section
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.model import HistoryStep, default_model
 from arctrue.workbench.model.model_file import read_model
@@ -65,22 +65,22 @@ def hidden() -> MeasurementSet:
 
 
 @pytest.fixture(scope="module")
-def before(hidden: MeasurementSet) -> Examined:
-    return look_at(hidden, "hidden", default_model(), built_in())
+def before(hidden: MeasurementSet) -> Analysis:
+    return analyse(hidden, "hidden", default_model(), built_in())
 
 
 @pytest.fixture(scope="module")
-def after(before: Examined) -> Examined:
+def after(before: Analysis) -> Analysis:
     return with_effect(before, "subdivision_error", {})
 
 
-def test_an_error_within_the_signal_period_is_no_noise(before: Examined) -> None:
+def test_an_error_within_the_signal_period_is_no_noise(before: Analysis) -> None:
     (first,) = before.model.history
     assert first.rms_arcsec["capture"] > 3.0 * ROW_NOISE
     assert first.noise_arcsec["capture"] == pytest.approx(ROW_NOISE, rel=KNOWN_TO)
 
 
-def test_it_does_not_fall_with_what_is_added(before: Examined, after: Examined) -> None:
+def test_it_does_not_fall_with_what_is_added(before: Analysis, after: Analysis) -> None:
     own = [step.noise_arcsec["capture"] for step in after.model.history]
     assert own[1] == pytest.approx(own[0], rel=KNOWN_TO)
     assert floor_of(after.model.history)["capture"] == pytest.approx(
@@ -88,7 +88,7 @@ def test_it_does_not_fall_with_what_is_added(before: Examined, after: Examined) 
     )
 
 
-def test_it_does_not_lie_above_what_an_adequate_model_leaves(after: Examined) -> None:
+def test_it_does_not_lie_above_what_an_adequate_model_leaves(after: Analysis) -> None:
     last = after.model.history[-1]
     floor = floor_of(after.model.history)["capture"]
     assert last.rms_arcsec["capture"] == pytest.approx(ROW_NOISE, rel=0.05)
@@ -99,14 +99,14 @@ def test_a_few_rows_leave_no_less_than_the_noise() -> None:
     """A fit of many coefficients leaves less than the noise of a row; that is not its floor."""
     for seed in range(1, 5):
         made = measurement_set(paper_error, seed=seed, runs=1, cycles=2, turns=1)
-        seen = look_at(made, "", default_model(), built_in())
+        seen = analyse(made, "", default_model(), built_in())
         (step,) = seen.model.history
         for channel, rms in step.rms_arcsec.items():
             assert step.noise_arcsec[channel] <= rms
 
 
 def test_chart_table_and_json_have_one_figure(
-    after: Examined, hidden: MeasurementSet, tmp_path: Path
+    after: Analysis, hidden: MeasurementSet, tmp_path: Path
 ) -> None:
     history = without_effect(after, "subdivision_error").model.history
     assert len(history) == 3
@@ -115,10 +115,10 @@ def test_chart_table_and_json_have_one_figure(
     drawn = layers["noise floor"]
     assert isinstance(drawn, Curve)
     assert drawn.y.tolist() == [value] * 3
-    assert {row["noise"] for row in ladder_section(after, View())} == {
+    assert {row["noise"] for row in ladder_section(after, DisplaySettings())} == {
         f"{floor_of(after.model.history)['capture']:.4f}″"
     }
-    assert channels_section(after, View())[0]["noise"] == (
+    assert channels_section(after, DisplaySettings())[0]["noise"] == (
         f"{floor_of(after.model.history)['capture']:.3f}″"
     )
 
@@ -142,7 +142,7 @@ def test_what_does_not_repeat_is_noise_until_it_is_known() -> None:
         return 0.5 * np.cos(2.0 * np.pi * SHAKE_HZ * time)
 
     made = measurement_set(paper_error, head2_only=shake, runs=1, cycles=1, reference=False)
-    first = look_at(made, "", default_model(), built_in())
+    first = analyse(made, "", default_model(), built_in())
     # Repeats scatter as much as all that is left.
     (step,) = first.model.history
     assert step.noise_arcsec["capture"] <= step.rms_arcsec["capture"]

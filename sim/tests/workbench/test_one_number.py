@@ -13,9 +13,9 @@ from sim.tests.workbench.small_sets import measurement_set, paper_error
 from arctrue.cli import main
 from arctrue.cli._figures import figure
 from arctrue.measurement import MeasurementSet, read_measurement_set, write_measurement_set
-from arctrue.report.examined import look_at, with_effect
-from arctrue.report.story import ladder_section, missing_section
-from arctrue.report.view import View
+from arctrue.report.analysis import analyse, with_effect
+from arctrue.report.display import DisplaySettings
+from arctrue.report.sections import ladder_section, missing_section
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import default_model
@@ -74,9 +74,9 @@ def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None
     _run("compare", str(folder), "--json", str(tmp_path / "c.json"))
     compared = json.loads((tmp_path / "c.json").read_text("utf-8"))["channels"]
     # As it was written: rounded to the digits of the file.
-    seen = look_at(read_measurement_set(folder), "", default_model(), built_in())
+    seen = analyse(read_measurement_set(folder), "", default_model(), built_in())
     first = seen.model.history[-1]
-    ranking = {"diagnosis": data}
+    ranking = {"diagnosis": data, "sentences": []}
 
     # Before anything is added: JSON, comparison, ladder.
     for channel, value in first.rms_arcsec.items():
@@ -96,7 +96,7 @@ def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None
         after = with_effect(seen, item["effect"], {})
         step = after.model.history[-1]
         card = _card(ranking, item["effect"], seen)
-        row = ladder_section(after, View())[-len(step.rms_arcsec) :]
+        row = ladder_section(after, DisplaySettings())[-len(step.rms_arcsec) :]
         _run("add", item["effect"], str(folder), "--model", str(model), "--json", f"{model}.json")
         added = json.loads(Path(f"{model}.json").read_text("utf-8"))
         model.unlink()
@@ -120,7 +120,7 @@ def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None
 
 
 def _card(ranking, name, seen):  # type: ignore[no-untyped-def]
-    section = missing_section(seen, ranking, View())
+    section = missing_section(seen, ranking, DisplaySettings())
     return next(card for card in (*section["cards"], *section["others"]) if card["name"] == name)
 
 
@@ -129,7 +129,7 @@ def test_left_is_the_rms_of_measured_less_predicted() -> None:
     made = measurement_set(runs=1, turns=2, cycles=2, reference=False)
     observations = observations_of(made)
     grown, _ = fitted(default_model(), observations, built_in())
-    step = look_at(made, "", grown, built_in()).model.history[-1]
+    step = analyse(made, "", grown, built_in()).model.history[-1]
     rows = observations.capture
     assert rows is not None
     angle, order = rows.angle_rad[:, np.newaxis], np.arange(1, 21)

@@ -69,6 +69,18 @@ def test_a_bracket_of_head_2_leaves_the_reference_alone() -> None:
     )
 
 
+def test_columns_of_a_run_act_in_that_run_alone() -> None:
+    """column_runs says what the columns show: where the capture's rows are not zero."""
+    solution = _fitted(head1=True)
+    vibration, rows = solution.terms[-1].effect, solution.observations.capture
+    assert rows is not None
+    columns = vibration.capture_columns(rows, solution.terms[-1].nonlinear, solution.context)
+    acting = [set(rows.run[column != 0.0].tolist()) for column in columns.T]
+    runs = vibration.column_runs(solution.observations)
+    assert acting == [set() if run is None else {run} for run in runs]
+    assert None in runs, "those of the reference belong to no run"
+
+
 def test_a_reference_without_times_has_no_columns_of_it() -> None:
     solution = _fitted(head1=False, in_time=False)
     assert solution.widths[1] == 2 * 4

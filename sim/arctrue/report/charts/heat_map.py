@@ -4,28 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
+from arctrue.report.analysis import Analysis
 from arctrue.report.charts.angle_window import AngleWindow
 from arctrue.report.charts.chart import ARCSEC, Axis, Chart, HeatMap, Panel
-from arctrue.report.examined import Examined
 from arctrue.workbench.observations import CaptureRows
 
 _BINS = 72
 
 
-def heat_map(examined: Examined) -> Chart:
+def heat_map(analysis: Analysis) -> Chart:
     """Means each five degrees, or of 72 parts of an arc.
 
     Runs of the capture, cycles (else runs) of the reference.
     """
     panels = []
-    for channel in examined.channels:
-        rows, left = examined.rows(channel), examined.left(channel)
+    for channel in analysis.channels:
+        rows, left = analysis.rows(channel), analysis.left(channel)
         if isinstance(rows, CaptureRows) or rows.cycle is None:
             word, label = "run", rows.run
         else:
             word, label = "cycle", rows.cycle
         names, line = np.unique(label, return_inverse=True)
-        angle = examined.angle_rad(channel)
+        angle = analysis.angle_rad(channel)
         window = AngleWindow.over(angle)
         cell = line * _BINS + window.group(angle, _BINS)
         size = names.size * _BINS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from arctrue.report.analysis import Analysis
 from arctrue.report.charts.angle_window import AngleWindow
 from arctrue.report.charts.chart import (
     ARCSEC,
@@ -13,37 +14,36 @@ from arctrue.report.charts.chart import (
     Curve,
     Panel,
 )
-from arctrue.report.examined import Examined
 
 _BINS = 360
 _MOST_POINTS = 1500
 
 
-def measurement_and_model(examined: Examined, *, whitened: bool = False) -> Chart:
+def measurement_and_model(analysis: Analysis, *, whitened: bool = False) -> Chart:
     """Bands from the lowest to the highest row of each degree, and the model's mean there.
 
     ``whitened``: both multiplied by the inverse root of the noise's covariance, so that noise
     alone would scatter by 1 about the model.
     """
-    panels = [_panel(examined, channel, whitened) for channel in examined.channels]
+    panels = [_panel(analysis, channel, whitened) for channel in analysis.channels]
     how = "whitened" if whitened else "as measured"
     return Chart(
         "measurement_and_model",
         f"Measurement and model over the angle of the table, {how}: "
-        f"{', '.join(examined.model.names())}.",
+        f"{', '.join(analysis.model.names())}.",
         panels,
     )
 
 
-def _panel(examined: Examined, channel: str, whitened: bool) -> Panel:
-    measured = examined.measured(channel)
-    model = measured - examined.left(channel)
+def _panel(analysis: Analysis, channel: str, whitened: bool) -> Panel:
+    measured = analysis.measured(channel)
+    model = measured - analysis.left(channel)
     if whitened:
-        noise = examined.solution.noise
+        noise = analysis.solution.noise
         of_rows = noise.capture if channel == "capture" else noise.reference
         assert of_rows is not None
         measured, model = of_rows.whiten(measured), of_rows.whiten(model)
-    angle = examined.angle_rad(channel)
+    angle = analysis.angle_rad(channel)
     colour = CHANNEL_COLOUR[channel]
     window = AngleWindow.over(angle)
     seen, told = window.bins(angle, measured, _BINS), window.bins(angle, model, _BINS)

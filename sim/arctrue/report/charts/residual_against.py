@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.report.analysis import Analysis, Condition
 from arctrue.report.charts.angle_window import AngleWindow
 from arctrue.report.charts.bins import Bins, of_values
 from arctrue.report.charts.chart import (
@@ -17,21 +18,20 @@ from arctrue.report.charts.chart import (
     Level,
     Panel,
 )
-from arctrue.report.examined import Condition, Examined
 
 Float = NDArray[np.float64]
 
 _ROUND_BINS = 72
 
 
-def residual_against(examined: Examined, condition: Condition) -> Chart:
+def residual_against(analysis: Analysis, condition: Condition) -> Chart:
     """Mean and standard error of what is left in bins of the condition, both channels.
 
     The standard error is that of independent rows: slow noise scatters the means by more.
     """
     panels = []
     for channel, values in condition.values.items():
-        left = examined.left(channel)
+        left = analysis.left(channel)
         seen = bins_over(condition, values, left - left.mean())
         layers: list[Layer] = [
             Level(0.0),

@@ -42,8 +42,6 @@ SIMULATED, INDEPENDENT = "simulated", "independent"
 """The generators: of the simulated table, and the second one."""
 
 FALSE = "false name or falsely adequate"
-WORLD_GOALS = {FALSE: 0.02}
-"""A world fails where the lower end of the rate's interval exceeds this."""
 
 SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
 """Bins of a cause's size, in limits of the oracle."""
@@ -58,6 +56,10 @@ class Score:
     hits: Callable[[Judged], bool]
     at_most: float | None = None
     at_least: float | None = None
+    world_at_most: float | None = None
+    """Looser than ``at_most``: of a single world; None: the same."""
+    white_at_least: float | None = None
+    """Stricter than ``at_least``: of the world of white noise; None: the same."""
 
     def of(self, sets: Iterable[Judged]) -> Rate:
         """The rate over the sets that count."""
@@ -73,7 +75,13 @@ def _visible(item: Judged) -> bool:
 
 
 def _catalogue(item: Judged) -> bool:
-    return bool(item.seen("catalogue")) and not item.has_stranger
+    return bool(item.seen("catalogue")) and not item.has_stranger and not item.left_open
+
+
+def _stranger(item: Judged) -> bool:
+    """A stranger is visible and nothing else, and the answer is not another one that is allowed."""
+    alone = bool(item.seen("stranger")) and not item.seen("catalogue")
+    return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
 
 def _nothing(item: Judged) -> bool:
@@ -109,6 +117,7 @@ SCORES = (
         _any,
         lambda item: item.outcome in (FALSE_NAME, FALSE_ADEQUATE),
         at_most=0.01,
+        world_at_most=0.02,
     ),
     Score("false name where nothing is", _nothing, lambda item: item.outcome == FALSE_NAME),
     Score(
@@ -121,6 +130,7 @@ SCORES = (
         _catalogue,
         lambda item: item.outcome in (RIGHT, FIRST),
         at_least=0.9,
+        white_at_least=0.97,
     ),
     Score("named, of the same", _catalogue, lambda item: item.outcome == RIGHT),
     Score(
@@ -135,7 +145,7 @@ SCORES = (
     ),
     Score(
         "unknown, of visible strangers",
-        lambda item: bool(item.seen("stranger")) and not item.seen("catalogue"),
+        _stranger,
         lambda item: item.answer["verdict"] == "unknown",
         at_least=0.9,
     ),
@@ -165,8 +175,7 @@ SCORES = (
         at_most=0.01,
     ),
 )
-"""Goals of the verdicts; those of single worlds are looser: see :data:`WORLD_GOALS`."""
-WHITE_RIGHT_FIRST = 0.97
+"""Goals of the verdicts."""
 
 
 def scored(sets: Sequence[Judged]) -> dict[str, Any]:
@@ -209,7 +218,9 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
 def _fails(world: str, sets: Sequence[Judged]) -> bool:
     """Whether even the lower end of a world's false rate exceeds its goal."""
     (false,) = (score for score in SCORES if score.name == FALSE)
-    return false.of([item for item in sets if item.world == world]).interval[0] > WORLD_GOALS[FALSE]
+    most, _ = goal_of(false, world)
+    assert most is not None
+    return false.of([item for item in sets if item.world == world]).interval[0] > most
 
 
 def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:
@@ -225,10 +236,10 @@ def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:
 def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
     """At most and at least, of one world or ``all``."""
     most, least = score.at_most, score.at_least
-    if world != "all" and score.name in WORLD_GOALS:
-        most = WORLD_GOALS[score.name]
-    if world == "white" and score.name.startswith("right first"):
-        least = WHITE_RIGHT_FIRST
+    if world != "all" and score.world_at_most is not None:
+        most = score.world_at_most
+    if world == "white" and score.white_at_least is not None:
+        least = score.white_at_least
     return most, least
 
 
@@ -329,7 +340,7 @@ def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
         said = item.said
         if truth == "several" and item.outcome in (RIGHT, FIRST):
             said = "one of them"
-        elif said.startswith("ambiguous"):
+        elif item.answer["verdict"] == "ambiguous":
             said = f"ambiguous ({item.outcome})"
         found.setdefault(truth, Counter())[said] += 1
     return {truth: dict(found[truth].most_common()) for truth in sorted(found)}

@@ -29,7 +29,7 @@ from arctrue.studies.hidden_effect.reference import (
 from arctrue.studies.hidden_effect.rig import CapturedTurn, Rig
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.studies.hidden_effect.signal_period import SignalPeriod, signal_period
-from arctrue.studies.hidden_effect.workbench import Examined, examine, left_on_fresh_set
+from arctrue.studies.hidden_effect.workbench import Examined, analyse_opened, left_on_fresh_set
 from arctrue.table import Motion
 from arctrue.workbench.model.export import Export
 
@@ -234,7 +234,7 @@ class _Run:
         # Of an earlier run: an effect file that is there is never written over.
         (effects_folder / f"{ADOPTED}.py").unlink(missing_ok=True)
         self.say("Workbench: it is given the measurement set, and nothing else")
-        examined = examine(measured, adopted_name=ADOPTED, effects_folder=effects_folder)
+        examined = analyse_opened(measured, adopted_name=ADOPTED, effects_folder=effects_folder)
         export = examined.export(self.settings.revolution.lanes, self.case.fresh_c)
         write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
         for words in examined.words():

@@ -68,7 +68,7 @@ class Examined:
         return sentences(self.diagnosis)
 
 
-def examine(folder: Path, *, adopted_name: str, effects_folder: Path) -> Examined:
+def analyse_opened(folder: Path, *, adopted_name: str, effects_folder: Path) -> Examined:
     """``arctrue diagnose``, ``arctrue add`` (after ``--adopt`` for what no effect explains)."""
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)

@@ -62,13 +62,13 @@ def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
     table = drawn_table(task["seed"], values)
     counts = round(values["index_counts"])
     experiment = _experiment(task, values)
-    bench = MeasuredTable(
+    measured_table = MeasuredTable(
         table,
         reference_noise_arcsec=0.0,
         index_scatter_counts=counts,
         random=np.random.default_rng([task["seed"], 2]),
     )
-    measurement = bench.measure(experiment, title="monte carlo").measurement
+    measurement = measured_table.measure(experiment, title="monte carlo").measurement
     # The set states what is known of the index: its sensors, and how well each repeats.
     stated = replace(
         measurement.table,

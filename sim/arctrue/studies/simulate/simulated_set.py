@@ -151,13 +151,13 @@ def simulate_set(
         # After the causes were drawn: they stay those of the experiment itself.
         experiment = with_further(experiment, kind)
     teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
-    bench = MeasuredTable(
+    measured_table = MeasuredTable(
         table,
         reference_noise_arcsec=reference_noise_arcsec,
         index_scatter_counts=index_scatter_counts,
         random=noise_random,
     )
-    measured = bench.measure(experiment, title=title, drive_gear_teeth=teeth)
+    measured = measured_table.measure(experiment, title=title, drive_gear_teeth=teeth)
     truth = {
         "schema": 1,
         "hidden": "+".join(item.name for item in wanted) or "none",

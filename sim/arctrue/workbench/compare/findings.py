@@ -106,7 +106,7 @@ class _Map(_Follower):
 class _Product(_Follower):
     def __init__(self, effect: ProductOfParts, channel: str) -> None:
         self.channel, self._effect = channel, effect
-        self.words = " × ".join(_words(part) for part in _told_parts(effect))
+        self.words = _words(effect)
 
     def variance_share(self, residuals: Residuals, whole: float) -> float:
         # What the product takes of the sum of squares, not of χ².
@@ -131,11 +131,6 @@ class _Product(_Follower):
             if columns is not None:
                 reference = reference - columns @ coefficients
         return residuals.with_residuals(capture, reference)
-
-
-def _told_parts(effect: ProductOfParts) -> list[str]:
-    """Condition and wave, without the frame. An electrical phase has none: it names its head."""
-    return effect.parts if effect.electrical_head is not None else effect.parts[:-1]
 
 
 def _centred(residuals: Residuals, channel: str) -> Float:
@@ -229,12 +224,11 @@ def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None
     return Finding(item.channel, item.words, share, beyond, shadow_of, text)
 
 
-def _words(part: str) -> str:
-    kind, _, value = part.partition(":")
-    if kind == "order":
-        return f"order {value}"
-    if kind == "electrical":
-        return f"electrical phase of {value.replace('head', 'head ')}"
-    if kind == "hz":
-        return f"{value} Hz"
-    return part.replace("^2", "²")
+def _words(effect: ProductOfParts) -> str:
+    """Condition and wave in words, without the frame."""
+    condition = effect.condition.part.replace("^2", "²")
+    if effect.electrical_head is not None:
+        waves = [f"electrical phase of head {effect.electrical_head}"]
+    else:
+        waves = [f"order {order:g}" for order in effect.orders]
+    return " × ".join([condition, *waves] if condition else waves)

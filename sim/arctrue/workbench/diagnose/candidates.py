@@ -6,7 +6,7 @@ is weighed with noise of its own by :mod:`arctrue.workbench.diagnose.evidence`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
 from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
@@ -45,6 +46,22 @@ def tried_effects(
         item = _candidate(form, nonlinear, trials, residuals, tests)
         found.append(replace(item, lacking_variety=form.variety(observations), asked=effect))
     return found, untestable
+
+
+def regular_candidates(
+    residuals: Residuals, causes: Sequence[RegularCause], tests: int
+) -> list[Candidate]:
+    """A candidate of the largest cause of each name that a forward search found."""
+    found: dict[str, Candidate] = {}
+    for cause in causes:
+        form, place = cause.effect, dict(cause.nonlinear)
+        if form.name in found or residuals.score(form, place).rank == 0:
+            continue
+        item = _candidate(form, place, cause.trials, residuals, tests)
+        found[form.name] = replace(
+            item, lacking_variety=form.variety(residuals.observations), regular=cause
+        )
+    return list(found.values())
 
 
 def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:

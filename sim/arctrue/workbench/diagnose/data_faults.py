@@ -17,7 +17,8 @@ from arctrue.base.percent import percent
 from arctrue.base.runs import run_spans
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations import CaptureRows, Observations
-from arctrue.workbench.observations.outliers import MOST_SHARE
+from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
+from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE
 from arctrue.workbench.observations.stored import StoredCapture
 
 Float = NDArray[np.float64]
@@ -42,17 +43,6 @@ MOST_FOR_MEDIANS = 100_000
 """Rows, evenly spread, that a median over a long capture is taken of."""
 AROUND_ROWS = 31
 """Rows that the usual step is taken from: a speed may change, but not from row to row."""
-
-
-FAR_SIGMA = 12.0
-"""Of the scatter from row to row: 10⁻³², whatever the number of rows."""
-MOST_ROWS = 3
-"""Off for longer, it may be real."""
-SAME_SIZE = 0.5
-"""Way there and way back differ by less than this share."""
-NORMAL_MAD = 1.4826
-ENOUGH = 100_000
-"""Steps that a scatter is taken of, spread over all."""
 
 
 def data_faults(observations: Observations) -> list[str]:
@@ -197,7 +187,7 @@ def _temperature_faults(
             f"{temperature_c[outside[0]]:g}, expected {low:g} to {high:g} °C; {outside.size} such "
             "rows"
         ]
-    spikes = outlying(temperature_c, TEMPERATURE_JUMP_K)
+    spikes = excursions(temperature_c, TEMPERATURE_JUMP_K)
     if not spikes:
         return []
     first, _, size = spikes[0]
@@ -243,34 +233,3 @@ def _longest_gap_turns(rows: CaptureRows | StoredCapture, start: int, end: int) 
     longest = float(step.max())
     usual = float(np.median(step[:: max(step.size // MOST_FOR_MEDIANS, 1)]))
     return longest / (2.0 * np.pi) if longest > LEAST_GAP_STEPS * usual else 0.0
-
-
-def step_scatter(steps: Float) -> float:
-    """Robust standard deviation of a step that white noise of the rows makes.
-
-    From the differences of steps, so that a speed which swings slowly does not count.
-    """
-    if steps.size < 3:
-        return 0.0
-    place = np.arange(0, steps.size - 1, max(steps.size // ENOUGH, 1))
-    second = steps[place + 1] - steps[place]
-    # Noise σ makes √2·σ of a step and √6·σ of a difference of steps.
-    return float(NORMAL_MAD * np.median(np.abs(second - np.median(second))) * np.sqrt(2.0 / 6.0))
-
-
-def outlying(values: Float, least: float) -> list[tuple[int, int, float]]:
-    """First row, row after the last and size of every excursion of ``values``, shape (rows,).
-
-    An excursion is larger than ``least`` and FAR_SIGMA, and back after MOST_ROWS at most.
-    """
-    steps = np.diff(values)
-    far = np.flatnonzero(np.abs(steps) > max(least, FAR_SIGMA * step_scatter(steps)))
-    found: list[tuple[int, int, float]] = []
-    end = -1
-    for place, after in zip(far[:-1].tolist(), far[1:].tolist(), strict=True):
-        there, back = float(steps[place]), float(steps[after])
-        opposite = abs(there + back) < SAME_SIZE * max(abs(there), abs(back))
-        if place >= end and after - place <= MOST_ROWS and opposite:
-            found.append((place + 1, after + 1, there))
-            end = after + 1
-    return found

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import ACTING_SHARE, Candidate
-from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
@@ -78,7 +77,7 @@ def at_other_speeds(item: Candidate) -> bool:
     rows = item.solution.observations.capture
     if rows is None:
         return True
-    own = _of_runs(item.effect, item)
+    own = [run is not None for run in item.effect.column_runs(item.solution.observations)]
     if rows.runs < 2 or not any(own):
         return True
     part = item.solution.part(len(item.solution.terms) - 1)
@@ -93,8 +92,3 @@ def at_other_speeds(item: Candidate) -> bool:
         return True
     expected = float(counts[other].sum() / counts.sum())
     return float(gain[other].sum() / gain.sum()) > LEAST_SHARE * expected
-
-
-def _of_runs(effect: Effect, item: Candidate) -> list[bool]:
-    """Which of its columns belong to one run of the capture."""
-    return [" run " in name for name in effect.column_names(item.solution.observations)]

@@ -183,6 +183,16 @@ def _column_names(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str
     return fault
 
 
+def _column_runs(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    widths = vars(effect).get("_widths", set())
+    right = isinstance(found, tuple) and all(
+        run is None or (isinstance(run, int) and run >= 0) for run in found
+    )
+    if right and (not widths or len(found) in widths):
+        return None
+    return f"expected a tuple with a run or None for each name of column_names, found {found!r}"
+
+
 def _texts(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     if isinstance(found, list) and all(
         isinstance(item, str) and is_printable(item) for item in found
@@ -243,6 +253,7 @@ CHECKS: Mapping[str, Check] = {
     "search_contradiction": _text_or_none,
     "constant_between_heads_arcsec": _limit,
     "column_names": _column_names,
+    "column_runs": _column_runs,
     "capture_columns": _columns,
     "reference_columns": _columns,
     "capture_formula": _values,

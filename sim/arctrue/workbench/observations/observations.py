@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_TURN
-from arctrue.workbench.observations.outliers import MaskedRow
+from arctrue.workbench.observations.outliers.masked_row import MaskedRow
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 

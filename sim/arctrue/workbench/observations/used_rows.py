@@ -11,32 +11,18 @@ from numpy.typing import NDArray
 from arctrue.base.runs import run_spans
 from arctrue.base.units import arcsec_per_count, rad_per_count
 from arctrue.measurement import Capture, Reference, Table
-from arctrue.workbench.observations.outliers import (
+from arctrue.workbench.observations.outliers.masked_row import MaskedRow, Reason
+from arctrue.workbench.observations.outliers.reference_rows import reference_outliers
+from arctrue.workbench.observations.outliers.single_rows import (
     LEAST_ROWS,
-    LEAST_VISITS,
     MOST_SHARE,
-    SIDE_ROWS,
-    MaskedRow,
-    Reason,
     capture_outliers,
-    far_from_neighbours,
-    far_threshold,
-    lonely,
-    pieces_between_gaps,
-    repeats,
-    station_outliers,
-    without_wave,
 )
-from arctrue.workbench.observations.reference_speed import passes_of
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 Boolean = NDArray[np.bool_]
 Channel = TypeVar("Channel", Capture, Reference)
-
-DENSE_STEP_DEG = 1.0
-"""Rows of a pass as near as this show what lies between them; far ones need repeated visits."""
-SAME_STATION_DEG = 1e-6
 
 
 @dataclass(frozen=True)
@@ -74,41 +60,8 @@ def used_reference_rows(reference: Reference, *, mask_outliers: bool) -> UsedRow
     kept, masked = _without(reference, "reference", _column_mask(reference), None, "mask")
     if not mask_outliers or kept.error_arcsec.size < LEAST_ROWS:
         return UsedRows(kept, _numbers(reference, masked), masked, 0.0)
-    outlying, away = _reference_outliers(kept)
+    outlying, away = reference_outliers(kept)
     return _with_outliers(reference, kept, "reference", masked, outlying, away)
-
-
-def _reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
-    least = rows.standard_uncertainty_arcsec or 0.0
-    passes = passes_of(rows)
-    number = np.zeros(rows.error_arcsec.size, dtype=np.int64)
-    sense = np.ones(rows.error_arcsec.size, dtype=np.int64)
-    for label, part in enumerate(passes):
-        number[part] = label
-        sense[part] = 1 if rows.target_deg[part][-1] >= rows.target_deg[part][0] else -1
-    station = np.round(np.mod(rows.target_deg, 360.0) / SAME_STATION_DEG).astype(np.int64)
-    _, place = np.unique(station, return_inverse=True)
-    found, away = station_outliers(rows.error_arcsec, place, number, sense, least)
-    visited = np.bincount(place)[place]
-    scatter = np.ones(away.size)
-    dense = np.zeros(away.size, dtype=bool)
-    for part in passes:
-        step = np.abs(np.diff(rows.target_deg[part]))
-        near = step.size >= LEAST_ROWS and float(np.median(step)) <= DENSE_STEP_DEG
-        if near and float(np.median(visited[part])) < LEAST_VISITS:
-            pieces = pieces_between_gaps(rows.target_deg[part])
-            flat = without_wave(rows.error_arcsec[part], np.radians(rows.target_deg[part]))
-            away[part], scatter[part] = far_from_neighbours(flat, least, pieces=pieces)
-            if np.median(scatter[part]) > 0.0:
-                threshold = far_threshold(away.size, away[part].size - 2 * SIDE_ROWS)
-                found[part] = lonely(away[part], scatter[part], threshold)
-                dense[part] = True
-    candidates = np.flatnonzero(found & dense)
-    turn = np.floor(rows.target_deg / 360.0).astype(np.int64)
-    revolution = number * (int(np.ptp(turn)) + 1) + turn - int(turn.min(initial=0))
-    real = repeats(candidates, away, scatter, np.radians(rows.target_deg), revolution)
-    found[candidates[real]] = False
-    return found, away
 
 
 def _column_mask(rows: Capture | Reference) -> Boolean:

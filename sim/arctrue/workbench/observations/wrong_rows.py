@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
 from arctrue.workbench.observations.observations import Observations
-from arctrue.workbench.observations.outliers import MOST_SHARE, MaskedRow, capture_outliers
+from arctrue.workbench.observations.outliers.masked_row import MaskedRow
+from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE, capture_outliers
 
 Float = NDArray[np.float64]
 

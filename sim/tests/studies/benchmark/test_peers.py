@@ -128,13 +128,13 @@ def test_command_writes_the_page_and_the_picture_that_it_shows(tmp_path: Path) -
     run, place = tmp_path / "run", tmp_path / "docs"
     answered(run, "arctrue", header_of(make_plan("quick", run), "arctrue"))
     place.mkdir()
-    words = ["benchmark", "page", str(run), "--to", str(place / "blind.md")]
+    words = ["benchmark", "page", str(run), "--to", str(place / "benchmark.md")]
     for more, shown in ([], False), (["--out", str(place / "images")], True):
         done = CliRunner().invoke(main, [*words, *more])
         assert done.exit_code == 0, done.output
-        text = (place / "blind.md").read_text(encoding="utf-8")
-        assert ("](images/blind.svg)" in text) is shown
-        assert (place / "images" / "blind.svg").is_file() is shown
+        text = (place / "benchmark.md").read_text(encoding="utf-8")
+        assert ("](images/benchmark.svg)" in text) is shown
+        assert (place / "images" / "benchmark.svg").is_file() is shown
 
 
 def header_of(plan: TierPlan, subject: str, **code: str) -> dict[str, Any]:

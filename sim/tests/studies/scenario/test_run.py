@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from sim.tests.instrument.sizes import LANES, SAMPLES
 
 from arctrue.cli import main
-from arctrue.cli._workbench import write_json
+from arctrue.cli._loaded_set import write_json
 from arctrue.instrument import Instrument
 from arctrue.studies.scenario import ScenarioResult, read_scenario, run_scenario
 from arctrue.studies.scenario.__main__ import results_table

@@ -12,8 +12,9 @@ from arctrue.measurement import Capture, MeasurementSet
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
-from arctrue.workbench.diagnose.data_faults import data_faults, outlying, step_scatter
+from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.observations.build import observations_of
+from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
 
 ROW = 5_000
 """In run 1 of four runs of 3,600 samples."""
@@ -149,12 +150,12 @@ def test_white_noise_has_the_scatter_that_it_was_made_with() -> None:
     assert step_scatter(steps) == pytest.approx(0.3 * np.sqrt(2.0), rel=0.02)
 
 
-def test_what_is_off_for_longer_than_three_rows_is_not_outlying() -> None:
+def test_what_is_off_for_longer_than_three_rows_is_no_excursion() -> None:
     values = np.zeros(50)
     values[20:24] = 5.0
-    assert outlying(values, 1.0) == []
+    assert excursions(values, 1.0) == []
     values[23] = 0.0
-    assert outlying(values, 1.0) == [(20, 23, 5.0)]
+    assert excursions(values, 1.0) == [(20, 23, 5.0)]
 
 
 @pytest.mark.parametrize(("gap_rows", "faults"), [(60, 0), (0, 1)])

@@ -21,7 +21,7 @@ from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.observations.build import observations_of
-from arctrue.workbench.observations.outliers import (
+from arctrue.workbench.observations.outliers.single_rows import (
     FALSE_ROWS,
     far_from_neighbours,
     far_threshold,

@@ -56,6 +56,11 @@ class Vibration(Effect):
         seen = rows is not None and rows.time_s is not None
         return [*runs, "cos reference", "sin reference"] if seen else runs
 
+    def column_runs(self, observations: Observations) -> tuple[int | None, ...]:
+        runs = [run for run in range(observations.runs) for _ in ("cos", "sin")]
+        shared = len(self.column_names(observations)) - len(runs)
+        return (*runs, *[None] * shared)
+
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:

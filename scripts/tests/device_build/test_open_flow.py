@@ -1,0 +1,355 @@
+"""``make bitstream FLOW=open`` with stand-ins for the tools, and its netlist with the real ones."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from scripts import bitstream
+from scripts.bitstream_job import TOPS, Top
+from scripts.bitstream_open import check_contents, check_primitives
+from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, write_netlist
+from scripts.resources import Design
+from scripts.tests.device_build.fake_tools import FASM2FRAMES, NEXTPNR, PART, Bench
+from scripts.tests.device_build.small_top import SMALL_TOP, netlist_of_small_top
+from scripts.tests.synth.tools import tools_missing
+
+MISSING = tools_missing(find_ghdl, find_yosys)
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(tmp_path, monkeypatch)
+
+
+def run(bench: Bench, *more: str) -> int:
+    output = str(bench.folder / "made")
+    return bitstream.main(["--flow", "open", "--output", output, *more])
+
+
+def test_every_tool_is_called_with_what_the_one_before_made(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.add_open_tools()
+    assert run(bench, "--lanes", "4", "--board", "arty_z7_20") == 0
+    told = capsys.readouterr().out
+    assert "clock 143.45 MHz" in told
+    assert "estimate" in told
+    assert f"for {PART}" in told
+    made = bench.folder / "made"
+    (synthesis,) = (call for call in bench.calls("ghdl") if "--synth" in call)
+    assert {"-gLANES=4", "-gFOLD=1"} <= set(synthesis)
+    assert synthesis[-1] == "arctrue_zynq_top"
+    (mapping,) = (call[1] for call in bench.calls("yosys") if call[0] == "-p")
+    assert mapping.split("; ")[-2] == "delete t:$scopeinfo"
+    assert "-flatten" in mapping
+    (placing,) = bench.calls("nextpnr-himbaechel")
+    assert any(word.endswith("constraints/arty_z7_20.xdc") for word in placing)
+    assert len(bench.calls("xc7frames2bit")) == 1
+    assert (made / "arctrue.bit").stat().st_size > 4 * 1_010_808
+    for log in ("nextpnr.log", "xc7frames2bit.log"):
+        assert (made / "reports" / log).exists()
+
+
+def test_the_frames_are_the_same_by_a_program_that_is_named(bench: Bench) -> None:
+    bench.add_open_tools()
+    assert run(bench) == 0
+    frames = bench.folder / "made" / "arctrue.frames"
+    own = frames.read_text(encoding="ascii").splitlines()[0]
+    bench.monkeypatch.setenv("FASM2FRAMES", str(bench.add("fasm2frames", FASM2FRAMES)))
+    assert run(bench) == 0
+    assert len(bench.calls("fasm2frames")) == 1
+    named = frames.read_text(encoding="ascii")
+    assert [int(word, 16) for word in re.split("[ ,]", own)] == [
+        int(word, 16) for word in re.split("[ ,]", named)
+    ]
+
+
+def test_lanes_are_folded_no_more_than_the_tools_need() -> None:
+    assert [bitstream.fold_of("open", lanes) for lanes in (1, 6, 20, 32, 64)] == [1, 1, 2, 2, 4]
+    assert bitstream.fold_of("open", 33) == 1
+    assert bitstream.fold_of("vivado", 32) == 1
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (["--lanes", "65"], "expected 1 to 64, found 65"),
+        (["--lanes", "0"], "expected 1 to 64, found 0"),
+        (["--lanes", "12", "--fold", "8"], "8 lanes a pipeline do not divide 12 lanes"),
+        # Whether a 3 or a "3" depends on the version of Python.
+        (["--fold", "3"], "argument --fold: invalid choice"),
+    ],
+)
+def test_numbers_that_cannot_be_built_are_refused(
+    bench: Bench, capsys: pytest.CaptureFixture[str], asked: list[str], told: str
+) -> None:
+    bench.add_open_tools()
+    with pytest.raises(SystemExit) as ended:
+        run(bench, *asked)
+    assert ended.value.code == 2
+    assert told in capsys.readouterr().err
+    assert not bench.calls_file.exists()
+
+
+def test_nextpnr_xilinx_gets_its_own_options(bench: Bench) -> None:
+    bench.add_open_tools()
+    other = bench.add("nextpnr-xilinx", NEXTPNR)
+    chipdb = bench.folder / "xc7z020.bin"
+    chipdb.write_text("chip", encoding="utf-8")
+    bench.monkeypatch.setenv("NEXTPNR", str(other))
+    bench.monkeypatch.setenv("CHIPDB", str(chipdb))
+    assert run(bench) == 0
+    assert bench.calls("nextpnr-himbaechel") == []
+    (call,) = bench.calls("nextpnr-xilinx")
+    assert call[call.index("--chipdb") + 1] == str(chipdb)
+
+
+def test_the_encoder_source_is_no_core(bench: Bench) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_CELLS", "BUFG LUT2")
+    bench.monkeypatch.setenv("FAKE_ASKED_MHZ", "125")
+    assert run(bench, "--top", "encoder_source_top", "--board", "encoder_source") == 0
+    (synthesis,) = (call for call in bench.calls("ghdl") if "--synth" in call)
+    assert synthesis[-1] == "encoder_source_top"
+    assert not [word for word in synthesis if word.startswith("-g")]
+    (placing,) = bench.calls("nextpnr-himbaechel")
+    assert placing[placing.index("--freq") + 1] == "125"
+    assert "--seed" not in placing
+    assert "--placer-heap-timingweight" not in placing
+
+
+def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
+    bench.add_open_tools()
+    assert run(bench, "--seed", "7") == 0
+    (placing,) = bench.calls("nextpnr-himbaechel")
+    assert placing[placing.index("--seed") + 1] == "7"
+    assert placing[placing.index("--placer-heap-timingweight") + 1] == "50"
+    assert "--tmg-ripup" in placing
+
+
+def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_MHZ", "99.99")
+    # nextpnr ends with an error then, and without one when it is told to allow it: both must fail.
+    for code in ("1", "0"):
+        bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", code)
+        assert run(bench) == 1
+        error = capsys.readouterr().err
+        assert "the timing is not met" in error
+        assert "99.99 MHz" in error
+        assert not (bench.folder / "made" / "arctrue.bit").exists()
+    assert bench.calls("xc7frames2bit") == []
+
+
+def test_data_that_change_too_early_fail(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
+    """nextpnr tells of a hold violation and ends as if all were well."""
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_HOLD", "-0.02 -0.05")
+    assert run(bench) == 1
+    error = capsys.readouterr().err
+    assert "2 hold violations, the worst -0.05 ns at core.memory-0.05.DIADI13" in error
+    assert "make bitstream FLOW=open SEED=N" in error
+    assert bench.calls("xc7frames2bit") == []
+
+
+def test_a_placement_that_is_too_slow_is_followed_by_another(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_SLOW_SEEDS", "none 2")
+    assert run(bench) == 0
+    seeds = [call[call.index("--seed") + 1] for call in bench.calls("nextpnr-himbaechel")[1:]]
+    assert seeds == ["2", "3"]
+    said = capsys.readouterr().out
+    assert said.count("below 100 MHz") == 2
+    assert "The next placement is that of seed 3." in said
+
+
+def test_a_seed_that_was_asked_for_is_the_only_one(bench: Bench) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_SLOW_SEEDS", "7")
+    assert run(bench, "--seed", "7") == 1
+    assert len(bench.calls("nextpnr-himbaechel")) == 1
+
+
+def test_a_tool_that_fails_is_named_with_the_end_of_its_log(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", "3")
+    assert run(bench) == 2
+    assert "nextpnr-himbaechel failed. The end of" in capsys.readouterr().err
+    bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", "0")
+    bench.add("xc7frames2bit", "print('no such part'); sys.exit(1)")
+    assert run(bench) == 2
+    assert "no such part" in capsys.readouterr().err
+    bench.monkeypatch.setenv("FAKE_FASM", "PSS2_X1.PS7.OTHER")
+    assert run(bench) == 2
+    error = capsys.readouterr().err
+    assert "1 features are not in" in error
+    assert "arctrue.tied.fasm:2: PSS2_X1.PS7.OTHER" in error
+
+
+def test_a_placement_without_timing_is_refused(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.add_open_tools()
+    bench.add("nextpnr-himbaechel", "open(arguments[arguments.index('-o') + 3][5:], 'w')")
+    assert run(bench) == 2
+    assert "timed no clock" in capsys.readouterr().err
+
+
+def test_a_netlist_without_the_processor_is_refused(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_CELLS", "BUFG LUT2")
+    assert run(bench) == 2
+    assert "expected 1 PS7, found 0" in capsys.readouterr().err
+    assert bench.calls("nextpnr-himbaechel") == []
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "told"),
+    [
+        ("FAKE_IDCODE", "03722093", "expected the code 0x03727093"),  # an XC7Z010
+        ("FAKE_WORDS", "520352", "expected 1,010,808 words of frames"),
+        ("FAKE_WORDS_THERE", "1010807", "cut off: 1,010,807 of 1,010,808 words"),
+    ],
+)
+def test_a_bitstream_of_another_chip_is_refused(
+    bench: Bench, capsys: pytest.CaptureFixture[str], variable: str, value: str, told: str
+) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv(variable, value)
+    assert run(bench) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_all_that_is_missing_is_named_at_once(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.monkeypatch.setenv("GHDL_NETLIST", "no-such-ghdl")
+    bench.monkeypatch.setenv("YOSYS", "no-such-yosys")
+    bench.monkeypatch.setenv("XC7FRAMES2BIT", "no-such-program")
+    bench.monkeypatch.delenv("PRJXRAY_DB_DIR", raising=False)
+    assert run(bench) == 2
+    error = capsys.readouterr().err
+    for told in (
+        "nextpnr-himbaechel or nextpnr-himbaechel-xilinx or nextpnr-xilinx is not on PATH",
+        "Run scripts/install_place_and_route.sh",
+        "NEXTPNR=/path/to/nextpnr",
+        "XC7FRAMES2BIT=no-such-program is not a program that can be started",
+        "scripts/install_ghdl_netlist.sh",
+        "Yosys is missing",
+        "PRJXRAY_DB_DIR is not set",
+    ):
+        assert told in error, told
+
+
+def test_missing_databases_are_named(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("NEXTPNR", str(bench.add("nextpnr-xilinx", NEXTPNR)))
+    bench.monkeypatch.setenv("PRJXRAY_DB_DIR", str(bench.folder))
+    assert run(bench) == 2
+    error = capsys.readouterr().err
+    assert "CHIPDB is not set: nextpnr-xilinx needs the chip's database" in error
+    assert f"does not know the part {PART}" in error
+    bench.monkeypatch.setenv("CHIPDB", "no.bin")
+    assert run(bench) == 2
+    assert "CHIPDB=no.bin: there is no such file" in capsys.readouterr().err
+
+
+def test_bad_pins_stop_before_any_tool(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
+    bench.add_open_tools()
+    assert run(bench, "--board", "none") == 2
+    assert "there is no pin file for the board none; there are arty" in capsys.readouterr().err
+    pins = bench.folder / "pins.xdc"
+    pins.write_text("set_property LOC Y18 [get_ports head1_a]\n", encoding="utf-8")
+    assert run(bench, "--pins", str(pins)) == 2
+    assert "port head1_a has no IOSTANDARD" in capsys.readouterr().err
+    assert not bench.calls_file.exists()
+
+
+def test_the_makefile_hands_its_variables_on() -> None:
+    asked = [
+        "FLOW=open",
+        "BOARD=arty_z7_20",
+        "LANES=4",
+        "FOLD=2",
+        "PINS=my.xdc",
+        "PART=xc7z020clg484-1",
+    ]
+    done = subprocess.run(
+        ["make", "--no-print-directory", "--dry-run", "bitstream", *asked],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    command = done.stdout.splitlines()[-1].split()
+    assert command[command.index("-m") + 1] == "scripts.bitstream"
+    given = dict(zip(command[3::2], command[4::2], strict=True))
+    assert given == {
+        "--flow": "open",
+        "--board": "arty_z7_20",
+        "--lanes": "4",
+        "--fold": "2",
+        "--pins": "my.xdc",
+        "--part": "xc7z020clg484-1",
+    }
+
+
+@pytest.mark.skipif(bool(MISSING), reason=MISSING)
+def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
+    """PS7 and one BUFG with the ports of the primitives, pads, no latch, nothing unplaceable."""
+    netlist = netlist_of_small_top(tmp_path)
+    check_primitives(netlist, SMALL_TOP)
+    check_contents(netlist, SMALL_TOP)
+    empty = tmp_path / "empty.json"
+    empty.write_text('{"modules": {"small_zynq_top": {"cells": {}}}}', encoding="utf-8")
+    with pytest.raises(ToolError, match="expected 1 PS7, found 0"):
+        check_primitives(empty, SMALL_TOP)
+    total = Design.read(netlist).total("small_zynq_top")
+    assert total.latches == 0
+    cells = json.loads(netlist.read_text(encoding="utf-8"))["modules"]["small_zynq_top"]["cells"]
+    kinds = [cell["type"] for cell in cells.values()]
+    assert kinds.count("OBUF") == 2
+    assert kinds.count("IOBUF") == 2
+    assert [kind for kind in kinds if kind.startswith("$")] == []
+    (ps7,) = (cell["connections"] for cell in cells.values() if cell["type"] == "PS7")
+    (buffer,) = (cell["connections"] for cell in cells.values() if cell["type"] == "BUFG")
+    assert buffer["I"] == [ps7["FCLKCLK"][0]]
+    assert buffer["O"] == ps7["MAXIGP0ACLK"]
+    # Interrupt 61 is the lowest line; the 19 others are tied low.
+    assert isinstance(ps7["IRQF2P"][0], int)
+    assert ps7["IRQF2P"][1:] == ["0"] * 19
+    # Every register runs on the buffered clock.
+    clocks = {cell["connections"]["C"][0] for cell in cells.values() if cell["type"][:2] == "FD"}
+    assert clocks == set(buffer["O"])
+    assert ps7["MAXIGP0BVALID"][0] not in ("0", "1", "x")
+
+
+@pytest.mark.skipif(bool(MISSING), reason=MISSING)
+@pytest.mark.parametrize("top", TOPS.values(), ids=TOPS)
+def test_yosys_reads_the_netlist_of_every_top(tmp_path: Path, top: Top) -> None:
+    """An instance that was named like a word of Verilog once stopped one of them."""
+    generics = {"LANES": 1, "CAPTURE_DEPTH": 64} if top.has_core else {}
+    netlist = write_netlist(top.name, tmp_path / "made", generics=generics)
+    script = f"read_verilog {netlist.name}; hierarchy -top {top.name}; select -assert-any c:*"
+    subprocess.run([find_yosys()[0], "-q", "-p", script], cwd=netlist.parent, check=True)
+
+
+@pytest.mark.parametrize("kind", ["RAM32M", "RAM64M"])
+def test_contents_that_nextpnr_would_lose_are_refused(tmp_path: Path, kind: str) -> None:
+    netlist = tmp_path / "netlist.json"
+    cell = {"type": kind, "parameters": {"INIT_A": "0" * 64, "INIT_C": "0" * 62 + "1x"}}
+    modules = {SMALL_TOP.name: {"cells": {"slots": cell}}}
+    netlist.write_text(json.dumps({"modules": modules}), encoding="utf-8")
+    with pytest.raises(ToolError, match=f"the {kind} slots holds ones at power-up"):
+        check_contents(netlist, SMALL_TOP)

@@ -1,0 +1,144 @@
+"""``make bitstream FLOW=vivado`` with a stand-in for Vivado: the script runs in a real Tcl."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from scripts import bitstream
+from scripts.bitstream_job import in_order_of_use
+from scripts.bitstream_vivado import SCRIPT
+from scripts.netlist import ToolError, sources_of
+from scripts.tests.device_build.fake_tools import VIVADO, Bench
+
+PRELUDE = Path(__file__).with_name("vivado_prelude.tcl")
+STEPS = ["synth_design", "opt_design", "place_design", "route_design", "write_bitstream"]
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    tclsh = shutil.which("tclsh")
+    assert tclsh, "tclsh is missing: apt-get install tcl"
+    made = Bench(tmp_path, monkeypatch)
+    made.set_path(os.path.dirname(tclsh))  # noqa: PTH120
+    made.add("vivado", VIVADO)
+    monkeypatch.setenv("FAKE_VIVADO_PRELUDE", str(PRELUDE))
+    monkeypatch.setenv("FAKE_COMMANDS", str(tmp_path / "commands"))
+    return made
+
+
+def run(bench: Bench, *more: str) -> int:
+    return bitstream.main(["--output", str(bench.folder / "made"), *more])
+
+
+def commands(bench: Bench) -> list[list[str]]:
+    lines = (bench.folder / "commands").read_text(encoding="utf-8").splitlines()
+    return [line.split() for line in lines]
+
+
+def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(bench, "--lanes", "8", "--capture-depth", "1024") == 0
+    told = capsys.readouterr().out
+    assert "worst setup slack 0.125 ns, worst hold slack 0.125 ns" in told
+    (call,) = bench.calls("vivado")
+    assert call[:2] == ["-mode", "batch"]
+    assert call[call.index("-source") + 1] == str(SCRIPT)
+    noted = commands(bench)
+    names = [words[0] for words in noted]
+    assert [name for name in names if name in STEPS] == STEPS
+    synthesis = noted[names.index("synth_design")]
+    assert synthesis[synthesis.index("-top") + 1] == "arctrue_zynq_top"
+    assert synthesis[synthesis.index("-part") + 1] == "xc7z020clg400-1"
+    generics = [synthesis[n + 1] for n, word in enumerate(synthesis) if word == "-generic"]
+    assert generics == ["LANES=8", "CAPTURE_DEPTH=1024", "FOLD=1"]
+    read = [words[1:] for words in noted if words[0] == "read_xdc"]
+    # The processor's first: it makes the clock that the others name.
+    entities = ["zynq_processor", "quadrature_output", "pulse_output", "chip_dna"]
+    scoped = [["-ref", entity, f"{entity}.xdc"] for entity in entities]
+    assert read == [*scoped, ["pynq_z2.xdc"], ["arctrue_zynq_top.xdc"]]
+    assert names.index("read_xdc") < names.index("synth_design")
+    assert ["set_property", "LOC", "Y18", "get_ports"] in noted
+    assert all(words[1] == "-vhdl2008" for words in noted if words[0] == "read_vhdl")
+    units = [words[2] for words in noted if words[0] == "read_vhdl"]
+    assert sorted(units) == sorted(path.stem for path in sources_of("arctrue_zynq_top"))
+    for first, later in (
+        ("number_formats_pkg", "arctrue_core"),
+        ("arctrue_registers_pkg", "arctrue_registers"),
+        ("arctrue_core", "arctrue_zynq_top"),
+        ("input_synchroniser", "reset_release"),
+    ):
+        assert units.index(first) < units.index(later)
+    reports = bench.folder / "made" / "reports"
+    assert {"timing.rpt", "utilization.rpt", "cdc.rpt", "drc.rpt"} <= {
+        path.name for path in reports.iterdir()
+    }
+
+
+def test_rotation_reaches_the_synthesis(bench: Bench) -> None:
+    """Vivado takes the value of a generic that is a string in quotation marks."""
+    assert run(bench, "--rotation", "table") == 0
+    (synthesis,) = (words for words in commands(bench) if words[0] == "synth_design")
+    assert synthesis[synthesis.index('ROTATION="table"') - 1] == "-generic"
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "told"),
+    [
+        ("FAKE_SLACK_SETUP", "-0.001", "the worst setup slack is -0.001 ns, from core/setup_START"),
+        ("FAKE_SLACK_HOLD", "-0.02", "the worst hold slack is -0.02 ns"),
+        ("FAKE_SLACK_HOLD", "", "no path was timed for hold"),
+        ("FAKE_PATHS", "", "no path was timed for setup"),
+        ("FAKE_SUMMARY", "Timing constraints are not met.", "does not say that all user"),
+        ("FAKE_CLOCKS", "", "no clock reached the design"),
+    ],
+)
+def test_timing_that_is_not_met_fails(
+    bench: Bench, capsys: pytest.CaptureFixture[str], variable: str, value: str, told: str
+) -> None:
+    bench.monkeypatch.setenv(variable, value)
+    assert run(bench) == 1
+    error = capsys.readouterr().err
+    assert "the timing is not met" in error
+    assert told in error
+    assert "write_bitstream" not in [words[0] for words in commands(bench)]
+    assert not (bench.folder / "made" / "arctrue.bit").exists()
+    assert (bench.folder / "made" / "reports" / "timing.rpt").exists()
+
+
+def test_a_failure_shows_the_end_of_the_log(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.monkeypatch.setenv("FAKE_FAILURE", "synth")
+    assert run(bench) == 2
+    error = capsys.readouterr().err
+    assert "Vivado failed. The end of" in error
+    assert "[Synth 8-27] fake failure" in error
+
+
+def test_a_bitstream_of_another_chip_is_refused(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.monkeypatch.setenv("FAKE_IDCODE", "23722093")
+    assert run(bench) == 2
+    assert "expected the code 0x03727093" in capsys.readouterr().err
+
+
+def test_without_vivado_the_command_says_what_to_do(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (bench.programs / "vivado").unlink()
+    assert run(bench) == 2
+    error = capsys.readouterr().err
+    assert "vivado is not on PATH" in error
+    assert "VIVADO=/path/to/vivado" in error
+    assert "FLOW=open" in error
+
+
+def test_a_circle_of_files_is_refused(tmp_path: Path) -> None:
+    for name, other in (("one", "two"), ("two", "one")):
+        (tmp_path / f"{name}.vhd").write_text(f"use work.{other}.all;", encoding="utf-8")
+    with pytest.raises(ToolError, match="in a circle"):
+        in_order_of_use(sorted(tmp_path.glob("*.vhd")))

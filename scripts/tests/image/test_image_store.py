@@ -1,0 +1,192 @@
+"""Boot images into the flash over the console: power lost at any moment leaves one that starts."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable
+
+import pytest
+from sim.tests.firmware.flash_model import FLASH_BYTES, Chip, Controller
+from sim.tests.firmware.library import firmware as c_library
+from sim.tests.firmware.model_core import Firmware, ModelCore
+
+from arctrue.device import flash as device
+from arctrue.device.console import ConsoleError
+from arctrue.device.flash import FlashRefusedError, lines_of, parts_of, write_image
+from scripts.image import boot_image, fabric_image, flash_image, flash_map
+
+OLD, NEW = bytes(range(256)) * 3, bytes(reversed(range(256))) * 4
+SYNC = bytes.fromhex("aa995566")
+STEPS_MOST = 1000
+
+
+class Board:
+    """A flash at the C code's own driver, and its console in place of a serial port."""
+
+    port = "board"
+
+    def __init__(self, chip: Chip) -> None:
+        ffi, library = c_library()
+        self.chip = chip
+        chip.busy_until_us = 0.0
+        self.controller = Controller(chip)
+        self.firmware = Firmware(ModelCore())
+        self.flash = ffi.new("struct flash *")
+        library.flash_prepare(self.flash, self.controller.access)
+        access = ffi.new("struct flash_access *", library.flash_access_to(self.flash))
+        places = flash_map()
+        golden = places["GOLDEN"], places["GOLDEN_BYTES"], places["RECORDS"]
+        self.map = ffi.new("struct image_map *", golden)
+        self.store = ffi.new("struct image_store *")
+        library.image_store_prepare(self.store, access, self.map)
+        self.firmware.console.images = self.store
+        self.after_line: Callable[[], None] = lambda: None
+        self.spoil = 0
+
+    def close(self) -> None:
+        """As a console."""
+
+    def command(self, line: str, _seconds: float = 5.0) -> list[str]:
+        if self.spoil and line.startswith("flash data"):
+            self.spoil -= 1
+            line = line.replace("FF", "FE", 1) if "FF" in line else line[:-1] + "G"
+        said = self.firmware.send(line)
+        for _ in range(STEPS_MOST):
+            if said:
+                break
+            self.controller.now_us += 10_000
+            said = self.firmware.step()
+        self.after_line()
+        told = said.splitlines()
+        assert told, f"no answer to {line}"
+        if told[-1].startswith("error"):
+            raise ConsoleError(f"{self.port}: {line}: the device says {told[-1]}")
+        return told[:-1] if told[-1].startswith("ok") else told
+
+
+def starts(chip: Chip) -> tuple[int, bytes] | None:
+    """What the boot ROM would start and from where: UG585, chapter 6, not the C code."""
+    for place in range(0, FLASH_BYTES, 32 << 10):
+        header = bytes(chip.content[place : place + 0x4C])
+        words = struct.unpack("<11I", header[0x20:0x4C])
+        if header[0x20:0x28] != bytes.fromhex("665599aa584e4c58")[:4] + b"XNLX":
+            continue
+        if words[-1] != ~sum(words[:-1]) & 0xFFFF_FFFF:
+            continue
+        offset, length = words[4], words[5]
+        return place, bytes(chip.content[place + offset : place + offset + length])
+    return None
+
+
+def program(body: bytes) -> bytes:
+    return body.ljust(-(-len(body) // 64) * 64, b"\xff")
+
+
+def silent(_done: int, _all: int) -> None:
+    pass
+
+
+@pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
+def test_the_first_image_is_golden_too(kind: str) -> None:
+    """An empty flash takes both; the bitstream comes with them, and all of it as it was made."""
+    board = Board(Chip(kind))
+    image = flash_image(OLD, 0, bytes(64) + SYNC + OLD, "made here")
+    assert not write_image(board, image, silent).has_golden
+    assert starts(board.chip) == (0, program(OLD))
+    places = flash_map()
+    boot = boot_image(OLD, 0)
+    assert bytes(board.chip.content[places["GOLDEN"] :][: len(boot)]) == boot
+    fabric = fabric_image(bytes(64) + SYNC + OLD, "made here")
+    assert bytes(board.chip.content[places["BITSTREAM"] :][: len(fabric)]) == fabric
+
+
+def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
+    """After every line of the console, and with the last page half written."""
+    board = Board(Chip())
+    write_image(board, boot_image(OLD, 0), silent)
+    golden = bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN])
+    seen = []
+    board.after_line = lambda: seen.append(starts(board.chip))
+    write_image(board, boot_image(NEW, 0), silent)
+    assert set(seen) == {(0, program(OLD)), (device.GOLDEN, program(OLD)), (0, program(NEW))}
+    # Erased at once; whole with the line that has the check sum.
+    # After it comes the comparison; the status before it is the first.
+    assert seen.index((0, program(NEW))) == len(seen) - 2
+    assert bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN]) == golden
+
+
+def test_the_golden_image_and_what_is_saved_cannot_be_written() -> None:
+    board = Board(Chip())
+    write_image(board, boot_image(OLD, 0), silent)
+    before = bytes(board.chip.content)
+    line = next(lines_of(b"\0" * 24, device.GOLDEN + 0x1_0000))
+    for refused, reason in (
+        (line, "golden_stays"),
+        (f"flash erase {device.GOLDEN:X}", "golden_stays"),
+        (f"flash erase {device.END:X}", "wrong_place"),
+        (next(lines_of(b"\0" * 4, device.END)), "wrong_place"),
+        (next(lines_of(b"\0" * 4, 0x9_0002)), "wrong_place"),
+        (f"flash check {device.END - 4:X} 8", "wrong_place"),
+        ("flash check 0 3", "wrong_place"),
+        ("flash data 0 1234567 0", "wrong_crc"),
+        ("flash data 0 0000000X 0", "wrong_crc"),
+        ("flash erase nowhere", "use: flash status"),
+    ):
+        with pytest.raises(ConsoleError, match=reason):
+            board.command(refused)
+    words = struct.pack("<2I", 1, 2)
+    crc = zlib.crc32(struct.pack("<I", 0xFC) + words)
+    with pytest.raises(ConsoleError, match="wrong_place"):
+        board.command(f"flash data FC 0000000100000002 {crc:08X}")
+    assert bytes(board.chip.content) == before
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [("stuck", "flash_stuck"), ("bad_bit", "flash_not_read_back"), ("silent", "does not know")],
+)
+def test_a_flash_that_does_not_obey(fault: str, reason: str) -> None:
+    board = Board(Chip(fault=fault))
+    with pytest.raises(FlashRefusedError, match=reason):
+        write_image(board, boot_image(OLD, 0), silent)
+
+
+def test_a_spoiled_line_is_sent_again() -> None:
+    board = Board(Chip())
+    board.spoil = device.ATTEMPTS - 1
+    write_image(board, boot_image(OLD, 0), silent)
+    assert starts(board.chip) == (0, program(OLD))
+    board.spoil = device.ATTEMPTS
+    with pytest.raises(FlashRefusedError, match="wrong_crc"):
+        write_image(board, boot_image(NEW, 0), silent)
+
+
+def test_status_tells_where_the_image_was_found() -> None:
+    board = Board(Chip())
+    board.firmware.console.started_from = 0x4_0000
+    write_image(board, boot_image(OLD, 0), silent)
+    assert board.command("flash status") == [
+        "golden whole",
+        "sector_bytes 262144",
+        "started_from 0x00040000",
+    ]
+
+
+def test_saving_and_flashing_do_not_meet() -> None:
+    """While an erase is under way ``save`` has to wait; without a flash nothing is done."""
+    board = Board(Chip())
+    board.firmware.send("flash erase 0")
+    assert "under_way" in board.firmware.send("save")
+    bare = Firmware(ModelCore())
+    assert bare.send("flash status") == "error: flash flash_unknown\r\n"
+
+
+def test_what_is_no_image_is_refused() -> None:
+    with pytest.raises(FlashRefusedError, match=r"make image"):
+        parts_of(b"\xff" * 10_000)
+    with pytest.raises(FlashRefusedError, match="bytes"):
+        parts_of(boot_image(OLD, 0).ljust(device.END + 4, b"\0"))
+    boot, fabric = parts_of(flash_image(OLD, 0, None))
+    assert boot == boot_image(OLD, 0).rstrip(b"\xff")
+    assert fabric == b""

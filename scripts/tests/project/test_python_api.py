@@ -1,0 +1,149 @@
+"""``import arctrue as at``: light, lazy, and the notebook of the documents runs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pytest
+
+import arctrue as at
+from arctrue.measurement import MeasurementError, MeasurementSet, Reference, Table
+from scripts.reference_pages import api_page
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+
+
+def test_the_import_loads_nothing() -> None:
+    program = (
+        "import sys, arctrue; print([n for n in ('numpy', 'scipy', 'click') if n in sys.modules]);"
+        "print('read_set' in dir(arctrue), hasattr(arctrue, 'nothing'))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split("\n")[:2] == ["[]", "True False"]
+
+
+def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
+    """The bounds are those of the format: counts below 2⁶², one detection within a degree."""
+    page = api_page()
+    assert "Annotated" not in page
+    assert "Meta(" not in page
+    assert "| `counts_per_rev` | `int \\| None` | from 4 to 2^62 |" in page
+    assert "| `index_detection_arcsec` | `float \\| None` | from 0 to 3600 |" in page
+
+
+def test_a_recorded_set_is_compared_and_shown() -> None:
+    table = at.read_set(DOCS / "data" / "worm_axis_telescope")
+    found = at.compare(table)
+    # The RMS of a fit is at most that of what was fitted.
+    error = table.reference.error_arcsec
+    assert 0.0 < found.data["channels"]["reference"]["rms_arcsec"] <= error.std()
+    assert "reference" in found._repr_html_()
+    with pytest.raises(ValueError, match="no history"):
+        at.Model().plot()
+
+
+def test_a_folder_is_as_good_as_its_set() -> None:
+    folder = DOCS / "data" / "worm_axis_telescope"
+    table = at.read_set(folder)
+    for given in (folder, str(folder)):
+        assert at.compare(given).data == at.compare(table).data
+        assert at.Model().observations(given).reference is not None
+        added = at.Model().add("reference_drift", given)
+        assert added.content == at.Model().add("reference_drift", table).content
+    assert at.diagnose(str(folder)).verdict == at.diagnose(table).verdict
+    with pytest.raises(MeasurementError, match="no such folder"):
+        at.compare("nowhere")
+    for work in (at.compare, at.diagnose, at.Model().observations):
+        with pytest.raises(TypeError, match=r"expected a measurement set .* found list"):
+            work([1, 2])
+
+
+class _Series:
+    """What a column of a pandas data frame does: indexed by labels, of which −1 is none."""
+
+    def __init__(self, values: list[float]) -> None:
+        self._values = np.array(values)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        return np.array(self._values, dtype=dtype)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __getitem__(self, label: Any) -> Any:
+        if isinstance(label, int) and not 0 <= label < len(self._values):
+            raise KeyError(label)
+        return _Series(self._values[label].tolist())
+
+
+@pytest.mark.parametrize("kind", [_Series, list, tuple, pa.chunked_array])
+def test_columns_of_a_data_frame_are_taken(kind: Callable[[list[float]], Any]) -> None:
+    angle = np.arange(0.0, 360.0, 5.0)
+    values = {
+        "target_deg": angle,
+        "error_arcsec": 3.0 * np.sin(np.deg2rad(angle)),
+        "time_s": np.arange(angle.size, dtype=np.int64),
+        "direction": np.ones(angle.size),
+    }
+
+    def made(convert: Callable[[list[float]], Any]) -> MeasurementSet:
+        if kind is pa.chunked_array and convert is kind:
+            columns = {name: pa.chunked_array([pa.array(x)]) for name, x in values.items()}
+        else:
+            columns = {name: convert(x.tolist()) for name, x in values.items()}
+        return MeasurementSet(Table(), reference=Reference(**columns))
+
+    given = made(kind)
+    assert given.reference is not None
+    assert given.reference.direction is not None
+    assert given.reference.direction.dtype == np.int64
+    assert at.compare(given).data == at.compare(made(np.array)).data
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"direction": [1, 0.5, 1]}, r"direction\[1\]: expected whole numbers, found 0.5"),
+        ({"error_arcsec": [1.0, 2.0]}, "equally long, found target_deg 3, error_arcsec 2"),
+        ({"target_deg": ["a", "b", "c"]}, "target_deg: expected numbers"),
+        ({"target_deg": [[1.0, 2.0, 3.0]]}, "target_deg: expected a row of numbers"),
+        ({"mask": [0, 1, 2]}, r"mask\[2\]: expected 0 or 1, found 2"),
+    ],
+)
+def test_columns_that_are_none_are_refused(columns: dict[str, Any], said: str) -> None:
+    right: dict[str, Any] = {"target_deg": [0.0, 1.0, 2.0], "error_arcsec": [0.0, 1.0, 2.0]}
+    with pytest.raises(ValueError, match=said):
+        Reference(**{**right, **columns})
+
+
+@pytest.mark.slow
+def test_the_notebook_runs(tmp_path: Path) -> None:
+    """Every code cell in order; the last line of a cell is what a notebook would show."""
+    cells = json.loads((DOCS / "notebook.ipynb").read_text(encoding="utf-8"))["cells"]
+    names: dict[str, object] = {}
+    shown = []
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            *lines, last = "".join(cell["source"]).splitlines()
+            exec("\n".join(lines), names)
+            shown.append(eval(last, names))
+    compared, pictures, diagnosed, model, ladder = shown
+    assert "RMS" in compared._repr_html_()
+    assert pictures._repr_html_().count("data:image/png;base64,") == len(pictures.images) >= 2
+    assert diagnosed.data["verdict"] == diagnosed.verdict == "named"
+    assert diagnosed.result.named.name == "hysteresis"
+    assert model.effects == ["graduation_harmonics", "hysteresis"]
+    (path,) = ladder.save(tmp_path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    # The model is written and read again.
+    model.write(tmp_path / "m.toml")
+    assert at.Model.read(tmp_path / "m.toml").effects == model.effects

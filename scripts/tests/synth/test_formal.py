@@ -1,0 +1,102 @@
+"""Every quick proof holds, and fails on a broken variant; ``make formal`` breaks all ways."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from scripts import formal
+from scripts.formal import (
+    DOCUMENT,
+    broken_sources,
+    check,
+    document,
+    find_sby,
+    prove,
+    sources_of_proof,
+)
+from scripts.formal_proofs import PROOFS, Break, Proof
+from scripts.netlist import ROOT, ToolError, find_ghdl
+from scripts.tests.synth.tools import tools_missing
+
+MISSING = tools_missing(find_ghdl, find_sby)
+needs_tools = pytest.mark.skipif(bool(MISSING), reason=MISSING)
+QUICK = [proof for proof in PROOFS if proof.quick]
+OUTPUT = next(proof for proof in PROOFS if proof.name == "quadrature_output")
+
+
+@needs_tools
+@pytest.mark.parametrize("proof", QUICK, ids=[proof.name for proof in QUICK])
+def test_proof(proof: Proof, tmp_path: Path) -> None:
+    faults, _ = check(replace(proof, breaks=proof.breaks[:1]), tmp_path)
+    assert faults == []
+
+
+@needs_tools
+def test_a_fault_that_changes_nothing_is_reported(tmp_path: Path) -> None:
+    line = "      b_level := phase_then(1);"
+    harmless = Break("nothing", f"{line}\n", f"{line} --\n")
+    (fault,), _ = check(replace(OUTPUT, breaks=(harmless,)), tmp_path)
+    assert fault == "quadrature_output: the proof does not notice that nothing"
+
+
+@needs_tools
+def test_a_cover_statement_out_of_reach_is_reported(tmp_path: Path) -> None:
+    (fault,) = prove(replace(OUTPUT, cover_depth=4), tmp_path)
+    assert "a cover statement is out of reach" in fault
+
+
+@needs_tools
+@pytest.mark.parametrize(
+    "proof",
+    [
+        replace(OUTPUT, cut=("glitch_filter*",)),
+        replace(OUTPUT, cut_signals=("quadrature_output/w:gone",)),
+    ],
+    ids=["module", "signal"],
+)
+def test_what_is_cut_must_be_there(proof: Proof, tmp_path: Path) -> None:
+    with pytest.raises(ToolError, match="Assertion failed: selection"):
+        prove(proof, tmp_path)
+
+
+def test_a_fault_that_does_not_fit_the_source_is_refused(tmp_path: Path) -> None:
+    fault = Break("gone", "no such text", "")
+    with pytest.raises(ValueError, match="there 0 times, not once"):
+        broken_sources(OUTPUT, fault, tmp_path / "vhdl")
+
+
+def test_all_faults_fit_their_sources(tmp_path: Path) -> None:
+    for proof in PROOFS:
+        for fault in proof.breaks:
+            broken_sources(proof, fault, tmp_path / "vhdl")
+
+
+def test_a_constant_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="has no constant LANES_MOST"):
+        sources_of_proof(replace(OUTPUT, constants={"LANES_MOST": 2}), tmp_path / "small")
+
+
+def test_every_rules_file_belongs_to_a_proof_with_covers_and_faults() -> None:
+    rules = {path.name for path in (ROOT / "formal").glob("*.sv")}
+    assert rules == {f"{proof.rules}.sv" for proof in PROOFS}
+    for proof in PROOFS:
+        text = (ROOT / "formal" / f"{proof.rules}.sv").read_text(encoding="utf-8")
+        assert "cover (" in text, proof.name
+        assert proof.breaks, proof.name
+
+
+def test_the_document_is_that_of_the_proofs() -> None:
+    assert DOCUMENT.read_text(encoding="utf-8") == document(PROOFS)
+
+
+def test_without_symbiyosys_the_command_says_what_to_do(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda command, path=os.defpath: None)
+    assert formal.main(["quadrature_output"]) == 2
+    assert "yowasp-sby is missing; make setup" in capsys.readouterr().err

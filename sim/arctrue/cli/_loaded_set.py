@@ -1,0 +1,290 @@
+"""What the commands of the workbench share: options, loading, errors, JSON."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from arctrue.base.printable import one_line
+from arctrue.base.progress import SHOW_ROWS
+from arctrue.base.whole_file import write_whole_text
+from arctrue.calibration.head_separation import doubts
+from arctrue.cli._numbers import SEED
+from arctrue.cli._options import json_option
+from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._progress import Progress
+from arctrue.cli._terminal import Console, note, tell_error, tell_warning
+from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
+from arctrue.report.numbers import plain
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.guarded import EffectFileError
+from arctrue.workbench.effects.registry import EffectNotFoundError, catalogue
+from arctrue.workbench.model.growth import AlreadyThereError, NotTestableError, table_of
+from arctrue.workbench.model.model import Model, default_model
+from arctrue.workbench.model.model_file import (
+    ModelFileError,
+    folder_entry,
+    model_lock,
+    read_model,
+    write_model,
+)
+from arctrue.workbench.model.provenance import with_provenance
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
+
+EXIT_BAD_INPUT = 2
+KEEP_OUTLIERS = "arctrue.keep_outliers"
+SHOWN_MASKED = 5
+"""Rows that are not used, listed on the terminal; --json lists all of them."""
+console = Console()
+
+PEOPLE_ERRORS = (
+    MeasurementError,
+    ModelFileError,
+    EffectFileError,
+    EffectNotFoundError,
+    NotTestableError,
+    AlreadyThereError,
+    ValueError,
+    OSError,
+)
+
+
+@dataclass(frozen=True)
+class LoadedSet:
+    """A measurement set, a model and the effects that are known."""
+
+    observations: Observations
+    model: Model
+    effects: dict[str, type[Effect]]
+    measurement: str
+    measurement_set: MeasurementSet
+
+
+def set_argument(function: Callable[..., None]) -> Callable[..., None]:
+    """The SET argument: the folder of a measurement set."""
+    return click.argument(
+        "measurement_set", metavar="SET", type=click.Path(path_type=Path, file_okay=False)
+    )(function)
+
+
+def _remember_outliers(context: click.Context, _: click.Parameter, value: bool) -> None:
+    """Keep the option for :func:`load`, so that no command has to hand it on."""
+    context.meta[KEEP_OUTLIERS] = value
+
+
+def common_options(function: Callable[..., None]) -> Callable[..., None]:
+    """--model, --effects, --json, --out, --seed, --keep-outliers, --other-table."""
+    for option in (
+        click.option(
+            "--keep-outliers",
+            is_flag=True,
+            expose_value=False,
+            callback=_remember_outliers,
+            help="Use rows that look like outliers too.",
+        ),
+        click.option(
+            "--other-table",
+            is_flag=True,
+            expose_value=False,
+            callback=_remember_other_table,
+            help="Use the model although it is of another table.",
+        ),
+        click.option(
+            "--seed",
+            type=SEED,
+            default=1,
+            show_default=True,
+            help="Seed of the random draws of compare and report; the other commands draw nothing.",
+        ),
+        click.option("--out", type=OutputFolder(), help="Folder for pictures."),
+        json_option,
+        click.option(
+            "--effects",
+            "folders",
+            type=click.Path(path_type=Path),
+            multiple=True,
+            help="Folder of own effects.",
+        ),
+        click.option(
+            "--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML)."
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+_OTHER_TABLE = "arctrue.other_table"
+
+
+def _remember_other_table(context: click.Context, _: click.Parameter, given: bool) -> None:
+    """Keep the flag for :func:`load`, the only one that asks for it."""
+    context.meta[_OTHER_TABLE] = given
+
+
+def for_people(function: Callable[..., None]) -> Callable[..., None]:
+    """What is wrong with the input goes to stderr in one sentence; exit code 2."""
+
+    @functools.wraps(function)
+    def wrapped(*arguments: Any, **options: Any) -> None:
+        try:
+            function(*arguments, **options)
+        except PEOPLE_ERRORS as error:
+            tell_error(f"{_sentence(error)}")
+            raise SystemExit(EXIT_BAD_INPUT) from error
+
+    return wrapped
+
+
+def _sentence(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{error.filename}: cannot be read or written: {error.strerror}"
+    return str(error)
+
+
+def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
+    """The model of the file; the default model without one."""
+    if model_file is None or (may_be_new and not model_file.exists()):
+        return default_model()
+    return read_model(model_file)
+
+
+@contextmanager
+def changing(model_file: Path | None) -> Iterator[None]:
+    """Hold a model file from reading to writing; says so where another command holds it."""
+    if model_file is None:
+        yield
+        return
+
+    def waiting() -> None:
+        note(f"waiting: another command is changing {model_file}")
+
+    with model_lock(model_file, waiting):
+        yield
+
+
+def store(
+    model_file: Path, model: Model, before: Model, measurement_set: Path, folders: tuple[Path, ...]
+) -> None:
+    """Write the model; its new steps say when, by which program and from which data they are.
+
+    Folders of own effects are written relative to the model file, so that both can be moved.
+    """
+    known = [*(model_file.parent / folder for folder in model.folders), *folders]
+    model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
+    write_model(model_file, with_provenance(model, len(before.history), measurement_set))
+
+
+def effects_for(
+    model: Model, model_file: Path | None, folders: tuple[Path, ...]
+) -> dict[str, type[Effect]]:
+    """All effects: built-in, of the model's folders (relative to its file), of --effects."""
+    base = model_file.parent if model_file is not None else Path()
+    places = [*(base / folder for folder in model.folders), *folders]
+    unique = list(dict.fromkeys(place.resolve() for place in places))
+    return catalogue(unique)
+
+
+def load(
+    measurement_set: Path,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+    *,
+    may_be_new: bool = False,
+) -> LoadedSet:
+    """Everything that a command needs."""
+    model = load_model(model_file, may_be_new=may_be_new)
+    effects = effects_for(model, model_file, folders)
+    context = click.get_current_context(silent=True)
+    keep_outliers = context is not None and bool(context.meta.get(KEEP_OUTLIERS))
+    for number, entry in enumerate(model.effects, start=1):
+        try:
+            entry.effect(effects)
+        except ValueError as error:
+            raise ModelFileError(f"{model_file}: effect[{number}]: {error}") from error
+    with Progress("reading the measurement set") as progress:
+        measurement = read_measurement_set(measurement_set, progress=progress.read)
+        SHOW_ROWS.set(progress.rows)
+        observations = observations_of(
+            measurement,
+            reference_temperature_c=model.reference_temperature_c,
+            mask_outliers=not keep_outliers,
+        )
+    of_table = _table_warnings(model, model_file, observations)
+    for warning in (*measurement.warnings, *_doubts(measurement), *of_table):
+        tell_warning(warning)
+    _tell_masked(observations)
+    title = measurement.title or one_line(measurement_set.resolve().name)
+    return LoadedSet(observations, model, effects, title, measurement)
+
+
+def _table_warnings(model: Model, model_file: Path | None, observations: Observations) -> list[str]:
+    """What is to be said of the model's table. Raises ValueError for another one than the set's."""
+    if model_file is None or not model_file.exists():
+        return []
+    if model.table is None:
+        return [
+            f"{model_file}: does not say which table it is of (an earlier version wrote it); "
+            "the next add or drop writes that"
+        ]
+    differences = model.table.differences(table_of(observations))
+    if not differences:
+        return []
+    said = f"{model_file}: is a model of another table: {'; '.join(differences)}"
+    if click.get_current_context().meta[_OTHER_TABLE]:
+        return [said]
+    raise ValueError(f"{said}; --other-table takes it all the same")
+
+
+def _tell_masked(observations: Observations) -> None:
+    masked = observations.masked
+    if not masked:
+        return
+    note(f"{len(masked)} rows are not used:")
+    for row in masked[:SHOWN_MASKED]:
+        note(f"  {row}")
+    if len(masked) > SHOWN_MASKED:
+        note(f"  and {len(masked) - SHOWN_MASKED} more; compare --json lists all")
+
+
+def _doubts(measurement: MeasurementSet) -> list[str]:
+    """What a calibration would say of the heads' separation: the name of no effect mends it."""
+    capture, table = measurement.capture, measurement.table
+    if capture is None or table.counts_per_rev is None or table.head_separation_deg is None:
+        return []
+    nominal_rad = math.radians(table.head_separation_deg)
+    counts = float(np.mean(capture.head2_counts - capture.head1_counts))
+    # Whole turns between the heads' counters mean nothing.
+    off_rad = math.remainder(2.0 * math.pi * counts / table.counts_per_rev - nominal_rad, math.tau)
+    said = doubts(nominal_rad, nominal_rad + off_rad)
+    return [] if said is None else [said]
+
+
+def write_json(path: Path | None, data: dict[str, Any]) -> None:
+    """Write JSON if a path is given; what is not a finite number becomes null."""
+    if path is not None:
+        write_whole_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
+
+
+def write_page(
+    found: Mapping[str, Any],
+    page: Path | None,
+    words: Callable[[Any], str],
+    out: Path | None,
+    plot: Callable[[Any, Path], Path],
+) -> None:
+    """Write the page and the picture of a study, those that a place was given for, and say so."""
+    if page is not None:
+        write_whole_text(page, words(found))
+        console.print(f"wrote {page}", soft_wrap=True)
+    if out is not None:
+        console.print(f"wrote {plot(found, out)}", soft_wrap=True)

@@ -1,0 +1,62 @@
+"""Runs an import, and finds all of its open questions at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from arctrue.importing.assemble import Imported, Settings, import_recordings
+from arctrue.importing.choices import Ambiguous, Choices, open_questions
+from arctrue.importing.columns import NONE
+from arctrue.importing.file_content import FileContent
+from arctrue.importing.preview import Preview, preview_of, preview_of_file
+from arctrue.importing.reader import ReadSettings, read_recording
+
+TRIED_ROWS = 2000
+"""Rows that show which questions follow from the first."""
+
+
+@dataclass
+class Import:
+    """Files and what was said of them; ``recordings``: what was read, while it is needed."""
+
+    files: Sequence[Path]
+    reader: str
+    reading: ReadSettings
+    settings: Settings
+    recordings: list[FileContent] | None = field(default=None)
+
+    def run(self, choices: Choices) -> Imported:
+        """The set. Raises MeasurementError, AmbiguousError, ValueError, OSError."""
+        self.recordings = self._read(choices)
+        imported = import_recordings(self.recordings, self.settings, choices)
+        # It is not needed any more, and may be most of the memory.
+        self.recordings = None
+        return imported
+
+    def _read(self, choices: Choices) -> list[FileContent]:
+        return [read_recording(path, self.reader, self.reading, choices) for path in self.files]
+
+    def _try(self, choices: Choices) -> Imported:
+        held = self._read(choices) if self.recordings is None else self.recordings
+        return import_recordings(
+            [recording.first(TRIED_ROWS) for recording in held], self.settings, choices
+        )
+
+    def questions(
+        self, first: Ambiguous, given: Mapping[str, str] | None = None
+    ) -> list[Ambiguous]:
+        """``first``, which is open, and those that are open as well as far as can be known.
+
+        ``given``: answers to earlier questions, by :attr:`Ambiguous.name`.
+        """
+        others = open_questions(self._try, NONE, given or {})
+        return [first, *(asked for asked in others if asked.name != first.name)]
+
+    def previews(self) -> list[Preview]:
+        """The first rows of each file; its first lines where it could not be read yet."""
+        if self.recordings is None:
+            found = [preview_of_file(path) for path in self.files]
+            return [preview for preview in found if preview is not None]
+        return [preview_of(recording) for recording in self.recordings]

@@ -1,0 +1,173 @@
+"""The states of models that are in memory; each can be made again from its folder."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from arctrue.measurement import read_measurement_set
+from arctrue.page.commands import Commands
+from arctrue.page.ranking_key import ranking_key
+from arctrue.page.session import Opened, Session, Sessions, Step
+from arctrue.report.analysis import Analysis, analyse, with_effect, without_effect
+from arctrue.report.numbers import plain
+from arctrue.report.ranking import Ranking, device_data
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.model.growth import table_of
+from arctrue.workbench.model.model import Model, default_model
+from arctrue.workbench.model.provenance import with_provenance
+from arctrue.workbench.observations import Observations
+
+MOST_KEPT = 8
+
+
+class Analyses:
+    """Fits models and keeps the latest in memory. Safe to use from several threads."""
+
+    def __init__(
+        self, sessions: Sessions, effects: Mapping[str, type[Effect]], commands: Commands
+    ) -> None:
+        """``effects``: all that a model may have."""
+        self.sessions = sessions
+        self.effects = effects
+        self.commands = commands
+        self._kept: OrderedDict[tuple[str, int], Analysis] = OrderedDict()
+        self._devices: dict[tuple[str, int, float], dict[str, Any]] = {}
+        self._busy: dict[tuple[str, int], threading.Lock] = {}
+        self._lock = threading.Lock()
+
+    def first(self, folder: Path, opened: Opened) -> tuple[Session, Step]:
+        """A session in ``folder``, with the default model fitted. Raises what a fit raises."""
+        start = time.perf_counter()
+        analysis = analyse_opened(opened, default_model(), self.effects)
+        session = self.sessions.open(folder, opened)
+        return session, self._grown(session, analysis, None, "open", "", start)
+
+    def at(self, session: Session, number: int) -> Analysis:
+        """The analysis of a step, fitted again where it is no longer in memory."""
+        key = (session.name, number)
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+            busy = self._busy.setdefault(key, threading.Lock())
+        with busy:
+            with self._lock:
+                if key in self._kept:
+                    return self._kept[key]
+            session.step(number)
+            analysis = analyse_opened(session.opened, session.model(number), self.effects)
+            self._keep(key, analysis)
+        return analysis
+
+    def ranking(self, session: Session, number: int, temperature_c: float | None) -> Ranking | None:
+        """What was found at a step; what the device would get, at another temperature."""
+        found = session.ranking(number)
+        device = None if found is None else found["device"]
+        if found is None or device is None or temperature_c in (None, device["temperature_c"]):
+            return found
+        assert temperature_c is not None
+        key = (session.name, number, temperature_c)
+        if key not in self._devices:
+            if len(self._devices) >= MOST_KEPT:
+                self._devices.clear()
+            self._devices[key] = plain(device_data(self.at(session, number), temperature_c))
+        return {**found, "device": self._devices[key]}
+
+    def add(self, session: Session, number: int, effect: str, settings: dict[str, object]) -> Step:
+        """A step with an effect more. Raises what ``add_effect`` raises."""
+        return self._changed(
+            session, number, "add", effect, lambda before: with_effect(before, effect, settings)
+        )
+
+    def drop(self, session: Session, number: int, effect: str) -> Step:
+        """A step with an effect less. Raises what ``drop_effect`` raises."""
+        return self._changed(
+            session, number, "drop", effect, lambda before: without_effect(before, effect)
+        )
+
+    def load(self, session: Session, number: int, model: Model) -> Step:
+        """A step with a model of a file, fitted to the set. Raises ValueError for another table."""
+        start = time.perf_counter()
+        opened = session.opened
+        for entry in model.effects:
+            entry.effect(self.effects)
+        refuse_other_table(model, self.at(session, number).observations)
+        model = replace(model, folders=[])
+        analysis = analyse_opened(opened, model, self.effects)
+        return self._grown(session, analysis, number, "load", "", start)
+
+    def _changed(
+        self,
+        session: Session,
+        number: int,
+        action: str,
+        effect: str,
+        change: Callable[[Analysis], Analysis],
+    ) -> Step:
+        start = time.perf_counter()
+        before = self.at(session, number)
+        after = change(before)
+        dated = with_provenance(after.model, len(before.model.history), Path(session.opened.folder))
+        return self._grown(session, replace(after, model=dated), number, action, effect, start)
+
+    def _grown(
+        self,
+        session: Session,
+        analysis: Analysis,
+        parent: int | None,
+        action: str,
+        effect: str,
+        start: float,
+    ) -> Step:
+        opened = session.opened
+        step = session.grow(
+            analysis.model,
+            parent=parent,
+            action=action,
+            effect=effect,
+            command=self.commands.of_step(action, effect, opened),
+            seconds=time.perf_counter() - start,
+        )
+        self._keep((session.name, step.number), analysis)
+        key = ranking_key(Path(opened.folder), opened.title, analysis.model, self.effects)
+        found = self.sessions.ranked(key)
+        session.write_ranking_key(step.number, key)
+        if found is not None:
+            session.write_ranking(step.number, found)
+        return step
+
+    def _keep(self, key: tuple[str, int], analysis: Analysis) -> None:
+        with self._lock:
+            self._kept[key] = analysis
+            self._kept.move_to_end(key)
+            while len(self._kept) > MOST_KEPT:
+                self._kept.popitem(last=False)
+            self._busy.pop(key, None)
+
+
+def analyse_opened(opened: Opened, model: Model, effects: Mapping[str, type[Effect]]) -> Analysis:
+    """The set of a session beside a model; a first step of the history has its date.
+
+    Raises MeasurementError, NotTestableError, ValueError.
+    """
+    folder = Path(opened.folder)
+    measurement = read_measurement_set(folder)
+    analysis = analyse(measurement, opened.title, model, effects)
+    if not model.history:
+        return replace(analysis, model=with_provenance(analysis.model, 0, folder))
+    return analysis
+
+
+def refuse_other_table(model: Model, observations: Observations) -> None:
+    """Raises ValueError for a model of another table than that of the set."""
+    if model.table is None:
+        return
+    differences = model.table.differences(table_of(observations))
+    if differences:
+        raise ValueError(f"the model is of another table: {'; '.join(differences)}")

@@ -1,0 +1,179 @@
+"""A set with a fitted model, as the page and the report show it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import MeasurementSet
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.model.growth import add_effect, drop_effect, fitted, step_of
+from arctrue.workbench.model.model import Model
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+from arctrue.workbench.observations.build import observations_of
+
+Float = NDArray[np.float64]
+CHANNELS = ("capture", "reference")
+
+NAMES = {
+    "angle": "angle of the table",
+    "electrical1": "electrical phase of head 1",
+    "electrical2": "electrical phase of head 2",
+}
+OWN_PHASE = "own_phase"
+"""Of the order or frequency that an effect has."""
+ROUND = ("angle", "electrical1", "electrical2", OWN_PHASE)
+"""Conditions that go round, radians."""
+UNITS = {"speed": "deg/s", "time": "s", "temperature": "°C"}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What a residual can be drawn against; ``values`` by channel, shape (rows,)."""
+
+    key: str
+    name: str
+    unit: str
+    values: Mapping[str, Float]
+
+    @property
+    def goes_round(self) -> bool:
+        """True for an angle: values in radians."""
+        return self.key in ROUND
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """A set with a model fitted to it."""
+
+    measurement: MeasurementSet
+    title: str
+    observations: Observations
+    model: Model
+    solution: Solution
+    effects: Mapping[str, type[Effect]]
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """What the model leaves."""
+        return Residuals(self.solution)
+
+    @property
+    def channels(self) -> list[str]:
+        """Those that were measured."""
+        there = (self.observations.capture, self.observations.reference)
+        return [name for name, rows in zip(CHANNELS, there, strict=True) if rows is not None]
+
+    def rows(self, channel: str) -> CaptureRows | ReferenceRows:
+        """The conditions of the rows of a channel that was measured."""
+        found = self.observations.capture if channel == "capture" else self.observations.reference
+        assert found is not None
+        return found
+
+    def left(self, channel: str, *, whitened: bool = False) -> Float:
+        """Residual of every row: arcseconds, or whitened to a standard deviation of 1."""
+        residuals = self.residuals
+        found = {
+            ("capture", False): lambda: residuals.capture_arcsec,
+            ("capture", True): lambda: residuals.capture_whitened,
+            ("reference", False): lambda: residuals.reference_arcsec,
+            ("reference", True): lambda: residuals.reference_whitened,
+        }[channel, whitened]()
+        assert found is not None
+        return found
+
+    def measured(self, channel: str) -> Float:
+        """R₂ − R₁ − α of every capture row, or ε of every reference row, arcseconds."""
+        rows = self.rows(channel)
+        return rows.difference_arcsec if isinstance(rows, CaptureRows) else rows.error_arcsec
+
+    def angle_rad(self, channel: str) -> Float:
+        """Angle of the table of every row; a reference's is that of its target."""
+        rows = self.rows(channel)
+        return rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
+
+    @cached_property
+    def conditions(self) -> dict[str, Condition]:
+        """Everything that varies in the set, by key."""
+        found: dict[str, dict[str, Float]] = {}
+        for channel in self.channels:
+            for key, values in _conditions_of(self.rows(channel)).items():
+                if key in ROUND or float(np.ptp(values)) > 0.0:
+                    found.setdefault(key, {})[channel] = values
+        return {
+            key: Condition(key, NAMES.get(key, key.replace("_", " ")), _unit(key), values)
+            for key, values in found.items()
+        }
+
+
+def _unit(key: str) -> str:
+    return "deg" if key in ROUND else UNITS.get(key, "1")
+
+
+def _conditions_of(rows: CaptureRows | ReferenceRows) -> dict[str, Float]:
+    angle = rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
+    speed = rows.speed_rad_s
+    found: dict[str, Float | None] = {
+        "angle": angle,
+        "temperature": rows.temperature_c,
+        "time": rows.time_s,
+        "speed": None
+        if speed is None
+        else np.asarray(np.round(np.degrees(speed), 2), dtype=np.float64),
+        "direction": rows.direction,
+        "run": rows.run.astype(np.float64),
+        "electrical1": rows.electrical1_rad,
+    }
+    if isinstance(rows, CaptureRows):
+        found["revolution"] = rows.revolution.astype(np.float64)
+        found["electrical2"] = rows.electrical2_rad
+    elif rows.cycle is not None:
+        found["cycle"] = rows.cycle.astype(np.float64)
+    found |= {name: values for name, values in rows.conditions.items() if name not in found}
+    return {key: values for key, values in found.items() if values is not None and values.size}
+
+
+def analyse(
+    measurement: MeasurementSet,
+    title: str,
+    model: Model,
+    effects: Mapping[str, type[Effect]],
+    observations: Observations | None = None,
+) -> Analysis:
+    """The model fitted to the set; a history begins where there is none yet.
+
+    ``observations``: the set's rows, where the caller has them already.
+
+    Raises NotTestableError, ValueError for a model that the set cannot test.
+    """
+    if observations is None:
+        observations = observations_of(
+            measurement, reference_temperature_c=model.reference_temperature_c
+        )
+    grown, solution = fitted(model, observations, effects)
+    if not grown.history:
+        step = step_of("fit", ", ".join(grown.names()), title, solution)
+        grown = replace(grown, history=[step])
+    return Analysis(measurement, title, observations, grown, solution, effects)
+
+
+def with_effect(before: Analysis, name: str, settings: dict[str, object]) -> Analysis:
+    """The set beside a model with one effect more. Raises what ``add_effect`` raises."""
+    grown, solution = add_effect(
+        before.model, name, settings, before.observations, before.effects, before.title
+    )
+    return replace(before, model=grown, solution=solution)
+
+
+def without_effect(before: Analysis, name: str) -> Analysis:
+    """The set beside a model with one effect less. Raises what ``drop_effect`` raises."""
+    shrunk, solution = drop_effect(
+        before.model, name, before.observations, before.effects, before.title
+    )
+    return replace(before, model=shrunk, solution=solution)

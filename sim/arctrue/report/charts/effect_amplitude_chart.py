@@ -1,0 +1,32 @@
+"""Amplitude of an effect over its condition: from the data, and as the effect predicts."""
+
+from __future__ import annotations
+
+from arctrue.report.charts.chart import ARCSEC, CHANNEL_COLOUR, Axis, Chart, Curve, Panel
+from arctrue.report.effect_amplitude import EffectAmplitude
+
+_INK = "#5a6470"
+
+
+def effect_amplitude_chart(finding: EffectAmplitude, condition: str) -> Chart:
+    """Measured amplitude with its standard error in each step, and the fitted effect's."""
+    panels = []
+    for item in finding.over(condition):
+        what = "amplitude of its wave" if item.amplitude else "its part of what was measured"
+        layers = [
+            Curve(
+                item.x,
+                item.measured,
+                "measured",
+                CHANNEL_COLOUR[item.channel],
+                kind="points",
+                y_error=item.standard_error,
+            ),
+            Curve(item.x, item.effect, finding.effect.replace("_", " "), _INK, dash="dash"),
+        ]
+        panels.append(
+            Panel(Axis(item.name, item.unit), Axis(what, ARCSEC), layers, item.channel.capitalize())
+        )
+    name = finding.effect.replace("_", " ")
+    words = f"How large {name} is, against {panels[0].x.label if panels else 'nothing'}."
+    return Chart("finding", words, panels, columns=2, panel_height=3.0)

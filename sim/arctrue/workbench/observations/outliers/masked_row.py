@@ -1,0 +1,34 @@
+"""A row of a recording that is not used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Reason = Literal["mask", "outlier"]
+"""The set masks it, in a column or in mask.csv; or it was found here."""
+
+
+@dataclass(frozen=True)
+class MaskedRow:
+    """A row that is not used: ``row`` is its line in the file, the header being line 1."""
+
+    channel: Literal["capture", "reference"]
+    row: int
+    reason: Reason
+    away_arcsec: float | None = None
+    """How far it lies from the rows around it."""
+
+    def data(self) -> dict[str, str | int | float | None]:
+        """The same for JSON."""
+        return {
+            "channel": self.channel,
+            "row": self.row,
+            "reason": self.reason,
+            "away_arcsec": self.away_arcsec,
+        }
+
+    def __str__(self) -> str:
+        """One line for people."""
+        away = "" if self.away_arcsec is None else f" ({self.away_arcsec:+.2f}″)"
+        return f"{self.channel}.csv, row {self.row}: {self.reason}{away}"

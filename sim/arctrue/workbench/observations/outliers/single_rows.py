@@ -1,0 +1,443 @@
+"""Finds single rows that a recording got wrong, before any model is fitted.
+
+A row is an outlier if it lies far from the rows around it, alone or with at most two neighbours,
+and if nothing like it happens at the same angle in other revolutions. What a table does is not so:
+a lost count stays, a scratch comes again with the angle and is seen by both heads, a vibration
+goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+from scipy.stats import t as student
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+Boolean = NDArray[np.bool_]
+
+FAR_SIGMA = 6.0
+"""An outlier is at least so far off: normal noise of known σ is, once in 5·10⁸ rows."""
+FALSE_ROWS = 0.02
+"""Rows of a channel that white normal noise makes outliers in the mean, however many rows."""
+MAD_EFFICIENCY = 0.37
+"""Of the median absolute deviation beside the standard deviation (Rousseeuw and Croux, J. Am. Stat.
+Assoc. 88 (1993) 1273): n rows tell a scatter as well as 0.37·n degrees of freedom."""
+NEAR_SIGMA = 3.0
+"""The rows beside an outlier, and the same angle in other revolutions, stay within this."""
+MOST_ROWS = 3
+"""Off for longer, it may be real."""
+SIDE_ROWS = 2 * MOST_ROWS + 1
+"""Rows on each side whose median is taken: outliers are always the smaller part of them."""
+LEAST_SIDE_ROWS = 5
+"""The same near an end: two wrong rows do not move their median far."""
+TO_MIDDLE = SIDE_ROWS // 2 + 1
+"""From a row to the middle of the SIDE_ROWS rows before or after it."""
+LEAST_ROWS = 3 * SIDE_ROWS
+"""Of a run or pass in which single rows can be told to be wrong."""
+SCALE_ROWS = 256
+"""Rows that one value of the local scatter is taken over."""
+END_ROWS = 4 * SCALE_ROWS
+"""Rows at each end of a run that tell how well a row is known from one side."""
+WAVE_ORDERS = 20
+"""Orders of the paper's model, which are taken off before rows on both sides of a gap are
+compared."""
+WAVE_CONDITION = 1e-6
+"""Singular values below this share are orders that an arc does not tell apart."""
+MOST_FITTED = 20_000
+"""Rows, evenly spread, that the wave is fitted to."""
+MOST_SHARE = 0.05
+"""A larger share of outliers is no matter of single rows: the recording is faulty."""
+NORMAL_MAD = 1.4826
+"""Standard deviation of normal noise over its median absolute deviation."""
+LEAST_VISITS = 4
+"""Readings of a station from which a single one can be told to be wrong."""
+SAME_PLACE_ROWS = 1.5
+"""Rows of other revolutions as near as this, in steps between rows, are at the same angle."""
+MOST_COMPARED = 20_000
+"""Rows that are compared with other revolutions; so many outliers are above any sensible share."""
+
+
+def far_threshold(rows: int, scatter_rows: float) -> float:
+    """How many scatters off an outlier among ``rows`` rows is, never below FAR_SIGMA.
+
+    Of a scatter that ``scatter_rows`` rows tell, Student's t is the distribution of a normal row:
+    beyond the threshold there are FALSE_ROWS of all rows in the mean, on both sides together.
+    """
+    freedom = max(MAD_EFFICIENCY * scatter_rows, 1.0)
+    return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))
+
+
+def local_scatter(away: Float, resolution: float) -> Float:
+    """Robust standard deviation around each row, (rows,), never below that of all rows.
+
+    The scatter of a stretch of SCALE_ROWS rows and of its neighbours, the largest of the three:
+    noise that is larger over a part of the turn is no stretch of outliers. Values with steps of
+    ``resolution`` do not tell a scatter of less than half a step.
+    """
+    half = 0.5 * resolution
+    overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)
+    blocks = away.size // SCALE_ROWS
+    if blocks < 3:
+        return np.full(away.size, overall)
+    whole = np.abs(away[: blocks * SCALE_ROWS]).reshape(blocks, SCALE_ROWS)
+    each = NORMAL_MAD * np.maximum(middle(whole), half)
+    padded = np.concatenate([each[:1], each, each[-1:]])
+    largest = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
+    scatter = np.repeat(largest, SCALE_ROWS)
+    tail = np.full(away.size - scatter.size, largest[-1])
+    return np.asarray(np.maximum(np.concatenate([scatter, tail]), overall))
+
+
+def middle(values: Float) -> Float:
+    """The mean of the middle fifth along the last axis, (…, rows) → (…): a median without steps.
+
+    The median of values with a resolution is one of them, or half-way between two.
+    """
+    last = values.shape[-1] - 1
+    low, high = int(np.floor(0.4 * last)), int(np.ceil(0.6 * last))
+    return np.asarray(np.partition(values, (low, high), axis=-1)[..., low : high + 1].mean(axis=-1))
+
+
+def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean:
+    """True where up to MOST_ROWS rows together lie far off and the rows beside them do not.
+
+    ``away``: distance of each row from the rows around it; ``scatter``: its standard deviation
+    there. Shapes (rows,). ``threshold``: scatters that are far, see :func:`far_threshold`.
+    """
+    found = np.zeros(away.size, dtype=bool)
+    size = np.abs(away)
+    far = np.flatnonzero(size > threshold * scatter)
+    if far.size == 0:
+        return found
+    off = size > NEAR_SIGMA * scatter
+    breaks = np.flatnonzero(np.diff(far) > 1) + 1
+    for group in np.split(far, breaks):
+        first, last = int(group[0]), int(group[-1])
+        while first > 0 and off[first - 1] and last - first < MOST_ROWS:
+            first -= 1
+        while last < away.size - 1 and off[last + 1] and last - first < MOST_ROWS:
+            last += 1
+        if last - first < MOST_ROWS:
+            found[group] = True
+    return found
+
+
+def from_both_sides(values: Float) -> Float:
+    """What the rows before and after each row let expect there, (rows,).
+
+    The mean of the median of the SIDE_ROWS rows before and of those after: exact where the values
+    rise evenly, and not moved by MOST_ROWS wrong rows on each side. Nearer to an end as many rows
+    as there are, on each side. The first and the last LEAST_SIDE_ROWS rows are not-a-number:
+    :func:`from_one_side` tells of them.
+    """
+    medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
+    expected = np.full(values.size, np.nan)
+    inner = np.arange(SIDE_ROWS, values.size - SIDE_ROWS)
+    expected[inner] = 0.5 * (medians[inner - TO_MIDDLE] + medians[inner + TO_MIDDLE])
+    for side in range(LEAST_SIDE_ROWS, min(SIDE_ROWS, values.size // 2)):
+        for part, row in (
+            (values[: 2 * side + 1], side),
+            (values[-2 * side - 1 :], values.size - 1 - side),
+        ):
+            expected[row] = 0.5 * (np.median(part[:side]) + np.median(part[side + 1 :]))
+    return expected
+
+
+def from_one_side(values: Float) -> Float:
+    """What the rows after each row let expect there; not-a-number at the last 2·SIDE_ROWS rows.
+
+    The straight line through the medians of the next SIDE_ROWS rows and of as many after them,
+    of which MOST_ROWS may be wrong.
+    """
+    medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
+    expected = np.full(values.size, np.nan)
+    first = np.arange(values.size - 2 * SIDE_ROWS)
+    near, far = medians[first + TO_MIDDLE], medians[first + TO_MIDDLE + SIDE_ROWS]
+    expected[first] = near + (near - far) * (TO_MIDDLE / SIDE_ROWS)
+    return expected
+
+
+def far_from_neighbours(
+    values: Float, least: float, resolution: float = 0.0, pieces: Sequence[slice] = ()
+) -> tuple[Float, Float]:
+    """Distance of each row from the rows around it, and its scatter, never below ``least``.
+
+    ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``. ``pieces``:
+    LEAST_ROWS rows or more each, between which rows are missing; one where none are. The first and
+    last LEAST_SIDE_ROWS rows of a piece are judged by the rows on their one side, and by the
+    scatter that this makes of the END_ROWS rows there: it is larger than that from both sides.
+    """
+    away = np.full(values.size, np.nan)
+    after, before = away.copy(), away.copy()
+    for piece in pieces or [slice(0, values.size)]:
+        own = values[piece]
+        away[piece] = own - from_both_sides(own)
+        first, last = own[:END_ROWS], own[-END_ROWS:]
+        after[piece][: first.size] = first - from_one_side(first)
+        before[piece][-last.size :] = last - from_one_side(last[::-1])[::-1]
+    scatter = _scatter_of_all(away, resolution)
+    for one_sided in (after, before):
+        end = np.isnan(away) & ~np.isnan(one_sided)
+        scatter[end] = np.maximum(scatter, _scatter_of_all(one_sided, resolution))[end]
+        away[end] = one_sided[end]
+    return away, np.maximum(scatter, least)
+
+
+def _scatter_of_all(away: Float, resolution: float) -> Float:
+    """Of each row the local scatter of those of known distance, at its place among them."""
+    known = ~np.isnan(away)
+    place = np.cumsum(known) - 1
+    return np.asarray(local_scatter(away[known], resolution)[np.maximum(place, 0)])
+
+
+def gaps(angle: Float) -> Integer:
+    """Places of the steps over missing rows in a run; ``angle``: (rows,), steps: (rows − 1,).
+
+    More than SIDE_ROWS usual steps, both of the mean of the run and of the median around it: a
+    speed that changes makes none.
+    """
+    step = np.abs(np.diff(angle))
+    long = np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))) if step.size else step
+    found = []
+    for place in long.astype(np.int64).tolist():
+        around = step[max(place - SIDE_ROWS, 0) : place + SIDE_ROWS + 1]
+        if step[place] > SIDE_ROWS * float(np.median(around)):
+            found.append(place)
+    return np.array(found, dtype=np.int64)
+
+
+def pieces_between_gaps(angle: Float) -> list[slice]:
+    """Rows of a run between gaps, each piece of LEAST_ROWS or more; ``angle``: (rows,).
+
+    Fewer rows than LEAST_ROWS stay with their neighbours.
+    """
+    cuts = [0]
+    for place in gaps(angle).tolist():
+        first = place + 1
+        if first - cuts[-1] >= LEAST_ROWS and angle.size - first >= LEAST_ROWS:
+            cuts.append(first)
+    return [slice(start, end) for start, end in pairwise([*cuts, angle.size])]
+
+
+def without_wave(values: Float, angle_rad: Float) -> Float:
+    """Values less the first WAVE_ORDERS orders of the turn, which running medians show; (rows,).
+
+    What stands on both sides of a gap is then alike, so that the few rows between two gaps are
+    not far from those beyond. Values without gaps are left as they are.
+    """
+    if gaps(angle_rad).size == 0:
+        return values
+    thin = slice(None, None, max(values.size // MOST_FITTED, 1))
+    medians = median_filter(values, size=SIDE_ROWS, mode="nearest")[thin]
+    orders = np.arange(1, min(WAVE_ORDERS, values.size // (4 * SIDE_ROWS)) + 1)
+    phase = np.outer(angle_rad[thin], orders)
+    columns = np.column_stack([np.ones(medians.size), np.cos(phase), np.sin(phase)])
+    found = np.linalg.lstsq(columns, medians, rcond=WAVE_CONDITION)[0]
+    flat = values - found[0]
+    for order, even, odd in zip(orders, *np.split(found[1:], 2), strict=True):
+        flat -= even * np.cos(order * angle_rad) + odd * np.sin(order * angle_rad)
+    return np.asarray(flat)
+
+
+def repeats(
+    rows: Integer, away: Float, scatter: Float, angle_rad: Float, revolution: Integer
+) -> Boolean:
+    """For each of ``rows``: is something alike at the same angle in other revolutions?
+
+    ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). True if the median
+    over the other revolutions of what stands there, in the same sense, is beyond NEAR_SIGMA.
+    """
+    found = np.zeros(rows.size, dtype=bool)
+    if rows.size == 0 or rows.size > MOST_COMPARED:
+        return found
+    place = np.mod(angle_rad, 2.0 * np.pi)
+    order = np.argsort(place, kind="stable")
+    sorted_place = place[order]
+    step = float(np.median(np.abs(np.diff(angle_rad)))) if angle_rad.size > 1 else 0.0
+    for number, row in enumerate(rows.tolist()):
+        reach = SAME_PLACE_ROWS * step
+        first = np.searchsorted(sorted_place, place[row] - reach)
+        last = np.searchsorted(sorted_place, place[row] + reach, side="right")
+        there = order[first:last]
+        there = there[revolution[there] != revolution[row]]
+        if there.size == 0:
+            continue
+        same_sense = np.sign(away[row]) * away[there] / scatter[there]
+        found[number] = _in_most_revolutions(same_sense, revolution[there]) > NEAR_SIGMA
+    return found
+
+
+def _in_most_revolutions(values: Float, revolution: Integer) -> float:
+    """The median over the revolutions of the largest value in each; both shapes (rows,)."""
+    turns, inverse = np.unique(revolution, return_inverse=True)
+    largest = np.full(turns.size, -np.inf)
+    np.maximum.at(largest, inverse, values)
+    return float(np.median(largest))
+
+
+def seen_by_other_head(
+    rows: Integer,
+    away: Float,
+    scatter: Float,
+    angle_rad: Float,
+    revolution: Integer,
+    separation_rad: float,
+) -> Boolean:
+    """For each of ``rows``: does R₂ − R₁ show the opposite where the other head is there?
+
+    A place on the disc passes head 2 first and head 1 by α later, with opposite sign in R₂ − R₁,
+    in every revolution. In one alone it is another outlier: where one row in 300 is wrong, some
+    row of a dozen turns lies there by chance for every tenth of them.
+    """
+    found = np.zeros(rows.size, dtype=bool)
+    if rows.size == 0 or rows.size > MOST_COMPARED:
+        return found
+    place = np.mod(angle_rad, 2.0 * np.pi)
+    order = np.argsort(place, kind="stable")
+    sorted_place = place[order]
+    step = float(np.median(np.abs(np.diff(angle_rad)))) if angle_rad.size > 1 else 0.0
+    for number, row in enumerate(rows.tolist()):
+        for shift in (separation_rad, -separation_rad):
+            at = np.mod(place[row] + shift, 2.0 * np.pi)
+            first = np.searchsorted(sorted_place, at - SAME_PLACE_ROWS * step)
+            last = np.searchsorted(sorted_place, at + SAME_PLACE_ROWS * step, side="right")
+            there = order[first:last]
+            if there.size:
+                opposite = -np.sign(away[row]) * away[there] / scatter[there]
+                found[number] |= _in_most_revolutions(opposite, revolution[there]) > FAR_SIGMA
+    return found
+
+
+def capture_outliers(
+    difference_arcsec: Float,
+    angle_rad: Float,
+    revolution: Integer,
+    spans: list[tuple[int, int]],
+    separation_rad: float,
+    count_arcsec: float,
+) -> tuple[Boolean, Float]:
+    """Outliers of R₂ − R₁, True where a row is one, and the distance of each row; (rows,)."""
+    away = np.zeros(difference_arcsec.size)
+    scatter = np.ones(difference_arcsec.size)
+    found = np.zeros(difference_arcsec.size, dtype=bool)
+    for start, end in spans:
+        if end - start < LEAST_ROWS:
+            continue
+        angle = angle_rad[start:end]
+        away[start:end], scatter[start:end] = far_from_neighbours(
+            without_wave(difference_arcsec[start:end], angle),
+            count_arcsec,
+            count_arcsec,
+            pieces_between_gaps(angle),
+        )
+        threshold = far_threshold(away.size, end - start - 2 * SIDE_ROWS)
+        found[start:end] = lonely(away[start:end], scatter[start:end], threshold)
+    rows = np.flatnonzero(found)
+    real = repeats(rows, away, scatter, angle_rad, revolution)
+    real |= seen_by_other_head(rows, away, scatter, angle_rad, revolution, separation_rad)
+    found[rows[real]] = False
+    return found, away
+
+
+def station_outliers(
+    error_arcsec: Float, station: Integer, order_of_visit: Integer, sense: Integer, least: float
+) -> tuple[Boolean, Float]:
+    """Outliers among readings of stations that were visited LEAST_VISITS times or more.
+
+    ``station``: number of the station of each row. ``order_of_visit``: label of the pass of each
+    row; rows of one pass stand together. ``sense`` of motion, 1 or −1. What a whole pass shows
+    (another temperature, another direction) is taken off by the running median of its rows.
+    """
+    edges = np.flatnonzero(np.diff(order_of_visit)) + 1
+    size = np.diff([0, *edges.tolist(), error_arcsec.size])
+    pass_of = np.repeat(np.arange(size.size), size)
+    away = error_arcsec - _medians(error_arcsec, pass_of)
+    away -= of_the_others(away, station)
+    away -= _around(away, pass_of, size)
+    known = np.bincount(station)[station] >= LEAST_VISITS
+    if not known.any():
+        return np.zeros(away.size, dtype=bool), away
+    scatter = max(NORMAL_MAD * float(np.median(np.abs(away[known]))), least)
+    threshold = far_threshold(away.size, int(known.sum()))
+    found = lonely(np.where(known, away, 0.0), np.full(away.size, scatter), threshold)
+    rows = np.flatnonzero(found)
+    found[rows[at_every_visit(rows, away, scatter, station, sense)]] = False
+    return found, away
+
+
+def at_every_visit(
+    rows: Integer, away: Float, scatter: float, station: Integer, sense: Integer
+) -> Boolean:
+    """For each of ``rows``: is something alike at its station, on the other passes of its sense?
+
+    ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). What a table does after a
+    reversal comes again after each; True if the median of the other passes, in the same sense, is
+    beyond NEAR_SIGMA.
+    """
+    found = np.zeros(rows.size, dtype=bool)
+    if rows.size > MOST_COMPARED:
+        return found
+    place = 2 * station + (sense > 0)
+    order = np.argsort(place, kind="stable")
+    ordered = place[order]
+    for number, row in enumerate(rows.tolist()):
+        first, last = np.searchsorted(ordered, [place[row], place[row] + 1])
+        there = order[first:last]
+        there = there[there != row]
+        if there.size:
+            alike = np.sign(away[row]) * away[there]
+            found[number] = float(np.median(alike)) > NEAR_SIGMA * scatter
+    return found
+
+
+def _medians(values: Float, group: Integer) -> Float:
+    """The median of each value's group, which are numbered from 0; (rows,)."""
+    ordered = values[np.lexsort((values, group))]
+    count = np.bincount(group)
+    first = np.cumsum(count) - count
+    middle = ordered[first + (count - 1) // 2] + ordered[first + count // 2]
+    return np.asarray(0.5 * middle[group])
+
+
+def of_the_others(values: Float, group: Integer) -> Float:
+    """The median of all other values of each value's group, 0 where it is alone; (rows,).
+
+    The value itself is left out: a median that may be the value is 0 away too often, so that the
+    scatter of what is left comes out too small for the rest.
+    """
+    order = np.lexsort((values, group))
+    ordered, count = values[order], np.bincount(group)[group[order]]
+    first = np.searchsorted(group[order], group[order])
+    rank, others = np.arange(values.size) - first, count - 1
+    middle = np.zeros(values.size)
+    for place in ((others - 1) // 2, others // 2):
+        at = first + place + (place >= rank)
+        middle += 0.5 * ordered[np.minimum(at, values.size - 1)]
+    expected = np.empty(values.size)
+    expected[order] = np.where(others > 0, middle, 0.0)
+    return expected
+
+
+def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
+    """The median of the SIDE_ROWS rows around each row of its pass, less itself; (rows,).
+
+    ``pass_of``: number of each row's pass; ``size``: rows of each pass. Of all others in a short
+    pass. A pass of fewer than three rows tells of none that it is off: its rows themselves.
+    """
+    expected = of_the_others(values, pass_of)
+    rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)
+    last = (np.cumsum(size) - 1)[pass_of[rows]]
+    first = last + 1 - size[pass_of[rows]]
+    half = (SIDE_ROWS + 1) // 2
+    around = []
+    for shift in (*range(-half, 0), *range(1, half)):
+        # Beyond the ends of the pass, the rows inside of them once more.
+        place = np.where(rows + shift < first, 2 * first - rows - shift, rows + shift)
+        around.append(values[np.where(place > last, 2 * last - place, place)])
+    expected[rows] = np.median(around, axis=0)
+    return np.where(size[pass_of] < 3, values, expected)
