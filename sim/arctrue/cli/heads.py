@@ -8,11 +8,11 @@ from typing import Any
 import click
 
 from arctrue.base.whole_file import write_whole_text
+from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
 
 
