@@ -12,28 +12,9 @@ from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import Finite
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._places import Places
 from arctrue.cli._tables import number, table
 from arctrue.report.numbers import plain
-
-
-class _Places(click.ParamType[tuple[float, ...]]):
-    """Places after head 1, degrees: ``0,64.3,177,257.9``."""
-
-    name = "places"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, ...]:
-        """Numbers with commas between them."""
-        if isinstance(value, tuple):
-            return value
-        try:
-            places = tuple(float(word) for word in str(value).split(","))
-        except ValueError:
-            self.fail(f"expected degrees such as 0,64.3,177,257.9, found {value!r}", param, ctx)
-        if places[0] != 0.0 or not all(abs(place) < 360.0 for place in places):
-            self.fail("expected 0 for head 1, and all below 360", param, ctx)
-        return places
 
 
 @click.command(short_help="Choose the places of two to four heads for given orders.")
@@ -47,7 +28,7 @@ class _Places(click.ParamType[tuple[float, ...]]):
 @click.option(
     "--places",
     "places_deg",
-    type=_Places(),
+    type=Places(),
     metavar="0,P2,P3[,P4]",
     help="Places after head 1 to judge beside the best ones, degrees (with --heads 3 or 4).",
 )
