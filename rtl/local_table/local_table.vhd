@@ -16,10 +16,11 @@
 -- are the j-th half or quarter of all. The last point of a window is followed by its first.
 --
 -- **Error.** The place is rounded to 2⁻²⁴ window, its step is off by 2⁻⁴⁹ window a count, and 12 bits of the place between two
--- points are used. Against the exact line the value is off by at most the largest difference of two neighbouring points times 2⁻¹³ + 2⁻¹³
--- with one window, and 2⁻¹² more with two or four.
+-- points are used. Against the exact line the value is off by at most the largest difference of two neighbouring points
+-- times 2⁻¹³ + 2⁻¹³ with one window, and 2⁻¹² more with two or four.
 --
--- **Size.** 924 LUT, 459 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys); longest path 6.6 ns by the estimate, which window holds the angle.
+-- **Size.** 924 LUT, 459 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys). The longest path, which window holds the angle, has
+-- 6.6 ns by the estimate.
 --
 -- **Writing.** A point is written to the bank that `write_bank` names. A point that is written while it is read may give the old or
 -- the new value.
