@@ -33,6 +33,7 @@ WAY = (
     "coefficients",
     "phase",
     "harmonic",
+    "local_table",
     "compensation",
     "quadrature_output",
     "signals",

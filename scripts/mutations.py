@@ -59,6 +59,22 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/harmonic/test_table_rotation.py",
     ),
     Mutation(
+        "window_that_does_not_close",
+        "the last point of a window is followed by the first of the next window",
+        "rtl/local_table/local_table.vhd",
+        "          following := window9(0) & (in_window(23 downto 13) + 1);\n",
+        "          following := (window9(0) & in_window(23 downto 13)) + 1;\n",
+        "tb/local_table/test_local_table.py",
+    ),
+    Mutation(
+        "bank_of_another_angle",
+        "the points of an angle come from the bank that the angle after it meets",
+        "rtl/local_table/local_table.vhd",
+        "        even_read <= banks(9) & index(LOCAL_INDEX_WIDTH - 1 downto 1);\n",
+        "        even_read <= banks(8) & index(LOCAL_INDEX_WIDTH - 1 downto 1);\n",
+        "tb/local_table/test_local_table.py",
+    ),
+    Mutation(
         "near_edges_are_swallowed",
         "edges that are too near and were counted are told as swallowed",
         "rtl/decoder/plausibility_check.vhd",
