@@ -19,8 +19,9 @@ SCALE ?= small
 FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
     $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) $(if $(SEED),--seed $(SEED)) \
+    $(if $(ROTATION),--rotation $(ROTATION)) \
     $(if $(TOP),--top $(TOP)) $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
-GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py) \
+GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py register_words.py) \
   $(shell find scripts/register_block_templates -name "*.vhd")
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
@@ -88,7 +89,7 @@ flash: firmware ## load the firmware over JTAG and start it (ADAPTER=FILE: anoth
 flash-bitstream: setup ## load the bitstream of BOARD into the fabric over JTAG
 	@$(VENV)/python -m scripts.flash fabric --adapter $(ADAPTER) build/bitstream/$(BOARD)/arctrue.bit
 
-bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=, SEED=): docs/device.md
+bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=, ROTATION=, SEED=): docs/device.md
 	@if test "$(FLOW)" = open; then scripts/install_ghdl_netlist.sh && \
 	    { test -n "$$NEXTPNR" || command -v nextpnr-himbaechel nextpnr-himbaechel-xilinx || \
 	      scripts/install_place_and_route.sh; } >/dev/null; fi
@@ -105,6 +106,7 @@ instrument: generate ## the virtual instrument: core of 32 lanes as a compiled n
 synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and fold, budgets checked; longest paths
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.synth --folds 2 4 8
+	$(VENV)/python -m scripts.synth -g ROTATION=table --folds 2 4 8 --output build/synth/table/arctrue_core
 	$(VENV)/python -m scripts.timing --netlist build/synth/arctrue_core/arctrue_core.flat.json --limit 7
 
 formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
@@ -115,7 +117,7 @@ bench: generate ## calibration, firmware, instrument and workbench measured, eac
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
 
-compare-lanes: generate ## our CORDIC lane beside two lanes with a table, mapped and swept: docs/cordic-comparison.md
+compare-lanes: generate ## both lanes of the core beside one with a DSP, mapped and swept: docs/cordic-comparison.md
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.compare_lanes
 

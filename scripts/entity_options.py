@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 
 
 def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
@@ -14,17 +15,18 @@ def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="value of a generic, a whole number, true or false; may be repeated",
+        help="value of a generic, a number or a word; may be repeated",
     )
 
 
-def generics_of(parser: argparse.ArgumentParser, chosen: argparse.Namespace) -> dict[str, int]:
+def generics_of(
+    parser: argparse.ArgumentParser, chosen: argparse.Namespace
+) -> dict[str, int | str]:
     """Value by name, the name in upper case. Ends the program for a text of another form."""
-    try:
-        return {
-            name.upper(): value == "true" if value in {"true", "false"} else int(value)
-            for name, _, value in (entry.partition("=") for entry in chosen.generic)
-        }
-    except ValueError:
-        found = " ".join(chosen.generic)
-        parser.error(f"a generic is NAME=INTEGER, NAME=true or NAME=false, found {found}")
+    found: dict[str, int | str] = {}
+    for entry in chosen.generic:
+        name, _, value = entry.partition("=")
+        if not re.fullmatch(r"\w+", name) or not re.fullmatch(r"-?\d+|[A-Za-z]\w*", value):
+            parser.error(f"a generic is NAME=VALUE, found {entry}")
+        found[name.upper()] = value if value[0].isalpha() else int(value)
+    return found

@@ -22,6 +22,7 @@ from scripts.generate_python import write_if_changed, write_python
 from scripts.number_formats import NUMBER_FORMATS, read_number_formats
 from scripts.register_block import write_register_block
 from scripts.register_map import REGISTERS, compile_registers, memories_of, registers_of
+from scripts.register_words import ENTITY, register_words
 
 ROOT = Path(__file__).resolve().parents[1]
 GENERATED = ROOT / "build" / "generated"
@@ -107,6 +108,7 @@ def write_registers() -> None:
         HTMLExporter(generate_source_links=False).export(top, str(made / "html" / "registers"))
         copy_if_changed(made, GENERATED)
     write_if_changed(GENERATED / "vhdl" / "register_addresses_pkg.vhd", vhdl_addresses(top, block))
+    write_if_changed(GENERATED / "vhdl" / f"{ENTITY}.vhd", register_words(block))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -43,6 +43,22 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/signals/test_signals.py",
     ),
     Mutation(
+        "rows_without_their_third",
+        "a row of the table's product adds two slopes where it ought to add three",
+        "rtl/harmonic/table_rotation.vhd",
+        "            multiple := triple(i);\n",
+        "            multiple := shift_left(resize(slope(i), ROW_WIDTH), 1);\n",
+        "tb/harmonic/test_table_rotation.py",
+    ),
+    Mutation(
+        "rotation_of_one_clock_less",
+        "the table's cosine comes a clock before its amplitude",
+        "rtl/harmonic/table_rotation.vhd",
+        "  constant WAITING : positive := CORDIC_ITERATIONS - 1 - WORKING;\n",
+        "  constant WAITING : positive := CORDIC_ITERATIONS - 2 - WORKING;\n",
+        "tb/harmonic/test_table_rotation.py",
+    ),
+    Mutation(
         "near_edges_are_swallowed",
         "edges that are too near and were counted are told as swallowed",
         "rtl/decoder/plausibility_check.vhd",

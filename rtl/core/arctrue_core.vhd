@@ -17,6 +17,9 @@
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.
 --
+-- **Rotation.** ROTATION says how a lane finds its cosine: `cordic`, as in the paper, or `table` (table_rotation), in fewer
+-- look-up tables. Latency and formats are the same. The register `capability` shows it.
+--
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen its index. The
 -- position that is corrected is the one that no index changes, so the output makes no step when
 -- the index is found; the difference of the correction decays at the ramp rate.
@@ -43,7 +46,8 @@ entity arctrue_core is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false                  -- correct the mean of two heads; of more it is in any case
+    MEAN          : boolean                       := false;                 -- correct the mean of two heads; of more it is in any case
+    ROTATION      : string                        := "cordic"               -- or "table": how a lane finds its cosine
   );
   port (
     clock           : in    std_ulogic;
@@ -107,6 +111,8 @@ architecture rtl of arctrue_core is
   -- Clocks from an edge of a pulse input to its strobe, the filter off, and of head 1 to its position.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
+
+  constant IS_TABLE : boolean := ROTATION = "table";
 
   -- What a fault is called in the register `alarm`.
   constant FAULT_KINDS : positive := 6;
@@ -579,7 +585,8 @@ begin
       LANES        => LANES,
       COSINE_WIDTH => COSINE_WIDTH,
       FOLD         => FOLD,
-      MEAN         => HAS_MEAN
+      MEAN         => HAS_MEAN,
+      ROTATION     => ROTATION
     )
     port map (
       clock              => clock,
@@ -825,6 +832,8 @@ begin
   hwif_in.pipeline.latency.next_q                 <= std_ulogic_vector(to_unsigned(CORE_LATENCY, 8));
   hwif_in.capability.heads.next_q                 <= std_ulogic_vector(to_unsigned(HEADS, 3));
   hwif_in.capability.mean.next_q                  <= '1' when HAS_MEAN else
+                                                     '0';
+  hwif_in.capability.rotation.next_q              <= '1' when IS_TABLE else
                                                      '0';
   hwif_in.chip_dna_low.value.next_q               <= chip_dna(31 downto 0);
   hwif_in.chip_dna_high.value.next_q              <= chip_dna(56 downto 32);

@@ -23,6 +23,9 @@
 -- FOLD = 1 would give: even counts leave with a jitter of FOLD - 1 clocks, their distances are multiples of FOLD. With
 -- FOLD = 8 a count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
+-- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC: the same
+-- latency and formats, other last bits.
+--
 -- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed,
 -- index seen. It belongs to the angle of its clock and travels with it. While it is low ε counts
 -- as 0; a change of it starts the ramp, so neither switching on nor off steps the output. A swap
@@ -58,8 +61,9 @@ entity compensation_pipeline is
   generic (
     LANES        : positive range 1 to LANES_MAX := LANES_DEFAULT;
     COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH;
-    FOLD         : positive range 1 to 8         := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
-    MEAN         : boolean                       := false -- the mean of the heads is corrected
+    FOLD         : positive range 1 to 8         := 1;       -- lanes that share a pipeline: 1, 2, 4 or 8
+    MEAN         : boolean                       := false;   -- the mean of the heads is corrected
+    ROTATION     : string                        := "cordic" -- or "table": how a lane finds its cosine
   );
   port (
     clock              : in    std_ulogic;
@@ -101,7 +105,7 @@ end entity compensation_pipeline;
 
 architecture rtl of compensation_pipeline is
 
-  -- Lanes that are built. Raises an error for a FOLD that does not fit.
+  -- Lanes that are built. Raises an error for a FOLD that does not fit, and for an unknown ROTATION.
   function built_lanes return positive is
   begin
 
@@ -114,6 +118,9 @@ architecture rtl of compensation_pipeline is
       severity failure;
     assert FOLD = 1 or COSINE_WIDTH <= 18 or (LANES / FOLD) mod 2 = 0
       report "compensation_pipeline: a cosine of more than 18 bits needs an even LANES / FOLD"
+      severity failure;
+    assert ROTATION = "cordic" or ROTATION = "table"
+      report "compensation_pipeline: ROTATION is " & ROTATION & "; expected cordic or table"
       severity failure;
     return LANES / FOLD;
 
@@ -225,7 +232,8 @@ begin
   harmonics : entity work.harmonic_unit
     generic map (
       LANES        => BUILT,
-      COSINE_WIDTH => COSINE_WIDTH
+      COSINE_WIDTH => COSINE_WIDTH,
+      ROTATION     => ROTATION
     )
     port map (
       clock      => clock,

@@ -35,7 +35,7 @@ async def prepared(
     inputs = dict.fromkeys(driven_ports(), 0)
     for port in inputs:
         getattr(dut, port).value = 0
-    dut.interrupt_events.value = 0
+    dut.interrupt_status.value = 0
     dut.memory_latency.value = 2
     bus = await start(dut)
     if stall:
@@ -284,10 +284,10 @@ async def interrupts_set_enable_and_clear(dut):
     bus, _ = await prepared(dut, random.Random(16))
     # Bits whose source is a level count its rising edge only; the others are strobes.
     for bit in range(11):
-        dut.interrupt_events.value = 1 << bit
+        dut.interrupt_status.value = 1 << bit
         await ClockCycles(dut.clock, 1)
         if bit not in (4, 5, 8, 9):
-            dut.interrupt_events.value = 0
+            dut.interrupt_status.value = 0
         await ClockCycles(dut.clock, 3)
         assert await bus.read(model_map.INTERRUPT_STATUS) == (AxiResp.OKAY, 1 << bit)
         assert int(dut.interrupt.value) == 0, "the line rose without an enable"
@@ -304,7 +304,7 @@ async def interrupts_set_enable_and_clear(dut):
         await bus.write(model_map.INTERRUPT_STATUS, 1 << bit)
         await ClockCycles(dut.clock, 3)
         assert int(dut.interrupt.value) == 0, "a level set the bit again"
-        dut.interrupt_events.value = 0
+        dut.interrupt_status.value = 0
         await bus.write(0x0A0, 0)
 
 
@@ -319,14 +319,14 @@ async def no_event_is_lost_in_the_clock_of_its_clear(dut):
     await bus.write(0x0A0, 1)
     kept = []
     for delay in range(25):
-        dut.interrupt_events.value = 1
+        dut.interrupt_status.value = 1
         await ClockCycles(dut.clock, 1)
-        dut.interrupt_events.value = 0
+        dut.interrupt_status.value = 0
         await ClockCycles(dut.clock, 3)
         fell = False
         clear = cocotb.start_soon(bus.write(model_map.INTERRUPT_STATUS, 1))
         for clock in range(30):
-            dut.interrupt_events.value = int(clock == delay)
+            dut.interrupt_status.value = int(clock == delay)
             await RisingEdge(dut.clock)
             await Timer(1, "ns")
             fell |= int(dut.interrupt.value) == 0
@@ -344,9 +344,9 @@ async def reset_restores_every_register(dut):
     bus, _ = await prepared(dut, generator)
     for address in model_map.READ_WRITE:
         await bus.write(address, generator.getrandbits(32))
-    dut.interrupt_events.value = 0x7FF
+    dut.interrupt_status.value = 0x7FF
     await ClockCycles(dut.clock, 2)
-    dut.interrupt_events.value = 0
+    dut.interrupt_status.value = 0
     dut.reset.value = 1
     await ClockCycles(dut.clock, 3)
     dut.reset.value = 0

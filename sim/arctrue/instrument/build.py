@@ -188,7 +188,9 @@ def verilate(netlist: Path, folder: Path, log: Path) -> None:
     run_tool([*command, "--Mdir", str(folder), str(netlist)], log, f"Verilating {top}")
 
 
-def _model(lanes: int, capture_depth: int, generics: Mapping[str, int], say: ReportStep) -> Path:
+def _model(
+    lanes: int, capture_depth: int, generics: Mapping[str, int | str], say: ReportStep
+) -> Path:
     """The folder of the compiled core: objects, headers and the netlist that they are made of."""
     versions = tool_versions()
     values = {"LANES": lanes, "CAPTURE_DEPTH": capture_depth, **generics}
@@ -236,7 +238,7 @@ def build(
     lanes: int = LANES_DEFAULT,
     capture_depth: int = CAPTURE_DEPTH_DEFAULT,
     *,
-    generics: Mapping[str, int] | None = None,
+    generics: Mapping[str, int | str] | None = None,
     say: ReportStep | None = None,
 ) -> Path:
     """The shared library of an instrument, built unless it is there already.

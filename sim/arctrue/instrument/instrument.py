@@ -158,7 +158,7 @@ class Instrument:
         capture_depth: int = CAPTURE_DEPTH_DEFAULT,
         *,
         clock_hz: float = float(CLOCK_HZ),
-        generics: Mapping[str, int] | None = None,
+        generics: Mapping[str, int | str] | None = None,
         progress: Callable[[RunProgress], None] | None = None,
         progress_every_s: float = 5.0,
         say: ReportStep | None = None,
