@@ -14,7 +14,9 @@ library ieee;
 entity register_access_harness is
   generic (
     LANES         : positive := 4;
-    CAPTURE_DEPTH : positive := 100
+    CAPTURE_DEPTH : positive := 100;
+    HEADS         : positive := 2;
+    MEAN          : boolean  := false
   );
   port (
     clock           : in    std_ulogic;
@@ -32,7 +34,7 @@ architecture simulation of register_access_harness is
 
   type words is array (natural range <>) of std_ulogic_vector(31 downto 0);
 
-  signal access_address    : std_ulogic_vector(17 downto 0);
+  signal access_address    : axi_lite_address;
   signal access_data       : std_ulogic_vector(31 downto 0);
   signal coefficient_read  : std_ulogic;
   signal coefficient_write : std_ulogic;
@@ -41,6 +43,14 @@ architecture simulation of register_access_harness is
   signal offset_read       : std_ulogic;
   signal offset_write      : std_ulogic;
   signal offset_data       : std_ulogic_vector(31 downto 0);
+  signal mean_read         : std_ulogic;
+  signal mean_write        : std_ulogic;
+  signal mean_done         : std_ulogic := '0';
+  signal mean_data         : std_ulogic_vector(31 downto 0);
+  signal heads_read        : std_ulogic;
+  signal heads_write       : std_ulogic;
+  signal heads_done        : std_ulogic := '0';
+  signal heads_data        : std_ulogic_vector(31 downto 0);
   signal capture_read      : std_ulogic;
   signal capture_done      : std_ulogic := '0';
   signal capture_data      : std_ulogic_vector(31 downto 0);
@@ -50,7 +60,9 @@ begin
   processor : entity work.register_access
     generic map (
       LANES         => LANES,
-      CAPTURE_DEPTH => CAPTURE_DEPTH
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      HEADS         => HEADS,
+      MEAN          => MEAN
     )
     port map (
       clock             => clock,
@@ -69,6 +81,15 @@ begin
       offset_write      => offset_write,
       offset_data       => offset_data,
       coefficient_done  => coefficient_done,
+      mean_read         => mean_read,
+      mean_write        => mean_write,
+      mean_done         => mean_done,
+      mean_data         => mean_data,
+      heads_read        => heads_read,
+      heads_write       => heads_write,
+      heads_done        => heads_done,
+      heads_data        => heads_data,
+      take_snapshot     => open,
       capture_read      => capture_read,
       capture_done      => capture_done,
       capture_data      => capture_data
@@ -82,13 +103,15 @@ begin
     variable offset       : std_ulogic_vector(31 downto 0) := (others => '0');
     variable waiting      : natural range 0 to 15          := 0;
     variable word         : natural range 0 to 32767       := 0;
-    variable window       : std_ulogic_vector(2 downto 0)  := "000";
-    variable answer       : std_ulogic_vector(2 downto 0);
+    variable mean_words   : words(0 to 15)                 := (others => (others => '0'));
+    variable head_words   : words(0 to 63)                 := (others => (others => '0'));
+    variable window       : std_ulogic_vector(4 downto 0)  := "00000";
+    variable answer       : std_ulogic_vector(4 downto 0);
 
   begin
 
     if rising_edge(clock) then
-      answer := "000";
+      answer := "00000";
       if waiting = 1 then
         answer := window;
       end if;
@@ -96,12 +119,14 @@ begin
         waiting := waiting - 1;
       end if;
 
-      if (coefficient_read or coefficient_write or offset_read or offset_write or capture_read) = '1' then
+      if (coefficient_read or coefficient_write or offset_read or offset_write
+          or mean_read or mean_write or heads_read or heads_write or capture_read) = '1' then
         assert waiting = 0
           report "a request before the answer to the last one"
           severity failure;
         waiting  := to_integer(memory_latency);
-        window   := capture_read & (offset_read or offset_write) & (coefficient_read or coefficient_write);
+        window   := (heads_read or heads_write) & (mean_read or mean_write) & capture_read
+                    & (offset_read or offset_write) & (coefficient_read or coefficient_write);
         word     := to_integer(u_unsigned(access_address(16 downto 2)));
         if window(0) = '1' then
           word := to_integer(u_unsigned(access_address(9 downto 2)));
@@ -110,12 +135,20 @@ begin
           coefficients(word) := access_data;
         elsif offset_write = '1' then
           offset := access_data;
+        elsif mean_write = '1' then
+          mean_words(word mod 16) := access_data;
+        elsif heads_write = '1' then
+          head_words(word mod 64) := access_data;
         end if;
       end if;
 
       coefficient_done <= answer(0) or answer(1);
       coefficient_data <= coefficients(word mod 256);
       offset_data      <= offset;
+      mean_done        <= answer(3);
+      mean_data        <= mean_words(word mod 16);
+      heads_done       <= answer(4);
+      heads_data       <= head_words(word mod 64);
       capture_done     <= answer(2);
       capture_data     <= not std_ulogic_vector(to_unsigned(word, 16)) & std_ulogic_vector(to_unsigned(word, 16));
     end if;
