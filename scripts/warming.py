@@ -47,7 +47,9 @@ def measure(scale: str) -> dict[str, Any]:
     revolution = dataclasses.replace(settings.revolution, interpolation=interpolation)
     settings = dataclasses.replace(settings, revolution=revolution)
     with tempfile.TemporaryDirectory() as folder:
-        result = run_hidden(CASES["thermal_eccentricity"], settings, Path(folder), say=print)
+        result = run_hidden(
+            CASES["thermal_eccentricity"], settings, Path(folder), report_step=print
+        )
         found = follow_warming(result, TURNS, ways=(HELD, BY_FIRMWARE))
         late = follow_warming(result, TURNS, ways=(BY_FIRMWARE,), sensor_lag_s=LAG_S)
     turns = {**found, "lagging": late[BY_FIRMWARE]}

@@ -112,9 +112,11 @@ def hidden(
     folder = out / effect
     followed: dict[str, list[FollowedTurn]] = {}
     with on_the_instrument() as shown:
-        result = run_hidden(CASES[effect], settings, folder, progress=shown.progress, say=shown.say)
+        result = run_hidden(
+            CASES[effect], settings, folder, report_run=shown.progress, report_step=shown.say
+        )
         if follow:
-            followed = follow_warming(result, FOLLOWED_TURNS, progress=shown.progress)
+            followed = follow_warming(result, FOLLOWED_TURNS, report_run=shown.progress)
     print_result(result)
     _print_followed(followed)
     data = result.as_json()
@@ -135,7 +137,7 @@ def print_result(result: HiddenResult) -> None:
     """Verdict, ladder, and the corrected output before and after."""
     scale = result.settings.revolution
     say(f"What was hidden: {result.case.title}")
-    console.print(ladder_table(result.examined.ladder))
+    console.print(ladder_table(result.diagnosed.ladder))
     console.print(
         f"\nFresh turns against the true angle; {scale.counts_per_rev:,} counts a turn, one is "
         f"{scale.arcsec_per_count:.3f}″"
@@ -173,8 +175,8 @@ def print_result(result: HiddenResult) -> None:
     for text in result.export.left_out:
         if "no lane left" not in text:
             say(f"not corrected: {text}")
-    if result.examined.effect_file is not None:
-        say(f"wrote {result.examined.effect_file}")
+    if result.diagnosed.effect_file is not None:
+        say(f"wrote {result.diagnosed.effect_file}")
     say(
         f"{result.clocks:,} clocks in {result.simulating_s:.0f} s, workbench "
         f"{result.workbench_s:.0f} s; measurement set: {result.folder}"

@@ -49,7 +49,7 @@ def long_run(
     if turns is not None:
         scenario = shortened(scenario, turns)
     with on_the_instrument(str(scenario_file)) as shown:
-        found = plain(run_long(scenario, progress=shown.progress, say=shown.say))
+        found = plain(run_long(scenario, report_run=shown.progress, report_step=shown.say))
     rows = table(
         f"{found['turns']} turns, error left by the coefficients, ″",
         words(),

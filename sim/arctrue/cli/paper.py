@@ -118,7 +118,7 @@ def _run(cycles: int, interpolation: int, lanes: int, seed: int) -> dict[str, An
         seed=seed,
     )
     with on_the_instrument() as shown:
-        return run_experiment(settings, say=shown.say, progress=shown.progress).as_json()
+        return run_experiment(settings, report_step=shown.say, report_run=shown.progress).as_json()
 
 
 def _stored(source: Path) -> list[dict[str, Any]]:

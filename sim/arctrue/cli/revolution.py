@@ -63,7 +63,7 @@ def revolution(
 
     settings = RevolutionSettings(lines=lines, lanes=lanes, samples=samples, seed=seed)
     with on_the_instrument() as shown:
-        result = run_revolution(settings, progress=shown.progress, say=shown.say)
+        result = run_revolution(settings, report_run=shown.progress, report_step=shown.say)
     _print(result)
     write_json(json_file, result.as_json())
     if picture is not None:

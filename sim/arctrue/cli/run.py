@@ -42,7 +42,7 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
 
     scenario = read_scenario(scenario_file, lines=lines)
     with on_the_instrument(str(scenario_file)) as shown:
-        result = run_scenario(scenario, say=shown.say, progress=shown.progress)
+        result = run_scenario(scenario, report_step=shown.say, report_run=shown.progress)
     _print(result)
     write_json(json_file, result.as_json())
     if out is not None:

@@ -20,6 +20,7 @@ from arctrue.instrument.instrument import (
     TRIGGER_OUT,
     Instrument,
     PinFault,
+    ReportRun,
     RunProgress,
     clock_hz_for,
 )
@@ -46,6 +47,7 @@ __all__ = [
     "PinFault",
     "ReadingNoise",
     "Recording",
+    "ReportRun",
     "RunProgress",
     "TableCurves",
     "build",

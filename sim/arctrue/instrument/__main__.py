@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     asked = parser.parse_args(arguments)
     try:
-        library = build(asked.lanes, asked.capture_depth, say=print)
+        library = build(asked.lanes, asked.capture_depth, report_step=print)
     except InstrumentError as error:
         sys.exit(f"instrument: {error}")
     print(f"Instrument: {library.relative_to(ROOT)}")

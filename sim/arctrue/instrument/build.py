@@ -189,7 +189,7 @@ def verilate(netlist: Path, folder: Path, log: Path) -> None:
 
 
 def _model(
-    lanes: int, capture_depth: int, generics: Mapping[str, int | str], say: ReportStep
+    lanes: int, capture_depth: int, generics: Mapping[str, int | str], report_step: ReportStep
 ) -> Path:
     """The folder of the compiled core: objects, headers and the netlist that they are made of."""
     versions = tool_versions()
@@ -205,14 +205,16 @@ def _model(
     with building(target, log) as folder:
         if folder is None:
             return target
-        say(f"Instrument: netlist of the core with {lanes} lanes ({versions['ghdl']})")
+        report_step(f"Instrument: netlist of the core with {lanes} lanes ({versions['ghdl']})")
         try:
             netlist = write_netlist("arctrue_core", folder / "netlist", generics=values)
         except ToolError as error:
             raise InstrumentError(str(error)) from error
         verilate(netlist, folder / "verilated", log)
         generated = sorted((folder / "verilated").glob("*.cpp"))
-        say(f"Instrument: compiling {len(generated)} files of C++ (about a minute for 32 lanes)")
+        report_step(
+            f"Instrument: compiling {len(generated)} files of C++ (about a minute for 32 lanes)"
+        )
         include = verilator_include()
         options = [f"-I{folder / 'verilated'}", f"-I{include}", f"-I{include / 'vltstd'}"]
         compile_all(generated, folder, options, log)
@@ -239,15 +241,15 @@ def build(
     capture_depth: int = CAPTURE_DEPTH_DEFAULT,
     *,
     generics: Mapping[str, int | str] | None = None,
-    say: ReportStep | None = None,
+    report_step: ReportStep | None = None,
 ) -> Path:
     """The shared library of an instrument, built unless it is there already.
 
     ``generics`` are further ones of arctrue_core. Raises InstrumentError.
     """
-    say = say or (lambda _: None)
+    report_step = report_step or (lambda _: None)
     versions = tool_versions()
-    model = _model(lanes, capture_depth, generics or {}, say)
+    model = _model(lanes, capture_depth, generics or {}, report_step)
     natives = sorted(path for path in NATIVE.iterdir() if path.suffix in (".cpp", ".c"))
     sources = [*natives, *firmware_sources()]
     headers = [
@@ -262,7 +264,7 @@ def build(
     log = target.with_suffix(".log")
     with building(target, log) as folder:
         if folder is not None:
-            say("Instrument: compiling harness and firmware")
+            report_step("Instrument: compiling harness and firmware")
             include = verilator_include()
             options = [
                 *(f"-isystem{path}" for path in (model / "verilated", include)),

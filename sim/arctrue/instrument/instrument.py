@@ -75,6 +75,10 @@ class RunProgress:
         )
 
 
+ReportRun = Callable[[RunProgress], None]
+"""Gets how far a run has come, every few seconds."""
+
+
 @dataclass(frozen=True, slots=True)
 class PinFault:
     """Something wrong on the wires between heads and core, from ``first_clock`` on.
@@ -159,14 +163,14 @@ class Instrument:
         *,
         clock_hz: float = float(CLOCK_HZ),
         generics: Mapping[str, int | str] | None = None,
-        progress: Callable[[RunProgress], None] | None = None,
+        report_run: ReportRun | None = None,
         progress_every_s: float = 5.0,
-        say: ReportStep | None = None,
+        report_step: ReportStep | None = None,
     ) -> None:
         """``generics``: further ones of arctrue_core. Raises InstrumentError."""
-        self.library = load(build(lanes, capture_depth, generics=generics, say=say))
+        self.library = load(build(lanes, capture_depth, generics=generics, report_step=report_step))
         self.clock_hz = clock_hz
-        self._progress, self._progress_every_s = progress, progress_every_s
+        self._progress, self._progress_every_s = report_run, progress_every_s
         self._reported = (time.monotonic(), 0)
         self._begin = 0
         self._feeder: _Feeder | None = None

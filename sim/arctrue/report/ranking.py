@@ -31,14 +31,14 @@ SEED = 1
 
 def ranked(
     analysis: Analysis,
-    progress: ReportStep = lambda text: None,
+    report_step: ReportStep = lambda text: None,
     partly: Callable[[Ranking], None] = lambda found: None,
     *,
     seed: int = SEED,
 ) -> Ranking:
     """Diagnosis, finding, findings and lanes; ``partly`` gets the diagnosis before the rest."""
     result = diagnose(
-        analysis.observations, list(analysis.solution.terms), analysis.effects, progress=progress
+        analysis.observations, list(analysis.solution.terms), analysis.effects, progress=report_step
     )
     found: Ranking = {
         "diagnosis": diagnosis_data(result, analysis.model.names()),
@@ -49,14 +49,14 @@ def ranked(
         "device": None,
     }
     partly(found)
-    progress("where the model fails")
+    report_step("where the model fails")
     compared = compare(analysis.solution, seed)
     found["findings"] = [asdict(item) for item in compared.findings]
     found["regressors"] = [
         {"channel": item.channel, "condition": item.condition, "share": item.excess_share}
         for item in compared.maps
     ]
-    progress("what the gateware would get")
+    report_step("what the gateware would get")
     found["device"] = device_data(analysis)
     return found
 

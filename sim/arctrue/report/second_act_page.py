@@ -22,7 +22,7 @@ def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> No
     """
     result = act.result
     turn_figure = three_curves(result)
-    added = result.examined.model.effects[-1]
+    added = result.diagnosed.model.effects[-1]
     page = (
         page_templates()
         .get_template("second_act.html.j2")
@@ -31,8 +31,8 @@ def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> No
             first_act=first_act,
             result=result,
             scale=result.settings.revolution,
-            steps=with_one_floor(result.examined.ladder),
-            parameters=added.parameters if result.examined.effect else {},
+            steps=with_one_floor(result.diagnosed.ladder),
+            parameters=added.parameters if result.diagnosed.effect else {},
             lanes=result.export.orders,
             curves=(
                 ("head 1, raw", "before", result.raw, result.raw_period),
@@ -46,7 +46,7 @@ def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> No
             ),
             turn_figure=Markup(chart_svg(turn_figure)),
             period_figure=Markup(chart_svg(signal_period(result))),
-            ladder_figure=Markup(chart_svg(ladder(result.examined.ladder))),
+            ladder_figure=Markup(chart_svg(ladder(result.diagnosed.ladder))),
         )
     )
     write_whole_text(file, page)

@@ -187,7 +187,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     found = SimpleNamespace(
         case=SimpleNamespace(title="something"),
-        examined=SimpleNamespace(ladder=[step], effect_file=None),
+        diagnosed=SimpleNamespace(ladder=[step], effect_file=None),
         settings=SimpleNamespace(revolution=scale),
         raw=curve(),
         paper=curve(),

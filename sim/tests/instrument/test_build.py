@@ -34,7 +34,7 @@ def test_the_second_time_nothing_is_built() -> None:
     library = build(LANES, DEPTH)
     made = library.stat().st_mtime_ns
     said: list[str] = []
-    assert build(LANES, DEPTH, say=said.append) == library
+    assert build(LANES, DEPTH, report_step=said.append) == library
     assert library.stat().st_mtime_ns == made
     assert said == []
 

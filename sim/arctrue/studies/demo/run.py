@@ -41,8 +41,8 @@ PAPER_LATENCY_CLOCKS = {
 _PROGRESS_EVERY_S = 5.0
 
 
-def run_demo(settings: DemoSettings, folder: Path, say: ReportStep) -> DemoResult:
-    """Run everything, intermediate files in ``folder``; ``say`` takes the lines for people.
+def run_demo(settings: DemoSettings, folder: Path, report_step: ReportStep) -> DemoResult:
+    """Run everything, intermediate files in ``folder``; ``report_step`` takes the lines for people.
 
     Raises DemoError where the demo cannot run, and RecordingError where the output of the
     gateware cannot be judged.
@@ -54,22 +54,22 @@ def run_demo(settings: DemoSettings, folder: Path, say: ReportStep) -> DemoResul
     for old in (files.recorded, files.capture, files.run, files.latency, files.progress):
         old.unlink(missing_ok=True)
 
-    say("Table: solving for the edges of both heads")
+    report_step("Table: solving for the edges of both heads")
     scene = build_scene(settings)
     settings.write(files.settings)
     scene.pins.write(files.played)
-    say(
+    report_step(
         f"  {scene.pins.clock.size:,} pin changes, {settings.counts_per_rev:,} counts a turn, "
         f"an edge of each head every {settings.clocks_per_count:g} clocks"
     )
 
-    say(
+    report_step(
         f"Gateware: building the core with {settings.lanes} lanes for GHDL (LLVM); "
         f"firmware: compiling its C for this machine"
     )
     simulating = time.monotonic()
     latency = _start("latency", files)
-    _follow(_start("core", files), files, settings, say)
+    _follow(_start("core", files), files, settings, report_step)
     simulation_s = time.monotonic() - simulating
     _finish(latency, "latency", files)
 
@@ -128,7 +128,10 @@ def _finish(process: subprocess.Popen[bytes], part: str, files: DemoFiles) -> No
 
 
 def _follow(
-    process: subprocess.Popen[bytes], files: DemoFiles, settings: DemoSettings, say: ReportStep
+    process: subprocess.Popen[bytes],
+    files: DemoFiles,
+    settings: DemoSettings,
+    report_step: ReportStep,
 ) -> None:
     # Stand-in for the end, which the firmware decides: the run-in, two turns and the read-out.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
@@ -145,7 +148,7 @@ def _follow(
         share = min(99, 100 * seen.clock // expected)
         left = time_left((now - begun) * (100 - share) / share if share else math.inf)
         spent = f"{now - begun:4.0f} s  {share:3d} %  {left} left"
-        say(f"  {spent}  clock {seen.clock:>7,}  {seen.stage}")
+        report_step(f"  {spent}  clock {seen.clock:>7,}  {seen.stage}")
     _finish(process, "core", files)
 
 

@@ -38,7 +38,7 @@ class SecondAct:
         return not self.faults
 
 
-def run_second_act(settings: HiddenSettings, folder: Path, say: ReportStep) -> SecondAct:
+def run_second_act(settings: HiddenSettings, folder: Path, report_step: ReportStep) -> SecondAct:
     """Run it, intermediate files and ``result.json`` in ``folder``.
 
     Raises InstrumentError where the instrument cannot run.
@@ -47,7 +47,11 @@ def run_second_act(settings: HiddenSettings, folder: Path, say: ReportStep) -> S
     folder.mkdir(parents=True, exist_ok=True)
 
     result = run_hidden(
-        CASES[HIDDEN], settings, folder, progress=lambda now: say(f"  {now.words}"), say=say
+        CASES[HIDDEN],
+        settings,
+        folder,
+        report_run=lambda now: report_step(f"  {now.words}"),
+        report_step=report_step,
     )
     act = SecondAct(result, tuple(faults(result)), time.monotonic() - started)
     text = json.dumps(act.as_json(), indent=1, default=str)
@@ -58,10 +62,10 @@ def run_second_act(settings: HiddenSettings, folder: Path, say: ReportStep) -> S
 def faults(result: HiddenResult) -> list[str]:
     """What the judgement finds wrong; empty if it passes."""
     found = []
-    verdict = result.examined.diagnosis.verdict
-    if result.examined.effect != HIDDEN:
+    verdict = result.diagnosed.diagnosis.verdict
+    if result.diagnosed.effect != HIDDEN:
         found.append(
-            f"the workbench's verdict is {verdict}, added: {result.examined.effect}; "
+            f"the workbench's verdict is {verdict}, added: {result.diagnosed.effect}; "
             f"what is hidden is {HIDDEN}"
         )
     before, after = (

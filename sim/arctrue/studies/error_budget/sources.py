@@ -64,7 +64,7 @@ SOURCES = (
 
 
 def error_budget(
-    draws: int = DRAWS, seed: int = 1, progress: ReportStep | None = None
+    draws: int = DRAWS, seed: int = 1, report_step: ReportStep | None = None
 ) -> dict[str, Any]:
     """The budget as plain values; ``draws`` of each random source and of the whole.
 
@@ -72,7 +72,7 @@ def error_budget(
     """
     if draws < 2:
         raise ValueError(f"a scatter needs two draws or more, found {draws}")
-    say = progress or (lambda text: None)
+    say = report_step or (lambda text: None)
     angle: Float = np.arange(SHOWN_ANGLES) * np.float64(TURN_RAD / SHOWN_ANGLES)
     found: dict[str, Any] = {
         "schema": 1,

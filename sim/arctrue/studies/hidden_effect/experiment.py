@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from arctrue.base.progress import ReportStep
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.instrument import Instrument, InstrumentError, Recording, RunProgress
+from arctrue.instrument import Instrument, InstrumentError, Recording, ReportRun
 from arctrue.instrument.turn_score import TurnScore, score_turn
 from arctrue.measurement import Reference
 from arctrue.studies.hidden_effect.cases import Case, RunPlan
@@ -29,7 +28,11 @@ from arctrue.studies.hidden_effect.reference import (
 from arctrue.studies.hidden_effect.rig import CapturedTurn, Rig
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.studies.hidden_effect.signal_period import SignalPeriod, signal_period
-from arctrue.studies.hidden_effect.workbench import Examined, analyse_opened, left_on_fresh_set
+from arctrue.studies.hidden_effect.workbench import (
+    DiagnosedModel,
+    diagnose_and_add,
+    left_on_fresh_set,
+)
 from arctrue.table import Motion
 from arctrue.workbench.model.export import Export
 
@@ -48,7 +51,7 @@ class HiddenResult:
     settings: HiddenSettings
     folder: Path
     """Of the measurement set."""
-    examined: Examined
+    diagnosed: DiagnosedModel
     export: Export
     raw: TurnScore
     """Head 1 as it came in."""
@@ -79,15 +82,15 @@ class HiddenResult:
             "samples": self.settings.revolution.samples,
             "noise_arcsec": self.settings.revolution.noise_arcsec,
             "set": str(self.folder),
-            "diagnosis": self.examined.data(),
-            "words": self.examined.words(),
-            "added": self.examined.effect,
+            "diagnosis": self.diagnosed.data(),
+            "words": self.diagnosed.words(),
+            "added": self.diagnosed.effect,
             "effect_file": None
-            if self.examined.effect_file is None
-            else str(self.examined.effect_file),
+            if self.diagnosed.effect_file is None
+            else str(self.diagnosed.effect_file),
             "parameters": {
                 name: {"value": item.value, "sigma": item.sigma, "unit": item.unit}
-                for name, item in self.examined.model.effects[-1].parameters.items()
+                for name, item in self.diagnosed.model.effects[-1].parameters.items()
             },
             "ladder": [
                 {
@@ -98,7 +101,7 @@ class HiddenResult:
                     "peak_arcsec": step.peak_arcsec,
                     "noise_arcsec": step.noise_arcsec,
                 }
-                for step in self.examined.ladder
+                for step in self.diagnosed.ladder
             ],
             "lanes_written": [
                 {"order": order, "amplitude_arcsec": amplitude}
@@ -129,8 +132,8 @@ def run_hidden(
     settings: HiddenSettings,
     folder: Path,
     *,
-    progress: Callable[[RunProgress], None] | None = None,
-    say: ReportStep | None = None,
+    report_run: ReportRun | None = None,
+    report_step: ReportStep | None = None,
 ) -> HiddenResult:
     """Run it; files go into ``folder``.
 
@@ -138,9 +141,13 @@ def run_hidden(
     """
     scale = settings.revolution
     with Instrument(
-        scale.lanes, scale.capture_depth, clock_hz=scale.clock_hz, progress=progress, say=say
+        scale.lanes,
+        scale.capture_depth,
+        clock_hz=scale.clock_hz,
+        report_run=report_run,
+        report_step=report_step,
     ) as instrument:
-        return _Run(case, settings, folder, instrument, say or (lambda _: None)).result()
+        return _Run(case, settings, folder, instrument, report_step or (lambda _: None)).result()
 
 
 class _Run:
@@ -150,9 +157,14 @@ class _Run:
         settings: HiddenSettings,
         folder: Path,
         instrument: Instrument,
-        say: ReportStep,
+        report_step: ReportStep,
     ) -> None:
-        self.case, self.settings, self.folder, self.say = case, settings, folder, say
+        self.case, self.settings, self.folder, self.report_step = (
+            case,
+            settings,
+            folder,
+            report_step,
+        )
         self.causes = case.build(settings)
         self.rig = Rig(instrument, settings.table(self.causes), settings)
         self.random = np.random.default_rng(settings.seed)
@@ -160,7 +172,7 @@ class _Run:
         self.references: list[Reference] = []
 
     def result(self) -> HiddenResult:
-        """Measure, have it examined, load what was exported, measure again."""
+        """Measure, have it diagnosed, load what was exported, measure again."""
         started = time.monotonic()
         case, rig, settings = self.case, self.rig, self.settings
         paper_bank = self._first_run()
@@ -176,7 +188,7 @@ class _Run:
         seal(measured, case.name, self.causes)
 
         before_workbench = time.monotonic()
-        examined, export = self._examined(measured)
+        diagnosed, export = self._diagnosed(measured)
         workbench_s = time.monotonic() - before_workbench
 
         if paper is None:
@@ -207,7 +219,7 @@ class _Run:
             case=case,
             settings=settings,
             folder=measured,
-            examined=examined,
+            diagnosed=diagnosed,
             export=export,
             raw=score_turn(corrected.head1),
             paper=score_turn(paper.output),
@@ -215,7 +227,7 @@ class _Run:
             raw_period=signal_period(corrected.head1, corrected.head1, lines),
             paper_period=signal_period(paper.output, paper.head1, lines),
             corrected_period=signal_period(corrected.output, corrected.head1, lines),
-            fresh_capture_arcsec=left_on_fresh_set(examined, fresh_set),
+            fresh_capture_arcsec=left_on_fresh_set(diagnosed, fresh_set),
             firmware_orders=int(np.count_nonzero(paper_bank.amplitudes)),
             reversal_arcsec=reversal,
             clocks=rig.instrument.clock,
@@ -228,18 +240,18 @@ class _Run:
         """The first run is the only one: the fresh turns follow it."""
         return self.case.fresh_c is None and not self.case.further
 
-    def _examined(self, measured: Path) -> tuple[Examined, Export]:
+    def _diagnosed(self, measured: Path) -> tuple[DiagnosedModel, Export]:
         """What the workbench finds, and the coefficients for the temperature of the fresh turns."""
         effects_folder = self.folder / "effects"
         # Of an earlier run: an effect file that is there is never written over.
         (effects_folder / f"{ADOPTED}.py").unlink(missing_ok=True)
-        self.say("Workbench: it is given the measurement set, and nothing else")
-        examined = analyse_opened(measured, adopted_name=ADOPTED, effects_folder=effects_folder)
-        export = examined.export(self.settings.revolution.lanes, self.case.fresh_c)
+        self.report_step("Workbench: it is given the measurement set, and nothing else")
+        diagnosed = diagnose_and_add(measured, adopted_name=ADOPTED, effects_folder=effects_folder)
+        export = diagnosed.export(self.settings.revolution.lanes, self.case.fresh_c)
         write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
-        for words in examined.words():
-            self.say(f"  {words}")
-        return examined, export
+        for words in diagnosed.words():
+            self.report_step(f"  {words}")
+        return diagnosed, export
 
     def _drive(self, plan: RunPlan, turns: float) -> Motion:
         scale = self.settings.revolution

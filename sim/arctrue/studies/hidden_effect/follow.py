@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.instrument import Instrument, InstrumentError, RunProgress
+from arctrue.instrument import Instrument, InstrumentError, ReportRun
 from arctrue.instrument.turn_score import score_turn
 from arctrue.studies.hidden_effect.cases import COLD_C, WARM_C
 from arctrue.studies.hidden_effect.drive import turning
@@ -46,7 +46,7 @@ def follow_warming(
     ways: Sequence[str] = WAYS,
     sensor_lag_s: float = 0.0,
     told_lag_s: float | None = None,
-    progress: Callable[[RunProgress], None] | None = None,
+    report_run: ReportRun | None = None,
 ) -> dict[str, list[FollowedTurn]]:
     """The table of ``result`` warms over ``turns`` turns after the first; once for each way.
 
@@ -58,7 +58,7 @@ def follow_warming(
     lags = (sensor_lag_s, sensor_lag_s if told_lag_s is None else told_lag_s)
     for way in ways:
         with Instrument(
-            scale.lanes, scale.capture_depth, clock_hz=scale.clock_hz, progress=progress
+            scale.lanes, scale.capture_depth, clock_hz=scale.clock_hz, report_run=report_run
         ) as instrument:
             table = result.settings.table(result.case.build(result.settings))
             rig = Rig(instrument, table, result.settings)
@@ -96,13 +96,13 @@ def _followed(
         firmware.send("freeze on")
     rig.settle(way)
     if way == BY_FIRMWARE:
-        export = result.examined.export(scale.lanes, None, lags[1])
+        export = result.diagnosed.export(scale.lanes, None, lags[1])
         rig.load_over_console(export.coefficients, f"{way}: judged")
     found = []
     for _ in range(turns):
         if way == BY_TEMPERATURE:
             ahead_c = _middle_c(rig, drive)
-            export = result.examined.export(scale.lanes, ahead_c)
+            export = result.diagnosed.export(scale.lanes, ahead_c)
             rig.load(export.coefficients, way)
         temperature_c = _middle_c(rig, drive)
         recording = rig.recorded_turn(way)

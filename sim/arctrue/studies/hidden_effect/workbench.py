@@ -26,7 +26,7 @@ from arctrue.workbench.observations.build import observations_of
 
 
 @dataclass(frozen=True)
-class Examined:
+class DiagnosedModel:
     """What the workbench made of a set."""
 
     observations: Observations
@@ -68,7 +68,7 @@ class Examined:
         return sentences(self.diagnosis)
 
 
-def analyse_opened(folder: Path, *, adopted_name: str, effects_folder: Path) -> Examined:
+def diagnose_and_add(folder: Path, *, adopted_name: str, effects_folder: Path) -> DiagnosedModel:
     """``arctrue diagnose``, ``arctrue add`` (after ``--adopt`` for what no effect explains)."""
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)
@@ -95,21 +95,21 @@ def analyse_opened(folder: Path, *, adopted_name: str, effects_folder: Path) -> 
     )
     if name is not None:
         model, _ = add_effect(model, name, settings, observations, effects, title)
-    return Examined(observations, found, name, file, before, model, effects)
+    return DiagnosedModel(observations, found, name, file, before, model, effects)
 
 
-def left_on_fresh_set(examined: Examined, folder: Path) -> dict[str, float]:
+def left_on_fresh_set(diagnosed: DiagnosedModel, folder: Path) -> dict[str, float]:
     """RMS of what the capture of another set leaves, nothing fitted, arcseconds.
 
     As ``arctrue compare --no-fit``, with the model before and after the effect was added.
     """
     observations = observations_of(
         read_measurement_set(folder),
-        reference_temperature_c=examined.model.reference_temperature_c,
+        reference_temperature_c=diagnosed.model.reference_temperature_c,
     )
     left = {}
-    for name, model in (("without", examined.before), ("with", examined.model)):
-        solution = as_stored(model, observations, examined.effects)
+    for name, model in (("without", diagnosed.before), ("with", diagnosed.model)):
+        solution = as_stored(model, observations, diagnosed.effects)
         residual = Residuals(solution).capture_arcsec
         assert residual is not None
         left[name] = float(np.sqrt(np.mean(residual**2)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.progress import ReportStep
 from arctrue.base.units import arcsec_per_count
-from arctrue.instrument import RunProgress
+from arctrue.instrument import ReportRun
 from arctrue.metrology.allan import overlapping_allan_deviation
 from arctrue.metrology.trend import TrendWatch
 from arctrue.studies.long_run.learned_model import LearnedOrder, as_coefficients, learn, told_orders
@@ -62,8 +62,8 @@ def run_long(
     scenario: Scenario,
     *,
     strategies: Sequence[str] = tuple(STRATEGIES),
-    progress: Callable[[RunProgress], None] | None = None,
-    say: ReportStep | None = None,
+    report_run: ReportRun | None = None,
+    report_step: ReportStep | None = None,
 ) -> dict[str, Any]:
     """Run it once for each strategy; everything as plain values.
 
@@ -77,8 +77,8 @@ def run_long(
     learned: list[LearnedOrder] = []
     reference_c = 20.0
     for name in ("single", *(name for name in strategies if name != "single")):
-        if say is not None:
-            say(f"{name}: {STRATEGIES[name]}")
+        if report_step is not None:
+            report_step(f"{name}: {STRATEGIES[name]}")
         wanted = _by_strategy(scenario, name)
         if name == "model":
             learned, reference_c = _learned(found["single"], told["single"])
@@ -89,7 +89,7 @@ def run_long(
                 wanted,
                 firmware=dataclasses.replace(wanted.firmware, loaded=bank, thermometer=True),
             )
-        result = run_scenario(wanted, progress=progress, say=say)
+        result = run_scenario(wanted, report_run=report_run, report_step=report_step)
         told[name] = [one for turn in result.turns for one in turn.told]
         found[name] = result
     truth = Truth(scenario)

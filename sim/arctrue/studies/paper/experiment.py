@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.progress import ReportStep
-from arctrue.instrument.instrument import Instrument, RunProgress
+from arctrue.instrument.instrument import Instrument, ReportRun
 from arctrue.instrument.recording import EdgeTrack
 from arctrue.studies.paper.budget import UncertaintyBudget
 from arctrue.studies.paper.published import PUBLISHED, Published
@@ -109,8 +108,8 @@ def run_experiment(
     settings: ExperimentSettings,
     *,
     published: Published = PUBLISHED,
-    progress: Callable[[RunProgress], None] | None = None,
-    say: ReportStep | None = None,
+    report_run: ReportRun | None = None,
+    report_step: ReportStep | None = None,
 ) -> ExperimentResult:
     """Run it.
 
@@ -125,7 +124,11 @@ def run_experiment(
     polygon = published.drawn_polygon(random)
     autocollimator = published.drawn_autocollimator(settings.scatter_arcsec, random)
     with Instrument(
-        table.lanes, table.capture_depth, clock_hz=table.clock_hz, progress=progress, say=say
+        table.lanes,
+        table.capture_depth,
+        clock_hz=table.clock_hz,
+        report_run=report_run,
+        report_step=report_step,
     ) as instrument:
         started = time.monotonic()
         instrument.attach(table.table(), settings.motion())

@@ -8,7 +8,6 @@ edge against the true angle, which nothing but the judge knows.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,7 +16,7 @@ import numpy as np
 from arctrue.base.progress import ReportStep
 from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.firmware import Firmware
-from arctrue.instrument.instrument import Instrument, RunProgress
+from arctrue.instrument.instrument import Instrument, ReportRun
 from arctrue.instrument.recording import Recording
 from arctrue.instrument.turn_score import FINE_BINS, TurnScore, score_turn
 from arctrue.studies.revolution.settings import (
@@ -79,17 +78,17 @@ class RevolutionResult:
 def run_revolution(
     settings: RevolutionSettings,
     *,
-    progress: Callable[[RunProgress], None] | None = None,
-    say: ReportStep | None = None,
+    report_run: ReportRun | None = None,
+    report_step: ReportStep | None = None,
 ) -> RevolutionResult:
     """Run it; raises InstrumentError where the firmware does not come to a swap."""
-    say = say or (lambda _: None)
+    report_step = report_step or (lambda _: None)
     with Instrument(
         settings.lanes,
         settings.capture_depth,
         clock_hz=settings.clock_hz,
-        progress=progress,
-        say=say,
+        report_run=report_run,
+        report_step=report_step,
     ) as instrument:
         started = time.monotonic()
         instrument.attach(settings.table(), settings.motion())

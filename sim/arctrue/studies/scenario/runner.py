@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from arctrue.base.progress import ReportStep
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.instrument import Instrument, InstrumentError, PinFault, RunProgress
+from arctrue.instrument import Instrument, InstrumentError, PinFault, ReportRun
 from arctrue.instrument.turn_score import score_turns
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.limits import broken_limits
@@ -155,8 +154,8 @@ class _Run:
 def run_scenario(
     scenario: Scenario,
     *,
-    progress: Callable[[RunProgress], None] | None = None,
-    say: ReportStep | None = None,
+    report_run: ReportRun | None = None,
+    report_step: ReportStep | None = None,
 ) -> ScenarioResult:
     """Run it.
 
@@ -164,7 +163,11 @@ def run_scenario(
     """
     course, scale = scenario.course(), scenario.scale
     with Instrument(
-        scale.lanes, scale.capture_depth, clock_hz=scenario.clock_hz, progress=progress, say=say
+        scale.lanes,
+        scale.capture_depth,
+        clock_hz=scenario.clock_hz,
+        report_run=report_run,
+        report_step=report_step,
     ) as instrument:
         began = time.monotonic()
         run = _Run(instrument, scenario, course)

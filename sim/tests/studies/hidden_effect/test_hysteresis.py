@@ -21,15 +21,15 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
 
 
 def test_it_is_named_with_its_size(result: HiddenResult) -> None:
-    assert result.examined.effect == "hysteresis"
-    error = result.examined.model.effects[-1].parameters["reversal_error"]
+    assert result.diagnosed.effect == "hysteresis"
+    error = result.diagnosed.model.effects[-1].parameters["reversal_error"]
     # Up and down are each the mean of 24 whole counts: they differ by a part of one.
     assert error.value == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
 
 
 def test_it_is_said_that_lanes_cannot_correct_it(result: HiddenResult) -> None:
     assert any("hysteresis" in text and "direction" in text for text in result.export.left_out)
-    assert "cannot compensate" in " ".join(result.examined.words())
+    assert "cannot compensate" in " ".join(result.diagnosed.words())
 
 
 def test_the_output_keeps_it(result: HiddenResult) -> None:

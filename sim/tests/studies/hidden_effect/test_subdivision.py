@@ -49,8 +49,8 @@ def result(act: SecondAct) -> Iterator[HiddenResult]:
 
 
 def test_the_workbench_names_it_and_sees_nothing_else(result: HiddenResult) -> None:
-    assert result.examined.diagnosis.verdict == "named"
-    assert result.examined.effect == "subdivision_error"
+    assert result.diagnosed.diagnosis.verdict == "named"
+    assert result.diagnosed.effect == "subdivision_error"
     files = {path.name for path in result.folder.iterdir()}
     assert files == {"measurement.toml", "capture.csv", "reference.csv"}
     assert read_truth(result.folder)["hidden"] == "subdivision_error"
@@ -59,7 +59,7 @@ def test_the_workbench_names_it_and_sees_nothing_else(result: HiddenResult) -> N
 
 
 def test_its_size_is_that_of_the_signals(result: HiddenResult) -> None:
-    found = result.examined.model.effects[-1].parameters
+    found = result.diagnosed.model.effects[-1].parameters
     once, twice = found["head1_multiple_1_amplitude"], found["head1_multiple_2_amplitude"]
     # Second order of the distortion: its square, a twentieth.
     assert once.value == pytest.approx(ONCE_ARCSEC, abs=4 * once.sigma + 0.05 * ONCE_ARCSEC)
@@ -127,7 +127,7 @@ def test_the_fresh_capture_agrees_without_a_fit(result: HiddenResult) -> None:
 
 
 def test_the_ladder_has_the_paper_s_step_and_the_effect_s(result: HiddenResult) -> None:
-    steps = result.examined.ladder
+    steps = result.diagnosed.ladder
     assert [step.effect for step in steps] == ["graduation_harmonics", "subdivision_error"]
     assert all(
         steps[1].heldout_rms_arcsec[channel] < 0.3 * steps[0].heldout_rms_arcsec[channel]
@@ -143,8 +143,8 @@ def test_judgement_passes_it_and_fails_what_is_wrong(act: SecondAct, result: Hid
     )
     no_better = faults(dataclasses.replace(result, corrected=result.paper))
     assert any("RMS of the output" in text for text in no_better)
-    other = dataclasses.replace(result.examined, effect="vibration")
-    assert any("vibration" in text for text in faults(dataclasses.replace(result, examined=other)))
+    other = dataclasses.replace(result.diagnosed, effect="vibration")
+    assert any("vibration" in text for text in faults(dataclasses.replace(result, diagnosed=other)))
 
 
 def test_page_and_json(act: SecondAct, folder: Path, tmp_path: Path) -> None:

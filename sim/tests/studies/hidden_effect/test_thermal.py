@@ -33,8 +33,8 @@ def lobes(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
 
 
 def test_thermal_eccentricity_is_named_with_its_rate(centre: HiddenResult) -> None:
-    assert centre.examined.effect == "thermal_eccentricity"
-    rate = centre.examined.model.effects[-1].parameters["amplitude"]
+    assert centre.diagnosed.effect == "thermal_eccentricity"
+    rate = centre.diagnosed.model.effects[-1].parameters["amplitude"]
     # A shift of the centre errs by itself over the radius.
     geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
     assert rate.value == pytest.approx(geometry, abs=4 * rate.sigma + 0.005 * geometry)
@@ -47,10 +47,10 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
     # The paper's coefficients are of the cold turn.
     assert centre.paper.amplitude_arcsec[0] == pytest.approx(geometry, rel=0.02)
     assert centre.corrected.amplitude_arcsec[0] < 0.5 * COUNT_ARCSEC
-    follows = centre.examined.export(4, None).coefficients
+    follows = centre.diagnosed.export(4, None).coefficients
     assert follows.thermal is not None
     assert 1 in follows.thermal.orders
-    at_once = centre.examined.export(4, FRESH_C).coefficients
+    at_once = centre.diagnosed.export(4, FRESH_C).coefficients
     readings = np.arange(0, 1 << 18, 997)
     worked_out = follows.at(FRESH_C).error_counts(readings)
     assert np.abs(worked_out - at_once.error_counts(readings)).max() < 0.1
@@ -102,12 +102,12 @@ def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: Hidde
 
 
 def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -> None:
-    diagnosis = lobes.examined.diagnosis
+    diagnosis = lobes.diagnosed.diagnosis
     assert diagnosis.verdict == "unknown"
-    assert set(lobes.examined.data()["parts"]) == {"temperature", "order:2", "disc"}
-    assert lobes.examined.effect_file is not None
-    assert "wave_orders = (2" in lobes.examined.effect_file.read_text()
-    size = lobes.examined.model.effects[-1].parameters["amplitude"]
+    assert set(lobes.diagnosed.data()["parts"]) == {"temperature", "order:2", "disc"}
+    assert lobes.diagnosed.effect_file is not None
+    assert "wave_orders = (2" in lobes.diagnosed.effect_file.read_text()
+    size = lobes.diagnosed.model.effects[-1].parameters["amplitude"]
     assert size.value == pytest.approx(0.4 * COARSER, abs=4 * size.sigma + 0.02 * 0.4 * COARSER)
 
 
@@ -116,7 +116,7 @@ def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
     assert lobes.paper.amplitude_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
     assert lobes.corrected.amplitude_arcsec[1] < 0.5 * COUNT_ARCSEC
     assert lobes.corrected.edges_rms_arcsec < 0.1 * lobes.paper.edges_rms_arcsec
-    thermal = lobes.examined.export(4, None).coefficients.thermal
+    thermal = lobes.diagnosed.export(4, None).coefficients.thermal
     assert thermal is not None
     assert 2 in thermal.orders
 
