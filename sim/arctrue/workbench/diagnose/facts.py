@@ -70,6 +70,7 @@ class Facts:
             near_tie=NEAR_TIE,
             advantage=PARTS_ADVANTAGE,
             confounded=said.confounded,
+            ways=len(self.unlike),
         )
 
     @cached_property
@@ -93,4 +94,4 @@ class Facts:
     def probability(self, verdict: Verdict) -> dict[str, float]:
         """The probabilities that are stated with a verdict; the sum is 1."""
         ranked = [] if self.case is None else self.case.ranked
-        return allowed_for(self._posterior, verdict, ranked)
+        return allowed_for(self._posterior, verdict, ranked, len(self.unlike))
