@@ -88,8 +88,9 @@ class Facts:
 
     @cached_property
     def offered(self) -> Mapping[str, float]:
-        """The probabilities under what the rules of the survey say."""
-        return self.probability(self.said.verdict)
+        """The same as for a set of the benchmark: they decide what is said, not how sure it is."""
+        ranked = [] if self.case is None else self.case.ranked
+        return allowed_for(self._posterior, self.said.verdict, ranked)
 
     def probability(self, verdict: Verdict) -> dict[str, float]:
         """The probabilities that are stated with a verdict; the sum is 1."""

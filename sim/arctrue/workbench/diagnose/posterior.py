@@ -127,6 +127,13 @@ def allowed_for(
         # No more than leaves it the likeliest: what is said is not contradicted.
         ahead = 0.9 * max(found[said] - max(found[name] for name in others), 0.0)
         share = min(share, ahead / (ahead + 1.0 / len(others)))
+    names = [value for name, value in found.items() if name not in (NONE, UNKNOWN)]
+    if verdict == "named" and names:
+        # How unlike a set is changes how sure a name is, not whether it is one.
+        share = min(share, max(inadequacy(verdict), 1.0 - LEAST_OF_A_NAME / max(names)))
+    elif verdict == "ambiguous" and names and max(names) > found[UNKNOWN]:
+        ahead = max(names) - found[UNKNOWN]
+        share = min(share, max(inadequacy(verdict), ahead / (ahead + 1.0)))
     kept = {name: (1.0 - share) * value for name, value in found.items()}
     return kept | {name: kept[name] + share / len(others) for name in others}
 
