@@ -35,7 +35,14 @@ LEAST = 1e-6
 SMALLEST_P = 1e-300
 EVIDENCE = 0.02
 """Largest difference of ΔBIC, which twice the tolerance of the log likelihood moves."""
-SENTENCES = {"description", "unlike", "next_measurement", "cannot_tell", "reason"}
+SENTENCES = {
+    "description",
+    "unlike",
+    "next_measurement",
+    "cannot_tell",
+    "reason",
+    "unlike_benchmark",
+}
 LACKING = {"cannot_be_tested", "look_alikes"}
 """Effects with sentences that say what the set lacks."""
 

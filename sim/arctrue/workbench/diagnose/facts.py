@@ -70,6 +70,7 @@ class Facts:
             near_tie=NEAR_TIE,
             advantage=PARTS_ADVANTAGE,
             confounded=said.confounded,
+            ways=len(self.unlike),
         )
 
     @cached_property
@@ -87,10 +88,11 @@ class Facts:
 
     @cached_property
     def offered(self) -> Mapping[str, float]:
-        """The probabilities under what the rules of the survey say."""
-        return self.probability(self.said.verdict)
+        """The same as for a set of the benchmark: they decide what is said, not how sure it is."""
+        ranked = [] if self.case is None else self.case.ranked
+        return allowed_for(self._posterior, self.said.verdict, ranked)
 
     def probability(self, verdict: Verdict) -> dict[str, float]:
         """The probabilities that are stated with a verdict; the sum is 1."""
         ranked = [] if self.case is None else self.case.ranked
-        return allowed_for(self._posterior, verdict, ranked)
+        return allowed_for(self._posterior, verdict, ranked, len(self.unlike))

@@ -48,6 +48,7 @@ def posterior(
     near_tie: float,
     advantage: float,
     confounded: bool = False,
+    ways: int = 0,
 ) -> dict[str, float]:
     """Of every effect that was tested, ``none`` and ``unknown``, as far as the rules leave it open;
     the sum is 1.
@@ -96,7 +97,7 @@ def posterior(
         if confounded:
             # No likelier than the first once the share for an inadequate model is given to it:
             # equal at −2s/(1 − s).
-            share = inadequacy(verdict)
+            share = inadequacy(verdict, ways)
             most = -2.5 * share / (1.0 - share)
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
@@ -110,19 +111,29 @@ def posterior(
 
 
 def allowed_for(
-    found: dict[str, float], verdict: str, candidates: list[Candidate]
+    found: dict[str, float], verdict: str, candidates: list[Candidate], ways: int = 0
 ) -> dict[str, float]:
-    """The same less what model and rules cannot claim: it goes from effects to ``unknown``, and
-    from ``unknown`` to the effects."""
-    share = inadequacy(verdict)
-    others = [item.name for item in candidates] if verdict == "unknown" else [UNKNOWN]
-    if verdict == "adequate" or verdict in SILENT or not others:
+    """The same less what model and rules cannot claim: it goes from effects and from ``none`` to
+    ``unknown``, and from ``unknown`` to the effects.
+
+    ``ways``: in so many is the set unlike those on which wrong answers were counted.
+    """
+    share = inadequacy(verdict, ways)
+    others = [item.name for item in candidates] if verdict == UNKNOWN else [UNKNOWN]
+    if verdict in SILENT or not others:
         return found
-    if verdict == "unknown":
+    said = {UNKNOWN: UNKNOWN, "adequate": NONE}.get(verdict)
+    if said is not None:
         # No more than leaves it the likeliest: what is said is not contradicted.
-        ahead = found[UNKNOWN] - max(found[name] for name in others)
-        most = 0.9 * max(ahead, 0.0)
-        share = min(share, most / (most + 1.0 / len(others)))
+        ahead = 0.9 * max(found[said] - max(found[name] for name in others), 0.0)
+        share = min(share, ahead / (ahead + 1.0 / len(others)))
+    names = [value for name, value in found.items() if name not in (NONE, UNKNOWN)]
+    if verdict == "named" and names:
+        # How unlike a set is changes how sure a name is, not whether it is one.
+        share = min(share, max(inadequacy(verdict), 1.0 - LEAST_OF_A_NAME / max(names)))
+    elif verdict == "ambiguous" and names and max(names) > found[UNKNOWN]:
+        ahead = max(names) - found[UNKNOWN]
+        share = min(share, max(inadequacy(verdict), ahead / (ahead + 1.0)))
     kept = {name: (1.0 - share) * value for name, value in found.items()}
     return kept | {name: kept[name] + share / len(others) for name in others}
 

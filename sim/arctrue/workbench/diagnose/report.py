@@ -8,6 +8,8 @@ from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.diagnose.posterior import SILENT
+from arctrue.workbench.diagnose.probabilities import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.second_finding import SecondFinding
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable
@@ -109,6 +111,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "next_measurement_kind": result.next_measurement_kind,
         "data_faults": list(said.faults),
         "probability": dict(result.probability),
+        "unlike_benchmark": list(result.unlike),
         "covers": covers_data(result.covers),
         "noise": _noise_data(result),
         "cannot_tell": said.cannot_tell,
@@ -199,7 +202,14 @@ def _probable(result: Diagnosis) -> list[str]:
         for name, value in ranked[:SHOWN_PROBABILITIES]
         if value >= LEAST_SHOWN
     ]
-    return [f"Probability of what to add next: {', '.join(shown)}."] if shown else []
+    if not shown:
+        return []
+    said = [f"Probability of what to add next: {', '.join(shown)}."]
+    if len(result.unlike) >= LIKE_BENCHMARK and result.verdict not in SILENT:
+        said.append(
+            f"It was calibrated on few sets like this one, or on none: {'; '.join(result.unlike)}."
+        )
+    return said
 
 
 def _covered(covers: Coverage) -> list[str]:

@@ -215,7 +215,13 @@ def makes_it_worse(case: Case) -> Decision | None:
 
 
 def takes_little(case: Case) -> Decision | None:
-    """Added to the model, the best takes less than a tenth of the excess, which is sure."""
+    """Added to the model, the best takes less than a tenth of a sure excess, unless blocks show it.
+
+    What other blocks of the rows predict is there, however much more is; the rest is to be found.
+    """
+    if case.best is None or case.best.share is not None:
+        # A share of half or less has been refused already.
+        return None
     found, left = case.before_and_after, case.with_best
     if found is None or left is None:
         return None

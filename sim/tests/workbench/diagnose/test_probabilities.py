@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal
+from scipy.stats import beta, multivariate_normal
 
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.posterior import (
@@ -17,10 +17,12 @@ from arctrue.workbench.diagnose.posterior import (
     posterior,
 )
 from arctrue.workbench.diagnose.probabilities import (
+    MOST_INADEQUATE,
     NONE,
     PRIOR_CATALOGUE,
     PRIOR_NONE,
     UNKNOWN,
+    WRONG_LIKE,
     Weighed,
     inadequacy,
     log_evidence,
@@ -150,6 +152,29 @@ def test_no_likelihood_makes_an_answer_surer_than_such_answers_have_been(verdict
     assert max(found, key=found.__getitem__) == first
     assert found[first] == pytest.approx(1.0 - inadequacy(verdict), abs=1e-3)
     assert sum(found.values()) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("verdict", ["named", "unknown", "adequate"])
+def test_the_farther_from_what_was_counted_the_less_sure(verdict: str) -> None:
+    """Against the posterior mean of a share worked out here, Beta(k + ½, n − k + ½)."""
+    kind = {"named": "names"}.get(verdict, verdict)
+    shares = [inadequacy(verdict, ways) for ways in range(9)]
+    wrong, answers = WRONG_LIKE[kind]
+    assert shares[0] == shares[1] == pytest.approx(beta(wrong + 0.5, answers - wrong + 0.5).mean())
+    assert shares == sorted(shares)
+    # Nothing was counted so far out: half of nothing is known, as far as a name can say so.
+    assert shares[-1] == MOST_INADEQUATE
+    assert 1.0 - MOST_INADEQUATE > LEAST_OF_A_NAME
+
+
+def test_adequate_has_a_probability_that_falls_with_the_distance() -> None:
+    found = posterior(
+        "adequate", [_candidate("latency", 1.0, 1.0)], 2, effect_class=[], look_alikes=[],  # type: ignore[list-item]
+        product=None, excluded=frozenset(), lack_of_fit_p=1.0, near_tie=6.0, advantage=10.0,
+    )  # fmt: skip
+    said = [allowed_for(found, "adequate", [], ways)["none"] for ways in (0, 3, 8)]
+    assert said[0] == pytest.approx((1.0 - inadequacy("adequate")) * found["none"])
+    assert said[0] > said[1] > said[2] > 0.5
 
 
 def test_the_first_of_a_class_is_no_less_probable_than_the_others() -> None:

@@ -177,7 +177,7 @@ def _left(rms: float, noise: float = 0.1, reference: float = 0.1) -> SimpleNames
 
 
 def _case(before: SimpleNamespace, after: SimpleNamespace, lack_of_fit_p: float = 0.0) -> Case:
-    item = SimpleNamespace(name="count_slip", moved_arcsec={"capture": 0.3}, gain=100.0)
+    item = SimpleNamespace(name="count_slip", moved_arcsec={"capture": 0.3}, gain=100.0, share=None)
     channel = SimpleNamespace(lack_of_fit_p=lack_of_fit_p, noise_arcsec=0.1)
     fit_of = {"capture": channel, "reference": SimpleNamespace(lack_of_fit_p=0.5, noise_arcsec=0.1)}
     survey = SimpleNamespace(channels=fit_of)
@@ -223,5 +223,9 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         assert (found is not None) is refused
         # Where slow noise explains the rest, a small effect keeps its name.
         assert takes_little(_case(before, after, 2.0 * LACK_OF_FIT)) is None
+        # One of many lines takes little of all of them, and other blocks predict it.
+        confirmed = _case(before, after)
+        confirmed.best.share = SimpleNamespace(share=0.9)  # type: ignore[union-attr]
+        assert takes_little(confirmed) is None
     little = _left(float(np.hypot(noise, 0.5 * LEAST_EXCESS * noise)))
     assert takes_little(_case(little, little)) is None
