@@ -42,6 +42,8 @@ U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
 LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
 """Orders of axis and disc of a first fit where motion is unknown at every order."""
+SEARCH_SAMPLES = 36_000
+"""Of longer captures every k-th sample is used until places and weights have settled."""
 ROUNDS_MOST = 6
 CONVERGED_ARCSEC = 1e-4
 """What a further round would still change of any prediction, about."""
@@ -83,10 +85,17 @@ def heads_least_squares(
     """
     data = _Data(turns, counts_per_rev, np.asarray(nominal_places_rad, dtype=np.float64))
     _refuse_at_once(data, settings)
+    thinned = data.thinned(SEARCH_SAMPLES, int(np.max(settings.orders)))
+    state, combinations, known = _searched(thinned, settings)
+    state, information = _converged(data, state, combinations, settings, known=known)
+    return _estimate(data, state, combinations, information, settings)
+
+
+def _searched(data: _Data, settings: HeadsSettings) -> tuple[State, Float, _Known | None]:
+    """All unknowns, combinations with noise of variance 1, and what these do not see."""
     if settings.motion != "every":
         state, combinations = _first_fit(data, settings, tuple(settings.motion))
-        state, information = _converged(data, state, combinations, settings)
-        return _estimate(data, state, combinations, information, settings)
+        return *_settled(data, state, combinations, settings), None
     # The parity sees neither order 1 nor the offsets: a first fit of low orders gives both.
     orders = np.asarray(settings.orders)
     low = replace(settings, orders=orders[orders <= LOW_ORDERS])
@@ -98,8 +107,20 @@ def heads_least_squares(
     parity = parity_weights(state.places_rad(0), state.radius_ratios)[None, :]
     state, _ = _solved(data, state, parity, settings, with_geometry=False, known=known)
     parity = parity / np.sqrt(_residual_covariance(data, state, parity)[0, 0])
-    state, information = _converged(data, state, parity, settings, known=known)
-    return _estimate(data, state, parity, information, settings)
+    return *_settled(data, state, parity, settings, known), known
+
+
+def _settled(
+    data: _Data,
+    state: State,
+    combinations: Float,
+    settings: HeadsSettings,
+    known: _Known | None = None,
+) -> tuple[State, Float]:
+    """The converged state of data that were thinned; whole data are left to the last fit."""
+    if data.part_of_all:
+        state, _ = _converged(data, state, combinations, settings, known=known)
+    return state, combinations
 
 
 def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
@@ -152,6 +173,7 @@ class _Data:
         self, turns: Sequence[WholeTurns], counts_per_rev: int, nominal_places_rad: Float
     ) -> None:
         self.turns = turns
+        self.part_of_all = False
         self.counts_per_rev = counts_per_rev
         self.nominal_rad = nominal_places_rad
         self.heads = nominal_places_rad.size
@@ -174,6 +196,28 @@ class _Data:
     @property
     def samples(self) -> int:
         return sum(part.samples for part in self.turns)
+
+    def thinned(self, most: int, most_order: int) -> _Data:
+        """Every k-th sample of each run, about ``most`` in all; itself where it has no more.
+
+        A turn keeps four samples for each wave of its highest order.
+        """
+        a_turn = min(part.samples // part.turns for part in self.turns)
+        step = min(self.samples // most, a_turn // (4 * most_order))
+        if step < 2:
+            return self
+        parts = [
+            replace(
+                part,
+                head1_counts=part.head1_counts[::step],
+                head2_counts=part.head2_counts[::step],
+                further_counts=tuple(head[::step] for head in part.further_counts),
+            )
+            for part in self.turns
+        ]
+        found = _Data(parts, self.counts_per_rev, self.nominal_rad)
+        found.part_of_all = True
+        return found
 
     def first_state(
         self, settings: HeadsSettings, orders: Integer, motion_orders: tuple[int, ...]

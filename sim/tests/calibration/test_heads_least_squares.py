@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import arctrue.calibration.heads_least_squares as module
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.heads_estimate import HeadsEstimate
 from arctrue.calibration.heads_gain import MotionOrders, order_gain
@@ -260,3 +261,19 @@ def test_three_heads_with_motion_leave_out_the_orders_that_it_hides() -> None:
     found = fit(part, 3, (2,), u_place_arcsec=1e-3)
     assert found.unseen_orders.tolist() == [2]
     assert np.max(np.abs(disc_pulls(found))) < PULL
+
+
+@pytest.mark.parametrize("motion", [(1, 2, 3), "every"])
+def test_a_search_in_a_part_of_the_samples_changes_nothing(
+    motion: MotionOrders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown = readings(ANGLE, np.radians(PLACES_DEG), motion={(2, 1): 0.4, (2, -1): 0.2j})
+    part = captured(shown, 0.1, 12)
+    whole = fit(part, 4, motion)
+    monkeypatch.setattr(module, "SEARCH_SAMPLES", 1500)
+    searched = fit(part, 4, motion)
+    u = np.sqrt(np.diag(whole.disc_covariance))
+    # Weights and order 1 are those of a quarter of the samples.
+    away = np.abs(searched.values - whole.values) / u
+    assert np.max(np.delete(away, [0, ORDERS.size])) < 0.5
+    assert np.max(np.abs(disc_pulls(searched)).reshape(2, -1)[:, 1:]) < PULL
