@@ -52,7 +52,8 @@ MOVED_ARCSEC = 100.0
 AXIS_LIMIT_M = 5e-6
 FINE_ORDERS = 500
 FINE_PLACES_DEG = (0.0, 112.1, 174.8, 297.8)
-"""The least RMS gain of orders 2 to 500, motion unknown at every order, of 18,000 drawn places."""
+"""Of 18,000 drawn places those with the least RMS gain of orders 2 to 500, motion unknown at every
+order, where a mean exists and the heads have room; not the least there is."""
 TURNS_SHOWN = (1, 3, 10, 30, 100, 1000)
 
 
