@@ -19,8 +19,9 @@ SCALE ?= small
 FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
     $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) $(if $(SEED),--seed $(SEED)) \
+    $(if $(ROTATION),--rotation $(ROTATION)) \
     $(if $(TOP),--top $(TOP)) $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
-GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py) \
+GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py register_words.py) \
   $(shell find scripts/register_block_templates -name "*.vhd")
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
@@ -92,7 +93,7 @@ flash: firmware ## load the firmware over JTAG and start it (ADAPTER=FILE: anoth
 flash-bitstream: setup ## load the bitstream of BOARD into the fabric over JTAG
 	@$(VENV)/python -m scripts.flash fabric --adapter $(ADAPTER) build/bitstream/$(BOARD)/arctrue.bit
 
-bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=, SEED=): docs/device.md
+bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=, ROTATION=, SEED=): docs/device.md
 	@if test "$(FLOW)" = open; then scripts/install_ghdl_netlist.sh && \
 	    { test -n "$$NEXTPNR" || command -v nextpnr-himbaechel nextpnr-himbaechel-xilinx || \
 	      scripts/install_place_and_route.sh; } >/dev/null; fi
@@ -109,6 +110,7 @@ instrument: generate ## the virtual instrument: core of 32 lanes as a compiled n
 synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and fold, budgets checked; longest paths
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.synth --folds 2 4 8
+	$(VENV)/python -m scripts.synth -g ROTATION=table --folds 2 4 8 --output build/synth/table/arctrue_core
 	$(VENV)/python -m scripts.timing --netlist build/synth/arctrue_core/arctrue_core.flat.json --limit 7
 
 formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
@@ -119,7 +121,7 @@ bench: generate ## calibration, firmware, instrument and workbench measured, eac
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
 
-compare-lanes: generate ## our CORDIC lane beside two lanes with a table, mapped and swept: docs/cordic-comparison.md
+compare-lanes: generate ## both lanes of the core beside one with a DSP, mapped and swept: docs/cordic-comparison.md
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.compare_lanes
 
@@ -127,8 +129,8 @@ warming: generate ## thermal eccentricity followed by the firmware alone (SCALE=
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.warming $(SCALE)
 
-benchmark: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases), and its page
-	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
+benchmark: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N"), and its page
+	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER) $(SETS)
 	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BENCHMARK_OPTIONS)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \
 	    --to build/benchmark/$(TIER)/page.md --out build/benchmark/$(TIER)

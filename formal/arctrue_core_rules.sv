@@ -16,8 +16,8 @@ module arctrue_core_rules #(
     parameter LANES = 1, parameter CAPTURE_DEPTH = 2 // as the netlist
 ) (
     input clock, input reset,
-    input awvalid, input [17:0] awaddr, input wvalid, input [31:0] wdata, input [3:0] wstrb,
-    input bready, input arvalid, input [17:0] araddr, input rready
+    input awvalid, input [18:0] awaddr, input wvalid, input [31:0] wdata, input [3:0] wstrb,
+    input bready, input arvalid, input [18:0] araddr, input rready
 );
 
     wire awready, wready, bvalid, arready, rvalid;
@@ -43,7 +43,7 @@ module arctrue_core_rules #(
     reg running = 0;
     reg was_reset = 1;
     reg aw_waits = 0, w_waits = 0, ar_waits = 0, b_waits = 0, r_waits = 0;
-    reg [17:0] awaddr_before, araddr_before;
+    reg [18:0] awaddr_before, araddr_before;
     reg [35:0] w_before;
     reg [1:0] bresp_before;
     reg [33:0] r_before;
@@ -52,7 +52,7 @@ module arctrue_core_rules #(
     // Of the other kind, taken while one waits.
     reg [1:0] before_read = 0, before_write = 0;
     // The last one taken.
-    reg [17:0] held_address;
+    reg [18:0] held_address;
     reg [35:0] held_word;
     reg held_ready;
 
@@ -135,7 +135,7 @@ module arctrue_core_rules #(
     always @(posedge clock) asks <= probe_taken && !reset;
     wire probe_to_registers, probe_to_coefficients, probe_to_offset, probe_to_capture;
     wire probe_refused;
-    wire [17:0] probe_address;
+    wire [18:0] probe_address;
     wire [31:0] probe_data;
     wire [3:0] probe_strobes;
     wire [3:0] asked = 4'd0 + capture_reads[0] + capture_reads[1] + capture_reads[2]
@@ -165,11 +165,11 @@ module arctrue_core_rules #(
                     || reads == 1);
             assert (!writes_unit || (addresses == 1 && data == 1));
             assert (!probe_capture_read
-                    || (held_address >= 18'h20000 && held_ready
-                        && held_address < 18'h20000 + 8 * CAPTURE_DEPTH));
+                    || (held_address >= 19'h20000 && held_ready
+                        && held_address < 19'h20000 + 8 * CAPTURE_DEPTH));
             assert (!(probe_coefficient_read || probe_coefficient_write)
-                    || (held_address >= 18'h01000 && held_address < 18'h01000 + 16 * LANES));
-            assert (!(probe_offset_read || probe_offset_write) || held_address[17:2] == 16'h0013);
+                    || (held_address >= 19'h01000 && held_address < 19'h01000 + 16 * LANES));
+            assert (!(probe_offset_read || probe_offset_write) || held_address[18:2] == 17'h0013);
             assert (!writes_unit || held_word[3:0] == 4'b1111);
             assert (!rvalid || !from_unit || (rresp == OKAY && rdata == unit_word));
 
@@ -179,9 +179,9 @@ module arctrue_core_rules #(
             assert (!asks || probe_state == BUSY);
             assert (!probe_taken || (probe_is_write ? awvalid && wvalid : arvalid));
             assert (!probe_taken
-                    || probe_address == {probe_is_write ? awaddr[17:2] : araddr[17:2], 2'b00});
+                    || probe_address == {probe_is_write ? awaddr[18:2] : araddr[18:2], 2'b00});
             assert (!probe_taken || !probe_is_write || {probe_data, probe_strobes} == {wdata, wstrb});
-            assert (!is_out || probe_address == {held_address[17:2], 2'b00});
+            assert (!is_out || probe_address == {held_address[18:2], 2'b00});
             assert (!is_out || !probe_is_write || {probe_data, probe_strobes} == held_word);
             assert (addresses == (is_out && probe_is_write));
             assert (data == (is_out && probe_is_write));

@@ -24,7 +24,7 @@ module axi3_to_axi_lite_rules (
     wire [11:0] s_axi_bid, s_axi_rid;
     wire [1:0] s_axi_bresp, s_axi_rresp;
     wire [31:0] s_axi_rdata, m_axil_wdata;
-    wire [17:0] m_axil_awaddr, m_axil_araddr;
+    wire [18:0] m_axil_awaddr, m_axil_araddr;
     wire [3:0] m_axil_wstrb;
 
     axi3_to_axi_lite bridge (
@@ -42,7 +42,7 @@ module axi3_to_axi_lite_rules (
 
     reg running = 0;
     reg aw_waits = 0, w_waits = 0, ar_waits = 0, b_waits = 0, r_waits = 0;
-    reg [17:0] aw_before, ar_before;
+    reg [18:0] aw_before, ar_before;
     reg [35:0] w_before;
     reg [13:0] b_before;
     reg [46:0] r_before;

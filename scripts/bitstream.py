@@ -21,6 +21,7 @@ from scripts.netlist import ROOT, ToolError
 
 FLOWS = {"vivado": run_vivado, "open": run_open}
 FOLDS = (1, 2, 4, 8)
+ROTATIONS = ("cordic", "table")
 PART = "xc7z020clg400-1"
 OPEN_PIPELINES = 16
 """The largest number of pipelines that the open tools have routed at 100 MHz: docs/timing.md."""
@@ -49,6 +50,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top", help="top level")
     parser.add_argument("--lanes", type=int, help="harmonics (the generic's default: all)")
     parser.add_argument("--fold", type=int, choices=FOLDS, help="lanes that share a pipeline")
+    parser.add_argument("--rotation", choices=ROTATIONS, help="how a lane finds its cosine")
     parser.add_argument("--seed", type=int, help="seed of nextpnr, which gives another placement")
     parser.add_argument("--capture-depth", type=int, help="samples a bank (the generic's default)")
     parser.add_argument("--output", type=Path, help="folder, made anew (build/bitstream/<board>)")
@@ -70,6 +72,7 @@ def main(arguments: list[str] | None = None) -> int:
         "LANES": chosen.lanes,
         "CAPTURE_DEPTH": chosen.capture_depth,
         "FOLD": chosen.fold or fold_of(chosen.flow, lanes),
+        "ROTATION": chosen.rotation,
     }
     top = TOPS[chosen.top]
     if not top.has_core:

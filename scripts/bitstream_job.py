@@ -65,7 +65,7 @@ class Job:
 
     top: Top
     part: str
-    generics: Mapping[str, int]
+    generics: Mapping[str, int | str]
     pins: Path
     folder: Path
     seed: int | None = None  # of nextpnr's placement; nextpnr's own where None

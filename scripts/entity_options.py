@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 
 
 def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
@@ -13,17 +14,22 @@ def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
         "--generic",
         action="append",
         default=[],
-        metavar="NAME=INTEGER",
-        help="value of a generic; may be repeated",
+        metavar="NAME=VALUE",
+        help="value of a generic: a number, a word, true or false; may be repeated",
     )
 
 
-def generics_of(parser: argparse.ArgumentParser, chosen: argparse.Namespace) -> dict[str, int]:
+def generics_of(
+    parser: argparse.ArgumentParser, chosen: argparse.Namespace
+) -> dict[str, int | str]:
     """Value by name, the name in upper case. Ends the program for a text of another form."""
-    try:
-        return {
-            name.upper(): int(value)
-            for name, _, value in (entry.partition("=") for entry in chosen.generic)
-        }
-    except ValueError:
-        parser.error(f"a generic is NAME=INTEGER, found {' '.join(chosen.generic)}")
+    found: dict[str, int | str] = {}
+    for entry in chosen.generic:
+        name, _, value = entry.partition("=")
+        if not re.fullmatch(r"\w+", name) or not re.fullmatch(r"-?\d+|[A-Za-z]\w*", value):
+            parser.error(f"a generic is NAME=VALUE, found {entry}")
+        if value in {"true", "false"}:
+            found[name.upper()] = value == "true"
+        else:
+            found[name.upper()] = value if value[0].isalpha() else int(value)
+    return found

@@ -16,12 +16,13 @@ from pathlib import Path
 from peakrdl_cheader.c_standards import CStandard
 from peakrdl_cheader.exporter import CHeaderExporter
 from peakrdl_html import HTMLExporter  # type: ignore[import-untyped]
-from systemrdl.node import AddrmapNode, RegNode
+from systemrdl.node import AddrmapNode, RegfileNode, RegNode
 
 from scripts.generate_python import write_if_changed, write_python
 from scripts.number_formats import NUMBER_FORMATS, read_number_formats
 from scripts.register_block import write_register_block
 from scripts.register_map import REGISTERS, compile_registers, memories_of, registers_of
+from scripts.register_words import ENTITY, register_words
 
 ROOT = Path(__file__).resolve().parents[1]
 GENERATED = ROOT / "build" / "generated"
@@ -57,6 +58,10 @@ def vhdl_addresses(top: AddrmapNode, block: AddrmapNode) -> str:
     assert isinstance(offset, RegNode)
     named = [(memory.inst_name, memory.absolute_address) for memory in memories_of(top)]
     named += [("coefficient_offset", offset.absolute_address)]
+    for name in ("head3", "snapshot"):
+        group = top.get_child_by_name(name)
+        assert isinstance(group, RegfileNode)
+        named += [(name, group.absolute_address)]
     lines = [f"-- Generated from {REGISTERS} by scripts/generate.py. Do not edit."]
     lines += ["", "library ieee;", "  use ieee.std_logic_1164.all;"]
     lines += ["", "package register_addresses_pkg is", ""]
@@ -103,6 +108,7 @@ def write_registers() -> None:
         HTMLExporter(generate_source_links=False).export(top, str(made / "html" / "registers"))
         copy_if_changed(made, GENERATED)
     write_if_changed(GENERATED / "vhdl" / "register_addresses_pkg.vhd", vhdl_addresses(top, block))
+    write_if_changed(GENERATED / "vhdl" / f"{ENTITY}.vhd", register_words(block))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from arctrue.report.benchmark_sets_page import benchmark_sets_page
 from arctrue.workbench.diagnose.rules import rule_table
 from scripts.data_way import draw
 from scripts.reference_pages import api_page, commands_page
@@ -32,6 +33,7 @@ WAY = (
     "coefficients",
     "phase",
     "harmonic",
+    "local_table",
     "compensation",
     "quadrature_output",
     "signals",
@@ -353,6 +355,7 @@ def documents(root: Path) -> dict[Path, str]:
     made[Path("docs/registers.md")] = register_page(root)
     made[Path("docs/commands.md")] = commands_page()
     made[Path("docs/api.md")] = api_page()
+    made[Path("docs/benchmark-sets.md")] = benchmark_sets_page()
     made[Path("docs/images/data_way.svg")] = draw()
     if (root / WORKBENCH).exists():
         made[WORKBENCH] = with_rules((root / WORKBENCH).read_text(encoding="utf-8"))

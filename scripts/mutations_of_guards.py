@@ -17,6 +17,7 @@ COVERAGE = "sim/tests/workbench/diagnose/test_coverage.py"
 CONTRADICTIONS = "sim/tests/workbench/diagnose/test_contradictions.py"
 RULE_TABLE = "sim/tests/workbench/diagnose/test_rule_table.py"
 OUTLIERS = "sim/tests/workbench/observations/test_outliers.py"
+TAKES = "sim/tests/workbench/diagnose/test_what_a_name_takes.py"
 PROBABILITIES = "sim/tests/workbench/diagnose/test_probabilities.py"
 
 GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
@@ -362,7 +363,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_class_that_its_probabilities_contradict",
         "a class of effects is said where something unknown has 99 %",
         f"{DIAGNOSE}/rules.py",
-        "    if offered[UNKNOWN] < CLASS_SHARE * (there + offered[UNKNOWN]):\n",
+        "    if offered[UNKNOWN] <= least * (there + offered[UNKNOWN]):\n",
         "    if offered[UNKNOWN] <= 1.0:\n",
         f"{PROBABILITIES}::test_a_class_of_one_effect_with_one_percent_is_no_class",
     ),
@@ -508,7 +509,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "noise_explains_itself",
         "what the model leaves of a block by the noise of the angles counts as the block's own",
         "sim/arctrue/workbench/inference/residuals.py",
-        "    kept = shares > LEAST_OWN_SHARE\n",
+        "    kept = shares > least\n",
         "    kept = shares > -1.0\n",
         "sim/tests/workbench/test_scores.py"
         "::test_noise_of_the_angles_explains_no_noise_of_the_rows",
@@ -561,5 +562,47 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         '_of_file(mask) if mask.is_file() else ""',
         '""',
         "sim/tests/page/test_steps.py::test_a_set_that_is_opened_again_is_not_ranked_again",
+    ),
+    Mutation(
+        "blocks_are_not_asked",
+        "an effect that other blocks of the rows do not predict keeps its name",
+        f"{DIAGNOSE}/survey.py",
+        "LEAST_HELD_OUT = 0.5",
+        "LEAST_HELD_OUT = -1e9",
+        f"{TAKES}::test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks",
+    ),
+    Mutation(
+        "a_name_may_make_it_worse",
+        "an effect is named after which more is left than before",
+        f"{DIAGNOSE}/rules.py",
+        "    if after.mean_log_ratio(before) <= RISES:\n",
+        "    if after.mean_log_ratio(before) <= 1e9:\n",
+        f"{TAKES}::test_a_name_after_which_the_error_rises_is_refused",
+    ),
+    Mutation(
+        "a_name_may_take_nothing",
+        "an effect is named that takes a hundredth of what is there",
+        f"{DIAGNOSE}/rules.py",
+        "        if share >= LEAST_TAKEN:\n",
+        "        if share >= -1e9:\n",
+        f"{TAKES}::test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles",
+    ),
+    Mutation(
+        "time_is_temperature",
+        "what grows with the time is named as heat where both went together",
+        f"{DIAGNOSE}/case.py",
+        "return None if self.best is None else confounded_with(self.best, NEAR_TIE)",
+        "return None",
+        "sim/tests/workbench/diagnose/test_designs_that_cannot_tell.py"
+        "::test_a_run_that_warms_evenly_does_not_tell_temperature_from_time",
+    ),
+    Mutation(
+        "displays_have_no_step",
+        "readings that a display rounds count as faulty rows",
+        "sim/arctrue/workbench/observations/outliers/reference_rows.py",
+        "display_step(rows.error_arcsec) / float(np.sqrt(12.0))",
+        "0.0",
+        "sim/tests/workbench/diagnose/test_designs_that_cannot_tell.py"
+        "::test_readings_that_a_display_rounds_are_no_faulty_rows",
     ),
 )

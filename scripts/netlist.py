@@ -30,6 +30,7 @@ __all__ = [
 # the whole core, it makes every path as deep as the worst.
 MAPPED_ALONE = (
     "cordic_rotation",
+    "table_rotation",
     "phase_lane",
     "correction_ramp",
     "quadrature_decoder",

@@ -12,7 +12,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -44,6 +45,22 @@ BUDGETS = (
     Budget("core", "latches", 0),
     Budget("lane", "lut", 1_050),
 )
+
+
+# The table is there to make room: 10,000 LUT below the budget of the CORDIC.
+SAVED_BY_A_TABLE = 10_000
+
+
+def budgets_of(generics: Mapping[str, int | str]) -> tuple[Budget, ...]:
+    """Those of the rotation that is built."""
+    if generics.get("ROTATION") != "table":
+        return BUDGETS
+    return tuple(
+        replace(budget, limit=budget.limit - SAVED_BY_A_TABLE)
+        if (budget.part, budget.kind) == ("core", "lut")
+        else budget
+        for budget in BUDGETS
+    )
 
 
 def lane_of(units: Design) -> Resources | None:
@@ -106,7 +123,9 @@ def table(title: str, core: Resources, lane: Resources | None, units: Design, to
     return "\n".join(lines) + "\n"
 
 
-def report(entity: str, generics: dict[str, int], folder: Path) -> tuple[Resources, list[str]]:
+def report(
+    entity: str, generics: dict[str, int | str], folder: Path
+) -> tuple[Resources, list[str]]:
     """Synthesise, write and print the table; return the whole's resources and what is exceeded.
 
     Budgets are those of 32 lanes; they are checked for arctrue_core with 32 lanes only, the lane's
@@ -121,7 +140,9 @@ def report(entity: str, generics: dict[str, int], folder: Path) -> tuple[Resourc
     title = f"{entity}{f' ({values})' if values else ''}, {versions}, synth_xilinx -family xc7"
     text = table(title, core, lane, units, entity)
     whole = entity == TOP and generics.get("LANES", LANES) == LANES
-    budgets = BUDGETS if whole else tuple(b for b in BUDGETS if b.part == "lane" or not b.limit)
+    budgets = budgets_of(generics)
+    if not whole:
+        budgets = tuple(b for b in budgets if b.part == "lane" or not b.limit)
     faults = exceeded(core, lane, budgets)
     result = {
         "entity": entity,
@@ -142,10 +163,11 @@ def report(entity: str, generics: dict[str, int], folder: Path) -> tuple[Resourc
     return core, faults
 
 
-def fold_table(cores: dict[int, Resources]) -> str:
+def fold_table(cores: dict[int, Resources], generics: Mapping[str, int | str]) -> str:
     """A row for each FOLD, in Markdown."""
+    built = "".join(f", {name} = {value}" for name, value in generics.items())
     lines = [
-        f"{TOP} with {LANES} lanes, folded: flattened, the whole core.",
+        f"{TOP} with {LANES} lanes{built}, folded: flattened, the whole core.",
         "",
         "| FOLD | an angle every | LUT | FF | DSP48E1 | RAMB36 | CARRY4 |",
         "|---:|---|---:|---:|---:|---:|---:|",
@@ -171,20 +193,27 @@ def wasted_folds(cores: dict[int, Resources]) -> list[str]:
 
 
 def report_folds(
-    folds: list[int], unfolded: Resources | None, folder: Path
+    folds: list[int],
+    unfolded: Resources | None,
+    folder: Path,
+    generics: Mapping[str, int | str] | None = None,
 ) -> tuple[dict[int, Resources], list[str]]:
     """Map the core for each of ``folds``, write and print their table beside ``unfolded``.
 
+    ``generics``: others than FOLD, the same for all.
     Returns the resources by fold and what is exceeded. Raises ToolError.
     """
     cores = {1: unfolded} if unfolded else {}
     faults = []
     for fold in folds:
-        netlist = write_netlist(TOP, folder / f"fold{fold}", generics={"FOLD": fold})
+        values = {**(generics or {}), "FOLD": fold}
+        netlist = write_netlist(TOP, folder / f"fold{fold}", generics=values)
         cores[fold] = Design.read(synthesise(netlist, flatten=True)).total(TOP)
-        faults += [f"FOLD = {fold}: {fault}" for fault in exceeded(cores[fold], None, BUDGETS)]
+        faults += [
+            f"FOLD = {fold}: {fault}" for fault in exceeded(cores[fold], None, budgets_of(values))
+        ]
     faults += wasted_folds(cores)
-    text = fold_table(cores)
+    text = fold_table(cores, generics or {})
     result = {fold: asdict(core) for fold, core in sorted(cores.items())}
     (folder / "folds.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     (folder / "folds.md").write_text(text, encoding="utf-8")
@@ -211,7 +240,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         core, faults = report(chosen.entity, generics, folder.resolve())
         if chosen.folds:
-            faults += report_folds(chosen.folds, core, folder.resolve().parent)[1]
+            faults += report_folds(chosen.folds, core, folder.resolve().parent, generics)[1]
     except ToolError as error:
         print(f"synth: {error}", file=sys.stderr)
         return 2

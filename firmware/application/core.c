@@ -80,6 +80,11 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
            configuration->lanes <= LANES_LIMIT && configuration->clock_hz > 0;
 }
 
+/* Gateware of an earlier minor version refuses the address. */
+static bool core_has_table(const struct core_access *core, uint32_t minor) {
+    return minor >= 8U && FIELD(core_read(core, AT(capability)), CAPABILITY__ROTATION) != 0;
+}
+
 struct core_origin core_origin(const struct core_access *core) {
     uint32_t version = core_read(core, AT(version));
     uint32_t high = core_read(core, AT(chip_dna_high));
@@ -88,6 +93,7 @@ struct core_origin core_origin(const struct core_access *core) {
         .minor = FIELD(version, VERSION__MINOR),
         .patch = FIELD(version, VERSION__PATCH),
         .fold = FIELD(core_read(core, AT(pipeline)), PIPELINE__FOLD),
+        .has_table = core_has_table(core, FIELD(version, VERSION__MINOR)),
         .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
         .dna =
             (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),

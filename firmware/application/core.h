@@ -41,6 +41,8 @@ struct core_origin {
     uint32_t patch;
     /* Lanes that share a pipeline. */
     uint32_t fold;
+    /* The lanes find their cosine in a table, not by CORDIC. */
+    bool has_table;
     /* Identifier of the chip, where the top level reads it. */
     bool has_dna;
     uint64_t dna;

@@ -28,6 +28,7 @@ static void tell_gateware(const struct text_sink *sink, const struct application
     text_unsigned(sink, origin.patch);
     named(sink, "\r\nlanes ", application->configuration.lanes);
     named(sink, "fold ", origin.fold);
+    named_word(sink, "rotation ", origin.has_table ? "table" : "cordic");
     named(sink, "capture_depth ", application->configuration.capture_depth);
     named(sink, "clock_hz ", application->configuration.clock_hz);
     if (!origin.has_dna) {

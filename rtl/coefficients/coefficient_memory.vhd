@@ -68,6 +68,7 @@ entity coefficient_memory is
     idle_offset       : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0); -- counts, s13.11, idle bank
     swap              : in    std_ulogic;                     -- pulse: the idle bank becomes active
     swap_allowed      : in    std_ulogic := '1';              -- the next clock brings a new angle
+    swap_comes        : out   std_ulogic;                     -- a clock before swap_marker
     swap_marker       : out   std_ulogic;                     -- with the first angle of a new bank
     swap_busy         : out   std_ulogic;                     -- a swap waits, or the idle bank is not filled
     slot              : in    u_unsigned(2 downto 0) := (others => '0'); -- 0 with a new angle
@@ -159,6 +160,7 @@ begin
   swap_now  <= (swap or swap_waits) and may_swap;
   swapped   <= swap_now & copying;
 
+  swap_comes  <= swap_now;
   swap_marker <= copying(1);
   swap_busy   <= swap_waits or not is_quiet;
   offset      <= active_constant;

@@ -7,13 +7,20 @@
 -- reaches it over AXI4-Lite, see the register map, and gets one interrupt line.
 -- Source: figures 3 and 5 to 7 and section 3 of the paper.
 --
--- **Latency.** 29 clocks from the angle of head 1 to the corrected angle; the decoder before them and the
+-- **Heads.** Two heads, of which head 1 is corrected. With MEAN it is the weighted mean of all heads, of which one, chosen at
+-- run time, is the carrier (head_mean); HEADS of 3 and 4 have it in any case, decode further heads and capture them too.
+-- Their settings, faults and snapshot have registers of their own (head_registers), and each head's levels may be delayed.
+--
+-- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads; the decoder before them and the
 -- output after them have their own (see there). With FOLD > 1, 28 + FOLD clocks from an accepted angle, one
 -- every FOLD clocks: see compensation_pipeline.
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.
 --
--- **Compensation** is applied while `control.compensate` is set and head 1 has seen its index. The
+-- **Rotation.** ROTATION says how a lane finds its cosine: `cordic`, as in the paper, or `table` (table_rotation), in fewer
+-- look-up tables. Latency and formats are the same. The register `capability` shows it.
+--
+-- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen its index. The
 -- position that is corrected is the one that no index changes, so the output makes no step when
 -- the index is found; the difference of the correction decays at the ramp rate.
 --
@@ -37,12 +44,15 @@ entity arctrue_core is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
-    FOLD          : positive range 1 to 8         := 1                      -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
+    HEADS         : positive range 2 to HEADS_MAX := 2;
+    MEAN          : boolean                       := false;                 -- correct the mean of two heads; of more it is in any case
+    ROTATION      : string                        := "cordic"               -- or "table": how a lane finds its cosine
   );
   port (
     clock           : in    std_ulogic;
     reset           : in    std_ulogic;
-    -- AXI4-Lite slave, 256 KiB, see axi_lite_pkg
+    -- AXI4-Lite slave, 512 KiB, see axi_lite_pkg
     s_axil_request  : in    axi_lite_request;
     s_axil_response : out   axi_lite_response;
     interrupt       : out   std_ulogic;                     -- level, high while an enabled event is set
@@ -54,6 +64,13 @@ entity arctrue_core is
     head2_a         : in    std_ulogic;
     head2_b         : in    std_ulogic;
     head2_z         : in    std_ulogic;
+    -- Further heads, asynchronous
+    head3_a         : in    std_ulogic := '0';
+    head3_b         : in    std_ulogic := '0';
+    head3_z         : in    std_ulogic := '0';
+    head4_a         : in    std_ulogic := '0';
+    head4_b         : in    std_ulogic := '0';
+    head4_z         : in    std_ulogic := '0';
     -- Corrected encoder signal
     out_a           : out   std_ulogic;
     out_b           : out   std_ulogic;
@@ -83,13 +100,19 @@ architecture rtl of arctrue_core is
 
   subtype time_count is u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
 
-  type head_pair is array (1 to 2) of decoded_head;
+  type decoded_heads is array (1 to HEADS) of decoded_head;
 
-  type filter_pair is array (1 to 2) of u_unsigned(7 downto 0);
+  type filters_of_heads is array (1 to HEADS) of u_unsigned(7 downto 0);
+
+  -- What is corrected is the mean of the heads. With more than two it has a clock of its own.
+  constant HAS_MEAN     : boolean := MEAN or HEADS > 2;
+  constant CORE_LATENCY : positive := PIPELINE_LATENCY + FOLD - 1 + boolean'pos(HEADS > 2);
 
   -- Clocks from an edge of a pulse input to its strobe, the filter off, and of head 1 to its position.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
+
+  constant IS_TABLE : boolean := ROTATION = "table";
 
   -- What a fault is called in the register `alarm`.
   constant FAULT_KINDS : positive := 6;
@@ -112,22 +135,54 @@ architecture rtl of arctrue_core is
   signal counts_per_rev : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
   signal rearm          : std_ulogic;
   signal changes_turn   : std_ulogic;
-  signal heads          : head_pair;
-  signal pins           : std_ulogic_vector(1 to 6);
-  signal upright_pins   : std_ulogic_vector(1 to 6);
-  signal filter_lengths : filter_pair := (others => (others => '0'));
-  signal clear_head     : std_ulogic_vector(1 to 2);
-  signal zero_again     : std_ulogic_vector(1 to 2);
-  signal heal           : std_ulogic_vector(1 to 2);
-  signal agrees         : std_ulogic_vector(1 to 2);
+  signal decoded        : decoded_heads;
+  signal pins           : std_ulogic_vector(1 to 3 * HEADS_MAX);
+  signal upright_pins   : std_ulogic_vector(1 to 3 * HEADS_MAX);
+  signal filter_lengths : filters_of_heads := (others => (others => '0'));
+  signal clear_head     : std_ulogic_vector(1 to HEADS_MAX);
+  signal zero_again     : std_ulogic_vector(1 to HEADS);
+  signal heal           : std_ulogic_vector(1 to HEADS);
+  signal agrees         : std_ulogic_vector(1 to HEADS);
+  -- What is corrected, and of all heads what the mean needs.
+  signal angle_in       : angle_count;
   signal healed         : position_count;
   signal healed_phase   : u_unsigned(1 downto 0);
+  signal put_back       : u_signed(15 downto 0);
+  signal zero_moved     : std_ulogic;
+  signal referenced     : std_ulogic;
+  signal mean_term      : u_signed(MEAN_TERM_WIDTH - 1 downto 0);
+  signal mean_limited   : std_ulogic;
+  signal jumped         : std_ulogic;
+  signal jump           : u_signed(15 downto 0);
+  signal may_swap       : std_ulogic;
+  signal swap_comes     : std_ulogic;
+  signal swap_busy      : std_ulogic;
+  signal mean_read      : std_ulogic;
+  signal mean_read_then : std_ulogic := '0';
+  signal mean_write     : std_ulogic;
+  signal mean_written   : std_ulogic;
+  signal mean_done      : std_ulogic;
+  signal mean_data      : std_ulogic_vector(31 downto 0);
+  signal heads_read     : std_ulogic;
+  signal heads_write    : std_ulogic;
+  signal heads_done     : std_ulogic;
+  signal heads_data     : std_ulogic_vector(31 downto 0);
+  signal take_snapshot  : std_ulogic;
+  signal further_pins   : std_ulogic_vector(31 downto 0);
+  signal further_clear  : std_ulogic_vector(1 downto 0);
+  signal head_delays    : std_ulogic_vector(31 downto 0);
 
   signal capture_ready   : std_ulogic;
   signal capture_overrun : std_ulogic;
   signal capture_busy    : std_ulogic;
   signal bank_ready      : std_ulogic;
   signal header_flags    : std_ulogic_vector(9 downto 0);
+  signal further_header  : std_ulogic_vector(7 downto 0);
+  signal further_samples : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+  signal further_flags   : std_ulogic_vector(7 downto 0);
+  signal captures        : std_ulogic;
+  signal reference_count       : position_count;
+  signal reference_moved : std_ulogic;
   signal start_time      : time_count;
   signal sequence_count  : u_unsigned(31 downto 0);
   signal sample_count    : u_unsigned(15 downto 0);
@@ -137,7 +192,7 @@ architecture rtl of arctrue_core is
   signal capture_valid   : std_ulogic;
   signal capture_data    : std_ulogic_vector(POSITION_WIDTH - 1 downto 0);
 
-  signal access_address    : std_ulogic_vector(17 downto 0);
+  signal access_address    : axi_lite_address;
   signal access_data       : std_ulogic_vector(31 downto 0);
   signal coefficient_read  : std_ulogic;
   signal coefficient_write : std_ulogic;
@@ -182,12 +237,10 @@ begin
 
   -- Pins to positions ------------------------------------------------------------------------
 
-  pins       <= head1_a & head1_b & head1_z & head2_a & head2_b & head2_z;
-  -- The zero of head 2 is the separation of the heads: the processor's business.
-  zero_again <= hwif_out.lost_counts.zero_again.value & '0';
-  heal       <= hwif_out.lost_counts.heal.value & '0';
-  agrees(2)  <= '0';
-  clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value;
+  pins       <= head1_a & head1_b & head1_z & head2_a & head2_b & head2_z
+                & head3_a & head3_b & head3_z & head4_a & head4_b & head4_z;
+  clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value
+                & further_clear(0) & further_clear(1);
 
   turn_length : entity work.rearm_control
     port map (
@@ -208,6 +261,13 @@ begin
     if rising_edge(clock) then
       filter_lengths(1) <= filter_of(hwif_out.head1_input.pins.filter_length.value, hwif_out.filter_length.value.value);
       filter_lengths(2) <= filter_of(hwif_out.head2_input.pins.filter_length.value, hwif_out.filter_length.value.value);
+
+      for number in 3 to HEADS loop
+        filter_lengths(number) <= filter_of(
+          further_pins(16 * number - 33 downto 16 * number - 40), hwif_out.filter_length.value.value
+        );
+      end loop;
+
     end if;
 
   end process choose_filters;
@@ -240,9 +300,12 @@ begin
       z        => upright_pins(6)
     );
 
-  decoders : for number in heads'range generate
+  decoders : for number in decoded'range generate
 
     decoder : entity work.quadrature_decoder
+      generic map (
+        DELAYED => HAS_MEAN
+      )
       port map (
         clock                => clock,
         reset                => reset,
@@ -250,6 +313,7 @@ begin
         b                    => upright_pins(3 * number - 1),
         z                    => upright_pins(3 * number),
         counts_per_rev       => counts_per_rev,
+        delay                => u_unsigned(head_delays(8 * number - 1 downto 8 * number - 8)),
         filter_length        => filter_lengths(number),
         minimum_edge_spacing => u_unsigned(hwif_out.minimum_edge_spacing.value.value),
         index_tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
@@ -259,55 +323,238 @@ begin
         zero_again           => zero_again(number),
         heal                 => heal(number),
         other_head_agrees    => agrees(number),
-        decoded              => heads(number)
+        decoded              => decoded(number)
       );
+
+    -- Of two heads without a mean, the zero of head 2 is the separation of the heads: the processor's business.
+    counts_again : if number = 1 or HAS_MEAN generate
+
+      zero_again(number) <= hwif_out.lost_counts.zero_again.value;
+      heal(number)       <= hwif_out.lost_counts.heal.value;
+
+      next_head_as_witness : entity work.zero_witness
+        port map (
+          clock          => clock,
+          reset          => reset,
+          rearm          => rearm,
+          index_strobe   => decoded(number).index_strobe,
+          trusted        => decoded(number).index_trusted,
+          other_position => decoded(number mod HEADS + 1).position,
+          counts_per_rev => counts_per_rev,
+          tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
+          agrees         => agrees(number)
+        );
+
+    else generate
+      zero_again(number) <= '0';
+      heal(number)       <= '0';
+      agrees(number)     <= '0';
+    end generate counts_again;
 
   end generate decoders;
 
-  head2_as_witness : entity work.zero_witness
-    port map (
-      clock          => clock,
-      reset          => reset,
-      rearm          => rearm,
-      index_strobe   => heads(1).index_strobe,
-      trusted        => heads(1).index_trusted,
-      other_position => heads(2).position,
-      counts_per_rev => counts_per_rev,
-      tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
-      agrees         => agrees(1)
-    );
+  -- What is corrected and sent: the position and the counts put back for those that were lost.
+  mean_of_heads : if HAS_MEAN generate
 
-  -- What is corrected and sent: the position of head 1 and the counts put back for those that it lost.
-  healed       <= heads(1).position + heads(1).put_back;
-  healed_phase <= heads(1).phase_of_zero - u_unsigned(heads(1).put_back(1 downto 0));
+    signal angles       : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);
+    signal positions    : std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);
+    signal phases       : std_ulogic_vector(HEADS * 2 - 1 downto 0);
+    signal put_backs    : std_ulogic_vector(HEADS * 16 - 1 downto 0);
+    signal zeros_moved  : std_ulogic_vector(HEADS - 1 downto 0);
+    signal indices_seen : std_ulogic_vector(HEADS - 1 downto 0);
+    signal carrier      : u_unsigned(1 downto 0);
+    signal carrier_then : u_unsigned(1 downto 0) := "00";
+    signal hold_writes  : std_ulogic;
+    signal used_seen    : std_ulogic;
+    signal used         : std_ulogic_vector(HEADS - 1 downto 0);
+
+  begin
+
+    every_head : for head in 0 to HEADS - 1 generate
+
+      alias it : decoded_head is decoded(head + 1);
+
+    begin
+
+      angles((head + 1) * ANGLE_WIDTH - 1 downto head * ANGLE_WIDTH)          <= std_ulogic_vector(it.angle);
+      positions((head + 1) * POSITION_WIDTH - 1 downto head * POSITION_WIDTH) <= std_ulogic_vector(it.position + it.put_back);
+      phases(2 * head + 1 downto 2 * head)      <= std_ulogic_vector(it.phase_of_zero - u_unsigned(it.put_back(1 downto 0)));
+      put_backs(16 * head + 15 downto 16 * head) <= std_ulogic_vector(it.put_back(15 downto 0));
+      zeros_moved(head)                         <= it.zero_moved;
+      indices_seen(head)                        <= it.index_seen;
+
+    end generate every_head;
+
+    hold_writes <= hwif_out.command.swap.value or swap_busy;
+
+    mean : entity work.head_mean
+      generic map (
+        HEADS => HEADS
+      )
+      port map (
+        clock             => clock,
+        reset             => reset,
+        angles            => angles,
+        positions         => positions,
+        phases_of_zero    => phases,
+        put_backs         => put_backs,
+        zeros_moved       => zeros_moved,
+        indices_seen      => indices_seen,
+        unsettle          => rearm,
+        counts_per_rev    => counts_per_rev,
+        compensate        => hwif_out.control.compensate.value,
+        write_enable      => mean_write,
+        write_address     => u_unsigned(access_address(5 downto 2)),
+        write_data        => access_data,
+        write_acknowledge => mean_written,
+        hold_writes       => hold_writes,
+        read_address      => u_unsigned(access_address(5 downto 2)),
+        read_data         => mean_data,
+        swap_comes        => swap_comes,
+        may_swap          => may_swap,
+        angle             => angle_in,
+        position          => healed,
+        phase_of_zero     => healed_phase,
+        put_back          => put_back,
+        zero_moved        => zero_moved,
+        referenced        => referenced,
+        apply             => apply,
+        carrier           => carrier,
+        used              => used,
+        mean_term         => mean_term,
+        limited           => mean_limited,
+        jumped            => jumped,
+        jump              => jump
+      );
+
+    further_registers : entity work.head_registers
+      port map (
+        clock              => clock,
+        reset              => reset,
+        read_enable        => heads_read,
+        write_enable       => heads_write,
+        address            => u_unsigned(access_address(7 downto 2)),
+        write_data         => access_data,
+        done               => heads_done,
+        read_data          => heads_data,
+        take_snapshot      => take_snapshot,
+        head3              => decoded(minimum(3, HEADS)),
+        head4              => decoded(minimum(4, HEADS)),
+        indices_seen       => std_ulogic_vector(resize(u_unsigned(indices_seen), 4)),
+        difference_limited => mean_limited,
+        clear_limited      => hwif_out.command.clear_output.value,
+        pins               => further_pins,
+        clear_heads        => further_clear,
+        delays             => head_delays
+      );
+
+    -- The carrier's turns are captured, while every used head has its index. Another carrier begins another turn.
+    used_seen <= and (indices_seen or not used);
+
+    choose_reference : process (clock) is
+    begin
+
+      if rising_edge(clock) then
+        carrier_then    <= carrier;
+        captures        <= hwif_out.control.capture_enable.value and used_seen and not (or (carrier xor carrier_then));
+      end if;
+
+    end process choose_reference;
+
+    reference_count       <= decoded(to_integer(carrier) + 1).turn_position;
+    reference_moved <= decoded(to_integer(carrier) + 1).zero_moved;
+
+  else generate
+    angle_in     <= decoded(1).angle;
+    healed       <= decoded(1).position + decoded(1).put_back;
+    healed_phase <= decoded(1).phase_of_zero - u_unsigned(decoded(1).put_back(1 downto 0));
+    put_back     <= decoded(1).put_back(15 downto 0);
+    zero_moved   <= decoded(1).zero_moved;
+    referenced   <= decoded(1).index_seen;
+    apply        <= hwif_out.control.compensate.value and decoded(1).index_seen;
+    may_swap     <= '1';
+    mean_term    <= (others => '0');
+    mean_limited <= '0';
+    jumped       <= '0';
+    jump         <= (others => '0');
+    mean_written <= '0';
+    heads_done    <= '0';
+    heads_data    <= (others => '0');
+    further_pins  <= (others => '0');
+    further_clear <= "00";
+    head_delays   <= (others => '0');
+    mean_data    <= (others => '0');
+    captures     <= hwif_out.control.capture_enable.value;
+    reference_count       <= (others => '0');
+    reference_moved <= '0';
+  end generate mean_of_heads;
+
+  further_heads : for head in 3 to HEADS_MAX generate
+
+    is_built : if head <= HEADS generate
+
+      selection : entity work.input_selection
+        port map (
+          pin_a    => pins(3 * head - 2),
+          pin_b    => pins(3 * head - 1),
+          pin_z    => pins(3 * head),
+          invert_a => further_pins(16 * head - 48),
+          invert_b => further_pins(16 * head - 47),
+          invert_z => further_pins(16 * head - 46),
+          swap_ab  => further_pins(16 * head - 45),
+          a        => upright_pins(3 * head - 2),
+          b        => upright_pins(3 * head - 1),
+          z        => upright_pins(3 * head)
+        );
+
+      further_samples((head - 2) * POSITION_WIDTH - 1 downto (head - 3) * POSITION_WIDTH)
+      <= std_ulogic_vector(decoded(head).turn_position);
+      further_flags(head - 3) <= decoded(head).index_seen;
+      further_flags(head - 1) <= decoded(head).index_error;
+      further_flags(head + 1) <= decoded(head).illegal;
+      further_flags(head + 3) <= decoded(head).overspeed;
+    else generate
+      further_samples((head - 2) * POSITION_WIDTH - 1 downto (head - 3) * POSITION_WIDTH) <= (others => '0');
+      further_flags(head - 3) <= '0';
+      further_flags(head - 1) <= '0';
+      further_flags(head + 1) <= '0';
+      further_flags(head + 3) <= '0';
+    end generate is_built;
+
+  end generate further_heads;
 
   -- Positions to the processor ---------------------------------------------------------------
 
   capture : entity work.sampler
     generic map (
-      DEPTH => CAPTURE_DEPTH
+      DEPTH => CAPTURE_DEPTH,
+      HEADS => HEADS
     )
     port map (
       clock               => clock,
       reset               => reset,
-      enable              => hwif_out.control.capture_enable.value,
+      enable              => captures,
       mode                => u_unsigned(hwif_out.control.capture_mode.value),
       external            => sync_strobe,
       sample_period       => u_unsigned(hwif_out.sample_period.value.value),
       angle_step          => u_unsigned(hwif_out.angle_step.value.value),
       counts_per_rev      => counts_per_rev,
       timestamp           => timestamp,
-      turn_position1      => heads(1).turn_position,
-      turn_position2      => heads(2).turn_position,
-      zero_moved1         => heads(1).zero_moved,
-      index_seen1         => heads(1).index_seen,
-      index_seen2         => heads(2).index_seen,
-      index_error1        => heads(1).index_error,
-      index_error2        => heads(2).index_error,
-      illegal1            => heads(1).illegal,
-      illegal2            => heads(2).illegal,
-      overspeed1          => heads(1).overspeed,
-      overspeed2          => heads(2).overspeed,
+      turn_position1      => decoded(1).turn_position,
+      turn_position2      => decoded(2).turn_position,
+      zero_moved1         => decoded(1).zero_moved,
+      index_seen1         => decoded(1).index_seen,
+      index_seen2         => decoded(2).index_seen,
+      index_error1        => decoded(1).index_error,
+      index_error2        => decoded(2).index_error,
+      illegal1            => decoded(1).illegal,
+      illegal2            => decoded(2).illegal,
+      overspeed1          => decoded(1).overspeed,
+      overspeed2          => decoded(2).overspeed,
+      further_positions    => further_samples,
+      further_flags        => further_flags,
+      reference_position   => reference_count,
+      reference_zero_moved => reference_moved,
       release_bank        => hwif_out.command.capture_release.value,
       capture_ready       => capture_ready,
       capture_overrun     => capture_overrun,
@@ -318,36 +565,42 @@ begin
       header_sequence     => sequence_count,
       header_sample_count => sample_count,
       header_flags        => header_flags,
+      header_further_flags => further_header,
       overrun_count       => overrun_count,
       fill_count          => fill_count,
       trigger             => triggered,
       read_enable         => capture_read,
       read_address        => u_unsigned(access_address(16 downto 2)),
+      read_further        => access_address(18),
       read_valid          => capture_valid,
       read_data           => capture_data
     );
 
   -- Positions to corrected positions -----------------------------------------------------------
 
-  apply  <= hwif_out.control.compensate.value and heads(1).index_seen;
   follow <= hwif_out.control.output_enable.value and not changes_turn;
 
   compensation : entity work.compensation_pipeline
     generic map (
       LANES        => LANES,
       COSINE_WIDTH => COSINE_WIDTH,
-      FOLD         => FOLD
+      FOLD         => FOLD,
+      MEAN         => HAS_MEAN,
+      ROTATION     => ROTATION
     )
     port map (
       clock              => clock,
       reset              => reset,
       accept             => open,
-      angle              => heads(1).angle,
+      angle              => angle_in,
       position           => healed,
       apply              => apply,
-      zero_moved         => heads(1).zero_moved,
-      put_back           => heads(1).put_back(15 downto 0),
-      referenced         => heads(1).index_seen,
+      zero_moved         => zero_moved,
+      put_back           => put_back,
+      referenced         => referenced,
+      mean_term          => mean_term,
+      jumped             => jumped,
+      jump               => jump,
       counts_per_rev     => counts_per_rev,
       ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
       ramp_acceleration  => u_unsigned(hwif_out.ramp_acceleration.value.value),
@@ -360,7 +613,9 @@ begin
       read_data          => coefficient_data,
       idle_offset        => idle_offset,
       swap               => hwif_out.command.swap.value,
-      swap_busy          => open,
+      swap_allowed       => may_swap,
+      swap_comes         => swap_comes,
+      swap_busy          => swap_busy,
       corrected_angle    => corrected_angle,
       corrected_position => corrected_position,
       corrected_referenced => corrected_referenced,
@@ -408,9 +663,9 @@ begin
       silent => processor_silent
     );
 
-  faults <= heads(1).swallowed & processor_silent & correction_limited & cannot_keep_up
-            & (heads(2).index_error or heads(2).illegal or heads(2).overspeed)
-            & (heads(1).index_error or heads(1).illegal or heads(1).overspeed);
+  faults <= decoded(1).swallowed & processor_silent & (correction_limited or mean_limited) & cannot_keep_up
+            & (decoded(2).index_error or decoded(2).illegal or decoded(2).overspeed)
+            & (decoded(1).index_error or decoded(1).illegal or decoded(1).overspeed);
 
   told_outside : entity work.fault_outputs
     generic map (
@@ -463,7 +718,7 @@ begin
 
   probe : entity work.position_latch
     generic map (
-      DELAY => POSITION_CLOCKS + PIPELINE_LATENCY + FOLD - 1 - PULSE_CLOCKS
+      DELAY => POSITION_CLOCKS + CORE_LATENCY - PULSE_CLOCKS
     )
     port map (
       clock            => clock,
@@ -506,7 +761,9 @@ begin
   processor : entity work.register_access
     generic map (
       LANES         => LANES,
-      CAPTURE_DEPTH => CAPTURE_DEPTH
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      HEADS         => HEADS,
+      MEAN          => HAS_MEAN
     )
     port map (
       clock             => clock,
@@ -525,6 +782,15 @@ begin
       offset_write      => offset_write,
       offset_data       => offset_data,
       coefficient_done  => coefficient_done,
+      mean_read         => mean_read,
+      mean_write        => mean_write,
+      mean_done         => mean_done,
+      mean_data         => mean_data,
+      heads_read        => heads_read,
+      heads_write       => heads_write,
+      heads_done        => heads_done,
+      heads_data        => heads_data,
+      take_snapshot     => take_snapshot,
       capture_read      => capture_read,
       capture_done      => capture_valid,
       capture_data      => capture_data
@@ -542,25 +808,33 @@ begin
 
       -- Read data of the coefficients follow their address by two clocks.
       read_under_way <= read_under_way(0) & coefficient_read;
+      mean_read_then <= mean_read;
 
       if reset = '1' then
         timestamp        <= (others => '0');
         swap_count       <= (others => '0');
         ramp_busy_before <= '0';
         read_under_way   <= (others => '0');
+        mean_read_then   <= '0';
       end if;
     end if;
 
   end process bookkeeping;
 
   offset_data      <= std_ulogic_vector(resize(idle_offset, 32));
+  mean_done        <= mean_read_then or mean_written;
   coefficient_done <= read_under_way(1) or offset_read or write_acknowledge;
 
   hwif_in.core_configuration.lanes.next_q         <= std_ulogic_vector(to_unsigned(LANES, 7));
   hwif_in.core_configuration.cosine_width.next_q  <= std_ulogic_vector(to_unsigned(COSINE_WIDTH, 5));
   hwif_in.core_configuration.capture_depth.next_q <= std_ulogic_vector(to_unsigned(CAPTURE_DEPTH, 15));
   hwif_in.pipeline.fold.next_q                    <= std_ulogic_vector(to_unsigned(FOLD, 4));
-  hwif_in.pipeline.latency.next_q                 <= std_ulogic_vector(to_unsigned(PIPELINE_LATENCY + FOLD - 1, 8));
+  hwif_in.pipeline.latency.next_q                 <= std_ulogic_vector(to_unsigned(CORE_LATENCY, 8));
+  hwif_in.capability.heads.next_q                 <= std_ulogic_vector(to_unsigned(HEADS, 3));
+  hwif_in.capability.mean.next_q                  <= '1' when HAS_MEAN else
+                                                     '0';
+  hwif_in.capability.rotation.next_q              <= '1' when IS_TABLE else
+                                                     '0';
   hwif_in.chip_dna_low.value.next_q               <= chip_dna(31 downto 0);
   hwif_in.chip_dna_high.value.next_q              <= chip_dna(56 downto 32);
   hwif_in.chip_dna_high.known.next_q              <= chip_dna_known;
@@ -589,15 +863,15 @@ begin
   hwif_in.interrupt_status.probe.next_q <= probe_latched;
   hwif_in.swap_count.value.next_q      <= std_ulogic_vector(swap_count);
   hwif_in.overrun_count.value.next_q   <= std_ulogic_vector(overrun_count);
-  hwif_in.zero.moves.next_q            <= std_ulogic_vector(heads(1).zero_moves);
-  hwif_in.zero_slip.value.next_q       <= resize(heads(1).zero_slip, 32);
-  hwif_in.put_back.value.next_q        <= heads(1).put_back;
+  hwif_in.zero.moves.next_q            <= std_ulogic_vector(decoded(1).zero_moves);
+  hwif_in.zero_slip.value.next_q       <= resize(decoded(1).zero_slip, 32);
+  hwif_in.put_back.value.next_q        <= decoded(1).put_back;
   hwif_in.capture_fill.value.next_q    <= std_ulogic_vector(fill_count);
 
   hwif_in.interrupt_status.capture_ready.next_q      <= capture_ready;
   hwif_in.interrupt_status.capture_overrun.next_q    <= capture_overrun;
-  hwif_in.interrupt_status.head1_index.next_q        <= heads(1).index_strobe;
-  hwif_in.interrupt_status.head2_index.next_q        <= heads(2).index_strobe;
+  hwif_in.interrupt_status.head1_index.next_q        <= decoded(1).index_strobe;
+  hwif_in.interrupt_status.head2_index.next_q        <= decoded(2).index_strobe;
   hwif_in.interrupt_status.head1_fault.next_q        <= faults(0);
   hwif_in.interrupt_status.head2_fault.next_q        <= faults(1);
   hwif_in.interrupt_status.swap_done.next_q          <= swap_done;
@@ -605,41 +879,41 @@ begin
   hwif_in.interrupt_status.correction_limited.next_q <= correction_limited;
   hwif_in.interrupt_status.cannot_keep_up.next_q     <= cannot_keep_up;
 
-  hwif_in.head1.flags.index_seen.next_q       <= heads(1).index_seen;
-  hwif_in.head1.flags.index_error.next_q      <= heads(1).index_error;
-  hwif_in.head1.flags.illegal.next_q          <= heads(1).illegal;
-  hwif_in.head1.flags.overspeed.next_q        <= heads(1).overspeed;
-  hwif_in.head1.flags.swallowed.next_q        <= heads(1).swallowed;
-  hwif_in.head1.flags.direction.next_q        <= heads(1).direction;
-  hwif_in.head1.flags.index_direction.next_q  <= heads(1).index_direction;
-  hwif_in.head1.faults.index_errors.next_q    <= std_ulogic_vector(heads(1).index_error_count);
-  hwif_in.head1.faults.illegals.next_q        <= std_ulogic_vector(heads(1).illegal_count);
-  hwif_in.head1.overspeeds.overspeeds.next_q  <= std_ulogic_vector(heads(1).overspeed_count);
-  hwif_in.head1.index.position.next_q         <= heads(1).index_position;
-  hwif_in.head1.index.interval.next_q         <= heads(1).index_interval;
+  hwif_in.head1.flags.index_seen.next_q       <= decoded(1).index_seen;
+  hwif_in.head1.flags.index_error.next_q      <= decoded(1).index_error;
+  hwif_in.head1.flags.illegal.next_q          <= decoded(1).illegal;
+  hwif_in.head1.flags.overspeed.next_q        <= decoded(1).overspeed;
+  hwif_in.head1.flags.swallowed.next_q        <= decoded(1).swallowed;
+  hwif_in.head1.flags.direction.next_q        <= decoded(1).direction;
+  hwif_in.head1.flags.index_direction.next_q  <= decoded(1).index_direction;
+  hwif_in.head1.faults.index_errors.next_q    <= std_ulogic_vector(decoded(1).index_error_count);
+  hwif_in.head1.faults.illegals.next_q        <= std_ulogic_vector(decoded(1).illegal_count);
+  hwif_in.head1.overspeeds.overspeeds.next_q  <= std_ulogic_vector(decoded(1).overspeed_count);
+  hwif_in.head1.index.position.next_q         <= decoded(1).index_position;
+  hwif_in.head1.index.interval.next_q         <= decoded(1).index_interval;
 
-  hwif_in.head2.flags.index_seen.next_q       <= heads(2).index_seen;
-  hwif_in.head2.flags.index_error.next_q      <= heads(2).index_error;
-  hwif_in.head2.flags.illegal.next_q          <= heads(2).illegal;
-  hwif_in.head2.flags.overspeed.next_q        <= heads(2).overspeed;
-  hwif_in.head2.flags.swallowed.next_q        <= heads(2).swallowed;
-  hwif_in.head2.flags.direction.next_q        <= heads(2).direction;
-  hwif_in.head2.flags.index_direction.next_q  <= heads(2).index_direction;
-  hwif_in.head2.faults.index_errors.next_q    <= std_ulogic_vector(heads(2).index_error_count);
-  hwif_in.head2.faults.illegals.next_q        <= std_ulogic_vector(heads(2).illegal_count);
-  hwif_in.head2.overspeeds.overspeeds.next_q  <= std_ulogic_vector(heads(2).overspeed_count);
-  hwif_in.head2.index.position.next_q         <= heads(2).index_position;
-  hwif_in.head2.index.interval.next_q         <= heads(2).index_interval;
+  hwif_in.head2.flags.index_seen.next_q       <= decoded(2).index_seen;
+  hwif_in.head2.flags.index_error.next_q      <= decoded(2).index_error;
+  hwif_in.head2.flags.illegal.next_q          <= decoded(2).illegal;
+  hwif_in.head2.flags.overspeed.next_q        <= decoded(2).overspeed;
+  hwif_in.head2.flags.swallowed.next_q        <= decoded(2).swallowed;
+  hwif_in.head2.flags.direction.next_q        <= decoded(2).direction;
+  hwif_in.head2.flags.index_direction.next_q  <= decoded(2).index_direction;
+  hwif_in.head2.faults.index_errors.next_q    <= std_ulogic_vector(decoded(2).index_error_count);
+  hwif_in.head2.faults.illegals.next_q        <= std_ulogic_vector(decoded(2).illegal_count);
+  hwif_in.head2.overspeeds.overspeeds.next_q  <= std_ulogic_vector(decoded(2).overspeed_count);
+  hwif_in.head2.index.position.next_q         <= decoded(2).index_position;
+  hwif_in.head2.index.interval.next_q         <= decoded(2).index_interval;
 
   hwif_in.snapshot.time.value.next_q                <= std_ulogic_vector(timestamp);
-  hwif_in.snapshot.head1_edge_time.value.next_q     <= std_ulogic_vector(heads(1).last_edge_time);
-  hwif_in.snapshot.head2_edge_time.value.next_q     <= std_ulogic_vector(heads(2).last_edge_time);
-  hwif_in.snapshot.head1_position.value.next_q      <= heads(1).position;
-  hwif_in.snapshot.head2_position.value.next_q      <= heads(2).position;
-  hwif_in.snapshot.head1_turn_position.value.next_q <= heads(1).turn_position;
-  hwif_in.snapshot.head2_turn_position.value.next_q <= heads(2).turn_position;
-  hwif_in.snapshot.head1_angle.value.next_q         <= std_ulogic_vector(heads(1).angle);
-  hwif_in.snapshot.head2_angle.value.next_q         <= std_ulogic_vector(heads(2).angle);
+  hwif_in.snapshot.head1_edge_time.value.next_q     <= std_ulogic_vector(decoded(1).last_edge_time);
+  hwif_in.snapshot.head2_edge_time.value.next_q     <= std_ulogic_vector(decoded(2).last_edge_time);
+  hwif_in.snapshot.head1_position.value.next_q      <= decoded(1).position;
+  hwif_in.snapshot.head2_position.value.next_q      <= decoded(2).position;
+  hwif_in.snapshot.head1_turn_position.value.next_q <= decoded(1).turn_position;
+  hwif_in.snapshot.head2_turn_position.value.next_q <= decoded(2).turn_position;
+  hwif_in.snapshot.head1_angle.value.next_q         <= std_ulogic_vector(decoded(1).angle);
+  hwif_in.snapshot.head2_angle.value.next_q         <= std_ulogic_vector(decoded(2).angle);
   hwif_in.snapshot.corrected_position.value.next_q  <= corrected_position;
   hwif_in.snapshot.corrected_angle.value.next_q     <= std_ulogic_vector(corrected_angle);
   hwif_in.snapshot.correction.value.next_q          <= resize(correction, 32);
@@ -658,5 +932,9 @@ begin
   hwif_in.capture_header.flags.overspeed2.next_q         <= header_flags(7);
   hwif_in.capture_header.flags.overrun.next_q            <= header_flags(8);
   hwif_in.capture_header.flags.full_before_turn.next_q   <= header_flags(9);
+  hwif_in.capture_header.flags.further_index_seen.next_q  <= further_header(1 downto 0);
+  hwif_in.capture_header.flags.further_index_error.next_q <= further_header(3 downto 2);
+  hwif_in.capture_header.flags.further_illegal.next_q     <= further_header(5 downto 4);
+  hwif_in.capture_header.flags.further_overspeed.next_q   <= further_header(7 downto 6);
 
 end architecture rtl;

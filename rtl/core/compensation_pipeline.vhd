@@ -23,6 +23,9 @@
 -- FOLD = 1 would give: even counts leave with a jitter of FOLD - 1 clocks, their distances are multiples of FOLD. With
 -- FOLD = 8 a count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
+-- **Rotation.** With ROTATION = table the lanes find their cosine in a table (table_rotation) instead of by CORDIC: the same
+-- latency and formats, other last bits.
+--
 -- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed,
 -- index seen. It belongs to the angle of its clock and travels with it. While it is low ε counts
 -- as 0; a change of it starts the ramp, so neither switching on nor off steps the output. A swap
@@ -33,6 +36,9 @@
 --
 -- **Put back.** `position` contains `put_back` counts for those that head 1 lost. A change of `zero_moved` tells the
 -- first angle from another zero; both travel with the angle, and what changed by it decays at the ramp rate.
+--
+-- **Mean.** With MEAN, angle and position are those of the carrier, and `mean_term`, `jumped` and `jump` of its reading
+-- come MEAN_LATENCY clocks after it (head_mean). `swap_comes` is high in the clock before the first angle of a new bank.
 --
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
 -- from the angle in the clock after `swap`, or the next accepted one. A swap waits while the idle bank is
@@ -55,7 +61,9 @@ entity compensation_pipeline is
   generic (
     LANES        : positive range 1 to LANES_MAX := LANES_DEFAULT;
     COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH;
-    FOLD         : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD         : positive range 1 to 8         := 1;       -- lanes that share a pipeline: 1, 2, 4 or 8
+    MEAN         : boolean                       := false;   -- the mean of the heads is corrected
+    ROTATION     : string                        := "cordic" -- or "table": how a lane finds its cosine
   );
   port (
     clock              : in    std_ulogic;
@@ -67,6 +75,9 @@ entity compensation_pipeline is
     zero_moved         : in    std_ulogic             := '0';                 -- turns over with the first angle from another zero
     put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts in position that no edge brought, modulo 2¹⁶
     referenced         : in    std_ulogic;                                    -- this angle counts from an index
+    mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
+    jumped             : in    std_ulogic             := '0';                 -- the first angle of another carrier
+    jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts that the reading jumps by there
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count a clock, u8.24
     ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count a clock and clock, 0: no bound
@@ -79,6 +90,8 @@ entity compensation_pipeline is
     read_data          : out   std_ulogic_vector(31 downto 0);                -- idle bank, 2 clocks later
     idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
     swap               : in    std_ulogic;                                    -- pulse: the idle bank becomes active
+    swap_allowed       : in    std_ulogic := '1';                             -- the next angle may be the first of a new bank
+    swap_comes         : out   std_ulogic;                                    -- it is
     swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is not filled
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
@@ -92,7 +105,7 @@ end entity compensation_pipeline;
 
 architecture rtl of compensation_pipeline is
 
-  -- Lanes that are built. Raises an error for a FOLD that does not fit.
+  -- Lanes that are built. Raises an error for a FOLD that does not fit, and for an unknown ROTATION.
   function built_lanes return positive is
   begin
 
@@ -106,6 +119,9 @@ architecture rtl of compensation_pipeline is
     assert FOLD = 1 or COSINE_WIDTH <= 18 or (LANES / FOLD) mod 2 = 0
       report "compensation_pipeline: a cosine of more than 18 bits needs an even LANES / FOLD"
       severity failure;
+    assert ROTATION = "cordic" or ROTATION = "table"
+      report "compensation_pipeline: ROTATION is " & ROTATION & "; expected cordic or table"
+      severity failure;
     return LANES / FOLD;
 
   end function built_lanes;
@@ -114,6 +130,7 @@ architecture rtl of compensation_pipeline is
   constant PAIRS         : positive := (BUILT + 1) / 2;
   constant READING_DELAY : positive := DELAY_LINE_LATENCY + FOLD - 1;
   constant READING_WIDTH : positive := ANGLE_WIDTH + POSITION_WIDTH + 3 + 17;
+  constant MEAN_WIDTH    : positive := MEAN_TERM_WIDTH + 17;
 
   signal slot            : u_unsigned(2 downto 0);
   signal last_slot       : std_ulogic;
@@ -130,6 +147,9 @@ architecture rtl of compensation_pipeline is
   signal pair_sums       : std_ulogic_vector(PAIRS * PAIR_WIDTH - 1 downto 0);
   signal reading         : std_ulogic_vector(READING_WIDTH - 1 downto 0);
   signal delayed_reading : std_ulogic_vector(READING_WIDTH - 1 downto 0);
+  signal of_mean         : std_ulogic_vector(MEAN_WIDTH - 1 downto 0);
+  signal delayed_mean    : std_ulogic_vector(MEAN_WIDTH - 1 downto 0);
+  signal may_swap        : std_ulogic;
 
 begin
 
@@ -162,6 +182,7 @@ begin
 
   end process hold;
 
+  may_swap      <= last_slot and swap_allowed;
   angle_of_slot <= angle when FOLD = 1 or slot = 0 else
                    held_angle;
 
@@ -185,7 +206,8 @@ begin
       read_data         => read_data,
       idle_offset       => idle_offset,
       swap              => swap,
-      swap_allowed      => last_slot,
+      swap_allowed      => may_swap,
+      swap_comes        => swap_comes,
       swap_marker       => swap_marker,
       swap_busy         => swap_busy,
       slot              => slot,
@@ -210,7 +232,8 @@ begin
   harmonics : entity work.harmonic_unit
     generic map (
       LANES        => BUILT,
-      COSINE_WIDTH => COSINE_WIDTH
+      COSINE_WIDTH => COSINE_WIDTH,
+      ROTATION     => ROTATION
     )
     port map (
       clock      => clock,
@@ -233,10 +256,30 @@ begin
       delayed   => delayed_reading
     );
 
+  of_mean <= jumped & std_ulogic_vector(jump) & std_ulogic_vector(mean_term);
+
+  mean_of_heads : if MEAN generate
+
+    delay_of_mean : entity work.delay_line
+      generic map (
+        WIDTH  => MEAN_WIDTH,
+        CLOCKS => READING_DELAY - MEAN_LATENCY
+      )
+      port map (
+        clock     => clock,
+        undelayed => of_mean,
+        delayed   => delayed_mean
+      );
+
+  else generate
+    delayed_mean <= (others => '0');
+  end generate mean_of_heads;
+
   compensation : entity work.error_compensation
     generic map (
       LANES => BUILT,
-      FOLD  => FOLD
+      FOLD  => FOLD,
+      MEAN  => MEAN
     )
     port map (
       clock              => clock,
@@ -250,6 +293,9 @@ begin
       referenced         => delayed_reading(READING_WIDTH - 18),
       put_back           => u_signed(delayed_reading(READING_WIDTH - 2 downto READING_WIDTH - 17)),
       zero_moved         => delayed_reading(READING_WIDTH - 1),
+      mean_term          => u_signed(delayed_mean(MEAN_TERM_WIDTH - 1 downto 0)),
+      jump               => u_signed(delayed_mean(MEAN_WIDTH - 2 downto MEAN_TERM_WIDTH)),
+      jumped             => delayed_mean(MEAN_WIDTH - 1),
       counts_per_rev     => counts_per_rev,
       ramp_rate          => ramp_rate,
       ramp_acceleration  => ramp_acceleration,

@@ -41,7 +41,8 @@ library ieee;
 entity quadrature_decoder is
   generic (
     SYNCHRONISER_STAGES : positive range 2 to 4 := 2; -- registers a pin
-    RESET_POSITION      : integer               := 0  -- counts; near +-2**31 to meet the wrap in a test
+    RESET_POSITION      : integer               := 0; -- counts; near +-2**31 to meet the wrap in a test
+    DELAYED             : boolean               := false -- levels may be delayed
   );
   port (
     clock                : in    std_ulogic;
@@ -52,6 +53,7 @@ entity quadrature_decoder is
     z                    : in    std_ulogic;                                    -- index
     -- Settings
     counts_per_rev       : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
+    delay                : in    u_unsigned(7 downto 0) := (others => '0');           -- clocks, where DELAYED
     filter_length        : in    u_unsigned(7 downto 0);                        -- clocks, 1 is off
     minimum_edge_spacing : in    u_unsigned(15 downto 0);                       -- clocks, 0 is off
     index_tolerance      : in    u_unsigned(15 downto 0) := (others => '0');    -- counts
@@ -69,6 +71,7 @@ end entity quadrature_decoder;
 architecture rtl of quadrature_decoder is
 
   signal pins     : std_ulogic_vector(2 downto 0);
+  signal levels_in : std_ulogic_vector(2 downto 0);
   signal levels   : std_ulogic_vector(2 downto 0);
   signal filtered : std_ulogic_vector(2 downto 0);
 
@@ -105,8 +108,22 @@ begin
     port map (
       clock        => clock,
       asynchronous => pins,
-      synchronised => levels
+      synchronised => levels_in
     );
+
+  delays : if DELAYED generate
+
+    takes_out_skew : entity work.level_delay
+      port map (
+        clock   => clock,
+        delay   => delay,
+        levels  => levels_in,
+        delayed => levels
+      );
+
+  else generate
+    levels <= levels_in;
+  end generate delays;
 
   -- Its reset lasts to the last level from before the end of ours.
   filter : entity work.glitch_filter

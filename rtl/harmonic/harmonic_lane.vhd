@@ -4,7 +4,8 @@
 --
 -- One term amplitude · cos(phase) of equation (9): quadrant_fold, cordic_rotation, one rounding of
 -- the cosine to COSINE_WIDTH bits and the multiplication by the amplitude in one DSP48E1, which
--- can add the product of a partner lane on the way.
+-- can add the product of a partner lane on the way. With ROTATION = table, table_rotation takes the place of
+-- cordic_rotation; latency and formats are the same.
 --
 -- **Latency.** One angle per clock, from `phase`: fold 1 clock, rotation CORDIC_ITERATIONS − 1 (15),
 -- rounding 1, multiplication 2; in all CORDIC_ITERATIONS + 3 (19) clocks to `product`. With
@@ -18,7 +19,7 @@
 -- **Rounding.** The rotation's two extra bits are rounded half up, then the sign of the quadrant
 -- is applied: −cos and cos have the same size.
 --
--- **Error.** Of the cosine, swept over all phases: see cordic_rotation.
+-- **Error.** Of the cosine, swept over all phases: see cordic_rotation and table_rotation.
 --
 -- There is no reset: it would only touch phases on their way.
 
@@ -33,7 +34,8 @@ entity harmonic_lane is
   generic (
     COSINE_WIDTH      : positive range 8 to 24 := work.number_formats_pkg.COSINE_WIDTH;
     CORDIC_ITERATIONS : positive range 8 to 24 := work.number_formats_pkg.CORDIC_ITERATIONS;
-    ADD_PARTNER       : boolean                := false
+    ADD_PARTNER       : boolean                := false;
+    ROTATION          : string                 := "cordic" -- or "table"
   );
   port (
     clock     : in    std_ulogic;
@@ -60,16 +62,33 @@ begin
       negative => folded_negative
     );
 
-  rotation : entity work.cordic_rotation
-    generic map (
-      COSINE_WIDTH      => COSINE_WIDTH,
-      CORDIC_ITERATIONS => CORDIC_ITERATIONS
-    )
-    port map (
-      clock  => clock,
-      folded => folded,
-      cosine => rotated
-    );
+  from_table : if ROTATION = "table" generate
+
+    assert COSINE_WIDTH = work.number_formats_pkg.COSINE_WIDTH and CORDIC_ITERATIONS = work.number_formats_pkg.CORDIC_ITERATIONS
+      report "harmonic_lane: ROTATION = table is built for the widths of number_formats_pkg only"
+      severity failure;
+
+    rotate : entity work.table_rotation
+      port map (
+        clock  => clock,
+        folded => folded,
+        cosine => rotated
+      );
+
+  else generate
+
+    rotate : entity work.cordic_rotation
+      generic map (
+        COSINE_WIDTH      => COSINE_WIDTH,
+        CORDIC_ITERATIONS => CORDIC_ITERATIONS
+      )
+      port map (
+        clock  => clock,
+        folded => folded,
+        cosine => rotated
+      );
+
+  end generate from_table;
 
   round_and_multiply : process (clock) is
 

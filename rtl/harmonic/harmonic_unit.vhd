@@ -28,7 +28,8 @@ entity harmonic_unit is
   generic (
     LANES             : positive range 1 to LANES_MAX := LANES_DEFAULT;
     COSINE_WIDTH      : positive range 8 to 24        := work.number_formats_pkg.COSINE_WIDTH;
-    CORDIC_ITERATIONS : positive range 8 to 24        := work.number_formats_pkg.CORDIC_ITERATIONS
+    CORDIC_ITERATIONS : positive range 8 to 24        := work.number_formats_pkg.CORDIC_ITERATIONS;
+    ROTATION          : string                        := "cordic" -- or "table": how a lane finds its cosine
   );
   port (
     clock      : in    std_ulogic;
@@ -74,7 +75,8 @@ begin
       generic map (
         COSINE_WIDTH      => COSINE_WIDTH,
         CORDIC_ITERATIONS => CORDIC_ITERATIONS,
-        ADD_PARTNER       => IS_LAST
+        ADD_PARTNER       => IS_LAST,
+        ROTATION          => ROTATION
       )
       port map (
         clock     => clock,

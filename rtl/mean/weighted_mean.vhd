@@ -111,6 +111,7 @@ begin
       variable product_6       : wide_product                                 := (others => '0');
 
       variable own_fraction    : fraction_count;
+      variable own_weight      : head_weight;
       variable sign            : std_ulogic;
       variable is_beyond       : std_ulogic;
 
@@ -139,8 +140,8 @@ begin
         -- First clock: what the fraction of r is above that of the carrier's r.
         own_fraction    := u_unsigned(fractions((head + 1) * HEAD_OFFSET_FRACTION - 1 downto head * HEAD_OFFSET_FRACTION));
         fraction_1_to_3 := (u_signed('0' & carrier_fraction) - u_signed('0' & own_fraction)) & fraction_1_to_3(1 to 2);
-        weight_1_to_5   := u_signed(weights((head + 1) * HEAD_WEIGHT_WIDTH - 1 downto head * HEAD_WEIGHT_WIDTH))
-                           & weight_1_to_5(1 to 4);
+        own_weight      := u_signed(weights((head + 1) * HEAD_WEIGHT_WIDTH - 1 downto head * HEAD_WEIGHT_WIDTH));
+        weight_1_to_5   := own_weight & weight_1_to_5(1 to 4);
         used_1_to_4     := used(head) & used_1_to_4(1 to 3);
       end if;
 

@@ -3,9 +3,9 @@
 -- # access_guard
 --
 -- Says whose an access is: the generated register block's, a coefficient of a lane, the coefficient
--- offset or a word of the capture; and refuses what is nobody's or illegal for this core's generics or
--- state: a coefficient word of a lane that is not built, a write of a coefficient or of the offset
--- without all four bytes, a capture word beyond the two words of every sample of a bank, any capture
+-- offset, a word of the mean, of the further heads or of the capture; and refuses what is nobody's or illegal for this core's generics or
+-- state: a coefficient word of a lane that is not built, a write of a coefficient, of the offset or of the mean
+-- without all four bytes, a word of a head that is not built, a capture word beyond the two words of every sample of a bank, any capture
 -- word while no bank is ready, a write of a capture word, and what the register map does not let a register's
 -- word be read or written.
 --
@@ -20,6 +20,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.axi_lite_pkg.all;
   use work.number_formats_pkg.all;
   use work.register_addresses_pkg.all;
   use work.tolerance_pkg.all;
@@ -27,18 +28,22 @@ library ieee;
 entity access_guard is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT;
+    HEADS         : positive range 2 to HEADS_MAX := 2;
+    MEAN          : boolean                       := false
   );
   port (
     clock           : in    std_ulogic;
     judge           : in    std_ulogic;                     -- pulse
     capture_ready   : in    std_ulogic;                     -- a bank belongs to the processor
-    address         : in    std_ulogic_vector(17 downto 0); -- bytes
+    address         : in    axi_lite_address;               -- bytes
     is_write        : in    std_ulogic;
     write_strobes   : in    std_ulogic_vector(3 downto 0);  -- a bit a byte
     to_registers    : out   std_ulogic;
     to_coefficients : out   std_ulogic;
     to_offset       : out   std_ulogic;
+    to_mean         : out   std_ulogic;
+    to_heads        : out   std_ulogic;
     to_capture      : out   std_ulogic;
     refused         : out   std_ulogic;
     -- Pulses in the first clock of the verdict
@@ -47,17 +52,24 @@ entity access_guard is
     write_coefficient : out   std_ulogic := '0';
     read_offset       : out   std_ulogic := '0';
     write_offset      : out   std_ulogic := '0';
+    read_mean         : out   std_ulogic := '0';
+    write_mean        : out   std_ulogic := '0';
+    read_heads        : out   std_ulogic := '0';
+    write_heads       : out   std_ulogic := '0';
     read_capture      : out   std_ulogic := '0'
   );
 end entity access_guard;
 
 architecture rtl of access_guard is
 
-  subtype byte_address is u_unsigned(17 downto 0);
+  subtype byte_address is u_unsigned(axi_lite_address'range);
 
-  constant COEFFICIENTS_FIRST : byte_address := to_unsigned(COEFFICIENTS_ADDRESS, 18);
-  constant CAPTURE_FIRST      : byte_address := to_unsigned(CAPTURE_ADDRESS, 18);
-  constant OFFSET_WORD        : byte_address := to_unsigned(COEFFICIENT_OFFSET_ADDRESS, 18);
+  constant COEFFICIENTS_FIRST : byte_address := to_unsigned(COEFFICIENTS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant CAPTURE_FIRST      : byte_address := to_unsigned(CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant OFFSET_WORD        : byte_address := to_unsigned(COEFFICIENT_OFFSET_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant MEAN_FIRST         : byte_address := to_unsigned(MEAN_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant HEADS_FIRST        : byte_address := to_unsigned(HEAD3_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
   -- The bit of a table, chosen half by half: an index would become a memory, whose contents a proof by induction
   -- does not know.
@@ -86,7 +98,8 @@ architecture rtl of access_guard is
 
 begin
 
-  assert CAPTURE_ADDRESS = 16#20000# and COEFFICIENTS_ADDRESS mod 1024 = 0
+  assert CAPTURE_ADDRESS = 16#20000# and FURTHER_CAPTURE_ADDRESS = 16#40000# and COEFFICIENTS_ADDRESS mod 1024 = 0
+         and MEAN_ADDRESS mod 64 = 0 and HEAD3_ADDRESS mod 256 = 0
     report "access_guard: the windows of the register map have moved; adapt the decoding"
     severity failure;
 
@@ -103,6 +116,11 @@ begin
     variable is_offset    : boolean;
     variable offset       : boolean;
     variable capture      : boolean;
+    variable mean_word    : boolean;
+    variable of_mean      : boolean;
+    variable head_word    : natural range 0 to 63;
+    variable of_head      : boolean;
+    variable of_heads     : boolean;
 
   begin
 
@@ -112,18 +130,34 @@ begin
       sample  := place(16 downto 3);
       partial := is_write = '1' and write_strobes /= "1111";
 
-      -- Windows are aligned to their size: 1 KiB of coefficients, 128 KiB of capture.
-      is_offset    := place(17 downto 2) = OFFSET_WORD(17 downto 2);
+      -- Windows are aligned to their size: 1 KiB of coefficients, 64 bytes of the mean, 128 KiB of capture.
+      is_offset    := place(place'high downto 2) = OFFSET_WORD(place'high downto 2);
       word         := place(REGISTERS_ADDRESS_WIDTH - 1 downto 2);
       legal        := bit_of(MAY_BE_READ, word);
       if is_write = '1' then
         legal := bit_of(MAY_BE_WRITTEN, word);
       end if;
-      registers    := place(17 downto REGISTERS_ADDRESS_WIDTH) = 0 and legal = '1';
+      registers    := place(place'high downto REGISTERS_ADDRESS_WIDTH) = 0 and legal = '1';
       offset       := is_offset and not partial;
-      coefficients := place(17 downto 10) = COEFFICIENTS_FIRST(17 downto 10)
+      coefficients := place(place'high downto 10) = COEFFICIENTS_FIRST(place'high downto 10)
                       and not partial and is_at_most(lane, LANES - 1);
-      capture      := place(17) = CAPTURE_FIRST(17)
+      -- Offsets, weights, and the choice.
+      mean_word    := (place(5) = '0' and is_at_most(place(3 downto 2), HEADS - 1)) or place(5 downto 2) = 2 * HEADS_MAX;
+      of_mean      := MEAN and mean_word and not partial
+                      and place(place'high downto 6) = MEAN_FIRST(place'high downto 6);
+      -- Of heads 3 and 4 the words 0 to 8, 10 and 11, of which the first may be written; delays, command and status.
+      head_word    := to_integer(place(7 downto 2));
+      of_head      := (head_word < 16 and HEADS > 2) or (head_word >= 16 and head_word < 32 and HEADS > 3);
+      of_head      := of_head and (head_word mod 16 < 9 or head_word mod 16 = 10 or head_word mod 16 = 11);
+      if is_write = '1' then
+        of_head := (of_head and head_word mod 16 = 0) or head_word = 32 or (head_word = 33 and HEADS > 2);
+      else
+        of_head := of_head or head_word = 32 or head_word = 34;
+      end if;
+      of_heads     := MEAN and of_head and not partial and place(place'high downto 8) = HEADS_FIRST(place'high downto 8);
+      capture      := (place(place'high downto 17) = CAPTURE_FIRST(place'high downto 17)
+                       or (HEADS > 2 and place(place'high downto 17) = FURTHER_FIRST(place'high downto 17)
+                           and (HEADS > 3 or place(2) = '0')))
                       and is_write = '0' and capture_ready = '1' and is_at_most(sample, CAPTURE_DEPTH - 1);
 
       ask_registers     <= '0';
@@ -131,6 +165,10 @@ begin
       write_coefficient <= '0';
       read_offset       <= '0';
       write_offset      <= '0';
+      read_mean         <= '0';
+      write_mean        <= '0';
+      read_heads        <= '0';
+      write_heads       <= '0';
       read_capture      <= '0';
       if judge = '1' then
         ask_registers     <= '1' when registers else '0';
@@ -138,12 +176,18 @@ begin
         write_coefficient <= is_write when coefficients else '0';
         read_offset       <= not is_write when offset else '0';
         write_offset      <= is_write when offset else '0';
+        read_mean         <= not is_write when of_mean else '0';
+        write_mean        <= is_write when of_mean else '0';
+        read_heads        <= not is_write when of_heads else '0';
+        write_heads       <= is_write when of_heads else '0';
         read_capture      <= '1' when capture else '0';
         to_registers    <= '1' when registers else '0';
         to_coefficients <= '1' when coefficients else '0';
         to_offset       <= '1' when offset else '0';
+        to_mean         <= '1' when of_mean else '0';
+        to_heads        <= '1' when of_heads else '0';
         to_capture      <= '1' when capture else '0';
-        refused         <= '0' when registers or coefficients or offset or capture else '1';
+        refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or capture else '1';
       end if;
     end if;
 

@@ -29,12 +29,14 @@ library ieee;
 entity register_access is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;        -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT -- samples a bank
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    HEADS         : positive range 2 to HEADS_MAX := 2;
+    MEAN          : boolean                       := false -- the mean of the heads is built
   );
   port (
     clock             : in    std_ulogic;
     reset             : in    std_ulogic;
-    -- AXI4-Lite slave, 256 KiB, see axi_lite_pkg
+    -- AXI4-Lite slave, 512 KiB, see axi_lite_pkg
     s_axil_request    : in    axi_lite_request;
     s_axil_response   : out   axi_lite_response;
     -- The registers
@@ -42,7 +44,7 @@ entity register_access is
     hwif_out          : out   arctrue_registers_out_t;
     -- What other units answer
     capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
-    access_address    : out   std_ulogic_vector(17 downto 0); -- bytes
+    access_address    : out   axi_lite_address;               -- bytes
     access_data       : out   std_ulogic_vector(31 downto 0); -- to be written
     coefficient_read  : out   std_ulogic;                     -- pulse
     coefficient_write : out   std_ulogic;                     -- pulse
@@ -51,6 +53,15 @@ entity register_access is
     offset_write      : out   std_ulogic;                     -- pulse
     offset_data       : in    std_ulogic_vector(31 downto 0);
     coefficient_done  : in    std_ulogic;                     -- pulse: coefficient or offset read or written
+    mean_read         : out   std_ulogic;                     -- pulse
+    mean_write        : out   std_ulogic;                     -- pulse
+    mean_done         : in    std_ulogic := '0';              -- pulse
+    mean_data         : in    std_ulogic_vector(31 downto 0) := (others => '0');
+    heads_read        : out   std_ulogic;                     -- pulse
+    heads_write       : out   std_ulogic;                     -- pulse
+    heads_done        : in    std_ulogic := '0';              -- pulse
+    heads_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
+    take_snapshot     : out   std_ulogic;                     -- pulse: the registers of the snapshot are latched
     capture_read      : out   std_ulogic;                     -- pulse
     capture_done      : in    std_ulogic;                     -- pulse
     capture_data      : in    std_ulogic_vector(31 downto 0)
@@ -69,6 +80,8 @@ architecture rtl of register_access is
   signal to_registers    : std_ulogic;
   signal to_coefficients : std_ulogic;
   signal to_offset       : std_ulogic;
+  signal to_mean         : std_ulogic;
+  signal to_heads        : std_ulogic;
   signal to_capture      : std_ulogic;
 
   signal judge            : std_ulogic;
@@ -121,7 +134,9 @@ begin
   guard : entity work.access_guard
     generic map (
       LANES         => LANES,
-      CAPTURE_DEPTH => CAPTURE_DEPTH
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      HEADS         => HEADS,
+      MEAN          => MEAN
     )
     port map (
       clock           => clock,
@@ -133,6 +148,8 @@ begin
       to_registers    => to_registers,
       to_coefficients => to_coefficients,
       to_offset       => to_offset,
+      to_mean         => to_mean,
+      to_heads        => to_heads,
       to_capture      => to_capture,
       refused         => refused,
       ask_registers   => register_request,
@@ -140,6 +157,10 @@ begin
       write_coefficient => coefficient_write,
       read_offset       => offset_read,
       write_offset      => offset_write,
+      read_mean         => mean_read,
+      write_mean        => mean_write,
+      read_heads        => heads_read,
+      write_heads       => heads_write,
       read_capture      => capture_read
     );
 
@@ -172,6 +193,8 @@ begin
       hwif_out             => hwif_out
     );
 
+  take_snapshot <= register_request and not register_writes and word_asked(SNAPSHOT_ADDRESS / 4);
+
   -- Word and kind have registers of their own for the block, where they go to some 500 bits.
   hold_for_registers : process (clock) is
   begin
@@ -183,10 +206,12 @@ begin
 
   end process hold_for_registers;
 
-  answered <= register_read or register_written or coefficient_done or capture_done;
+  answered <= register_read or register_written or coefficient_done or mean_done or heads_done or capture_done;
   data     <= (register_data and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)
+              or (mean_data and to_mean)
+              or (heads_data and to_heads)
               or (capture_data and to_capture);
 
 end architecture rtl;

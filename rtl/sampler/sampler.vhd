@@ -2,7 +2,7 @@
 --
 -- # sampler
 --
--- Takes both heads' turn positions on the same clock, at every trigger of `sample_trigger`, into
+-- Takes all heads' turn positions on the same clock, at every trigger of `sample_trigger`, into
 -- one of two banks of `capture_memory`, turn by turn, and hands each full turn to the processor
 -- with a header. Source: section 3.2 of the paper (1 kHz, 12,000 points a turn, both heads latched
 -- on one edge).
@@ -46,6 +46,12 @@
 -- **Reading.** The read port shows the samples of the READY bank alone. Without one, and from sample
 -- header_sample_count on, it gives 0.
 --
+-- **More heads.** With HEADS = 3 or 4 a second memory takes the other heads' positions in the same clocks; `read_further`
+-- with `read_enable` reads head 3 and 4 where it would be head 1 and 2. Which head's turn is captured and triggers
+-- is then chosen outside: `reference_position` and `reference_zero_moved` are its own, and sampling runs while `enable`
+-- is high, whatever index was seen. Change the reference only while `enable` is low.
+-- `header_further_flags` are flags 0 to 7 of heads 3 and 4. With two heads all of that is left out.
+--
 -- **Reset** frees both banks, zeroes the sequence, `overrun_count` (which wraps) and a pending
 -- overrun flag; the memory keeps its words, and the header is without meaning until `bank_ready`.
 
@@ -58,7 +64,8 @@ library ieee;
 
 entity sampler is
   generic (
-    DEPTH : positive range 2 to 16384 := CAPTURE_DEPTH_DEFAULT -- sample pairs a bank
+    DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- sample pairs a bank
+    HEADS : positive range 2 to HEADS_MAX := 2
   );
   port (
     clock               : in    std_ulogic;
@@ -83,6 +90,11 @@ entity sampler is
     illegal2            : in    std_ulogic;                                          -- level, sticky in the decoder
     overspeed1          : in    std_ulogic;                                          -- level, sticky in the decoder
     overspeed2          : in    std_ulogic;                                          -- level, sticky in the decoder
+    -- From the decoders, with more than two heads
+    further_positions    : in    std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0) := (others => '0'); -- counts, head 4, head 3
+    further_flags        : in    std_ulogic_vector(7 downto 0) := (others => '0');                      -- levels, as flags 0 to 7
+    reference_position   : in    u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');              -- counts from the index
+    reference_zero_moved : in    std_ulogic := '0';                                                     -- turns over with another zero
     -- To and from the processor
     release_bank        : in    std_ulogic;                                          -- pulse: the READY bank is free again
     capture_ready       : out   std_ulogic;                                          -- pulse: a bank became READY
@@ -94,12 +106,14 @@ entity sampler is
     header_sequence     : out   u_unsigned(31 downto 0);                             -- banks handed over before this one
     header_sample_count : out   u_unsigned(15 downto 0);                             -- sample pairs
     header_flags        : out   std_ulogic_vector(9 downto 0);                       -- see above
+    header_further_flags : out   std_ulogic_vector(7 downto 0);                      -- see above
     overrun_count       : out   u_unsigned(15 downto 0);                             -- dropped turns, wraps
     fill_count          : out   u_unsigned(15 downto 0);                             -- sample pairs in the bank being filled
     trigger             : out   std_ulogic;                                          -- one clock after each sample's clock
     -- Read port, READY bank
     read_enable         : in    std_ulogic;                                          -- start a read
     read_address        : in    u_unsigned(14 downto 0);                             -- sample * 2 + head - 1
+    read_further        : in    std_ulogic := '0';                                   -- of heads 3 and 4
     read_valid          : out   std_ulogic;                                          -- 4 clocks after read_enable
     read_data           : out   std_ulogic_vector(POSITION_WIDTH - 1 downto 0)       -- counts
   );
@@ -107,12 +121,16 @@ end entity sampler;
 
 architecture rtl of sampler is
 
-  constant FLAG_COUNT : positive := 8;
+  constant HAS_FURTHER : boolean  := HEADS > 2;
+  constant FLAG_COUNT  : positive := 8 + 8 * boolean'pos(HAS_FURTHER);
 
+  signal position            : u_signed(POSITION_WIDTH - 1 downto 0);
+  signal zero_moved          : std_ulogic;
   signal running             : std_ulogic;
   signal running_then        : std_ulogic := '0';
   signal triggered           : std_ulogic;
   signal position1_then      : u_signed(POSITION_WIDTH - 1 downto 0);
+  signal reference_then      : u_signed(POSITION_WIDTH - 1 downto 0);
   signal position2_then      : u_signed(POSITION_WIDTH - 1 downto 0);
   signal timestamp_then      : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
   signal flags_then          : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
@@ -125,10 +143,18 @@ architecture rtl of sampler is
   signal write_data          : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
   signal memory_read_address : u_unsigned(14 downto 0) := (others => '0');
   signal memory_read_data    : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+  signal further_then        : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+  signal further_write_data  : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+  signal further_read_data   : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
 
 begin
 
-  running <= enable and index_seen1 and index_seen2;
+  position   <= reference_position when HAS_FURTHER else
+                turn_position1;
+  zero_moved <= reference_zero_moved when HAS_FURTHER else
+                zero_moved1;
+  running    <= enable when HAS_FURTHER else
+                enable and index_seen1 and index_seen2;
   trigger <= triggered;
 
   when_to_sample : entity work.sample_trigger
@@ -140,8 +166,8 @@ begin
       external      => external,
       sample_period => sample_period,
       angle_step    => angle_step,
-      turn_position => turn_position1,
-      zero_moved    => zero_moved1,
+      turn_position => position,
+      zero_moved    => zero_moved,
       trigger       => triggered
     );
 
@@ -155,15 +181,20 @@ begin
   begin
 
     if rising_edge(clock) then
-      above          := turn_position1 - turn_above;
-      below          := turn_below - turn_position1;
+      above          := position - turn_above;
+      below          := turn_below - position;
       is_away_then   <= not above(above'high) or not below(below'high);
       running_then   <= running and not reset;
       position1_then <= turn_position1;
       position2_then <= turn_position2;
+      reference_then <= position;
+      further_then   <= further_positions;
       timestamp_then <= timestamp;
-      flags_then     <= overspeed2 & overspeed1 & illegal2 & illegal1
-                        & index_error2 & index_error1 & index_seen2 & index_seen1;
+      flags_then(7 downto 0) <= overspeed2 & overspeed1 & illegal2 & illegal1
+                                & index_error2 & index_error1 & index_seen2 & index_seen1;
+      if HAS_FURTHER then
+        flags_then(FLAG_COUNT - 1 downto FLAG_COUNT - 8) <= further_flags;
+      end if;
     end if;
 
   end process align;
@@ -204,8 +235,8 @@ begin
       if first = '1' then
         flags      := (others => '0');
         start_time := timestamp_then;
-        turn_above <= position1_then + signed(resize(counts_per_rev, POSITION_WIDTH));
-        turn_below <= position1_then - signed(resize(counts_per_rev, POSITION_WIDTH));
+        turn_above <= reference_then + signed(resize(counts_per_rev, POSITION_WIDTH));
+        turn_below <= reference_then - signed(resize(counts_per_rev, POSITION_WIDTH));
       end if;
       if first = '0' or triggered = '1' then
         flags := flags or flags_then;
@@ -220,6 +251,7 @@ begin
         write_address <= samples + DEPTH;
       end if;
       write_data    <= std_ulogic_vector(position2_then) & std_ulogic_vector(position1_then);
+      further_write_data <= further_then;
 
       -- A trigger belongs to a clock in which it ran.
       if triggered = '1' then
@@ -238,8 +270,9 @@ begin
             header_start_time   <= start_time;
             header_sequence     <= handed_over;
             header_sample_count <= resize(samples, 16);
-            header_flags        <= '0' & overrun & flags;
+            header_flags        <= '0' & overrun & flags(7 downto 0);
             header_flags(9)     <= not closed;
+            header_further_flags <= flags(FLAG_COUNT - 1 downto FLAG_COUNT - 8) when HAS_FURTHER else (others => '0');
             overrun      := '0';
             handed_over  := handed_over + 1;
             filling_bank := not filling_bank;
@@ -294,27 +327,53 @@ begin
       read_data     => memory_read_data
     );
 
+  further_heads : if HAS_FURTHER generate
+
+    further_banks : entity work.capture_memory
+      generic map (
+        DEPTH => DEPTH
+      )
+      port map (
+        clock         => clock,
+        write_enable  => write_enable,
+        write_address => write_address,
+        write_data    => further_write_data,
+        read_address  => memory_read_address,
+        read_data     => further_read_data
+      );
+
+  else generate
+    further_read_data <= (others => '0');
+  end generate further_heads;
+
   read_ready_bank : process (clock) is
 
     variable enables  : std_ulogic_vector(3 downto 0) := (others => '0');
     variable readable : std_ulogic_vector(2 downto 0) := (others => '0');
-    variable heads    : std_ulogic_vector(2 downto 0) := (others => '0');
+    variable seconds  : std_ulogic_vector(2 downto 0) := (others => '0');
+    variable further  : std_ulogic_vector(2 downto 0) := (others => '0');
+    variable pair     : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
     variable sample   : u_unsigned(14 downto 0);
     variable is_inside : boolean;
 
   begin
 
     if rising_edge(clock) then
+      pair := memory_read_data;
+      if HAS_FURTHER and further(2) = '1' then
+        pair := further_read_data;
+      end if;
       if readable(2) = '0' then
         read_data <= (others => '0');
-      elsif heads(2) = '0' then
-        read_data <= memory_read_data(POSITION_WIDTH - 1 downto 0);
+      elsif seconds(2) = '0' then
+        read_data <= pair(POSITION_WIDTH - 1 downto 0);
       else
-        read_data <= memory_read_data(2 * POSITION_WIDTH - 1 downto POSITION_WIDTH);
+        read_data <= pair(2 * POSITION_WIDTH - 1 downto POSITION_WIDTH);
       end if;
 
       enables  := enables(2 downto 0) & read_enable;
-      heads    := heads(1 downto 0) & read_address(0);
+      seconds  := seconds(1 downto 0) & read_address(0);
+      further  := further(1 downto 0) & read_further;
       readable := readable(1 downto 0) & '0';
       sample   := resize(read_address(14 downto 1), 15);
 

@@ -13,11 +13,17 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.correction_ramp import HOLD
 from arctrue.gateware.error_compensation import correction_limit, error_compensation
-from arctrue.generated.number_formats import COMPENSATION_LATENCY, PAIR_FRACTION, PAIR_WIDTH
+from arctrue.generated.number_formats import (
+    COMPENSATION_LATENCY,
+    MEAN_TERM_FRACTION,
+    PAIR_FRACTION,
+    PAIR_WIDTH,
+)
 
 LANES = int(os.environ.get("LANES", "32"))
 PAIRS = (LANES + 1) // 2
 FOLD = int(os.environ.get("FOLD", "1"))
+MEAN = os.environ.get("MEAN", "false") == "true"
 CLOCKS = 1500
 # Two amplitudes at the end of s13.11 with a cosine 2⁻¹³ above one, eight times its bound.
 PAIR_MAX = 2 * (8192 + 1) << PAIR_FRACTION
@@ -36,6 +42,9 @@ async def start(dut: Any, counts_per_rev: int, ramp_rate: int) -> None:
         "zero_moved",
         "put_back",
         "referenced",
+        "mean_term",
+        "jumped",
+        "jump",
     ):
         getattr(dut, name).value = 0
     dut.counts_per_rev.value = counts_per_rev
@@ -233,6 +242,70 @@ async def folded_sums(dut: Any, fold: int) -> None:
     expected = list(zip(*(column.astype(np.int64).tolist() for column in columns), strict=True))
     for clock, found in enumerate(seen[latency:]):
         assert found == expected[clock], f"clock {clock}: {found}, expected {expected[clock]}"
+
+
+@cocotb.test(skip=not MEAN)
+async def mean_joins_before_the_rounding(dut: Any) -> None:
+    """Every term of the mean at random and at its ends; carriers change with swaps, under the ramp.
+
+    What the reading jumps by at a change of the carrier never shows in the corrected position.
+    """
+    rng = np.random.default_rng(LANES)
+    counts_per_rev = 2**24
+    clocks = 3000
+    quarter = 1 << (PAIR_FRACTION - 2)
+    pair_sums = np.full((clocks, PAIRS), quarter) + rng.integers(0, 2, (clocks, PAIRS))
+    term_max = 3 * 2 * 2**16 << MEAN_TERM_FRACTION
+    term = rng.integers(-(2**26), 2**26, clocks)
+    term[:600] = 0  # so that a ramp ends
+    term[600:1200] = rng.integers(-term_max, term_max + 1, 600)
+    term[1200:1204] = -term_max, term_max, term_max, -term_max
+    swap = (rng.random(clocks) < 0.01) | (np.arange(clocks) == 100)
+    changes = swap & ((rng.random(clocks) < 0.7) | (np.arange(clocks) == 100))
+    jump = np.where(changes, rng.integers(-(2**15) + 1, 2**15, clocks), 0)
+    position = 2**20 + np.cumsum(jump)
+    angle = position % counts_per_rev
+    ramp_rate = 2**32 - 1
+    await start(dut, counts_per_rev, ramp_rate)
+    seen = []
+    for clock in range(clocks + COMPENSATION_LATENCY):
+        now = min(clock, clocks - 1)
+        dut.pair_sums.value = flat(pair_sums[now])
+        dut.offset.value = -7
+        dut.angle.value = int(angle[now])
+        dut.position.value = int(position[now])
+        dut.apply.value = 1
+        dut.swap_marker.value = int(swap[now])
+        dut.mean_term.value = int(term[now])
+        dut.jumped.value = int(changes[now])
+        dut.jump.value = int(jump[now])
+        await RisingEdge(dut.clock)
+        seen.append(
+            (
+                dut.corrected_angle.value.to_unsigned(),
+                dut.corrected_position.value.to_signed(),
+                dut.correction.value.to_signed(),
+            )
+        )
+    model = error_compensation(
+        pair_sums,
+        -7,
+        angle,
+        position,
+        np.ones(clocks, dtype=np.bool_),
+        swap,
+        counts_per_rev,
+        ramp_rate,
+        mean_term=term,
+        jump=jump,
+    )
+    expected = list(zip(*(output.tolist() for output in model[:3]), strict=True))
+    for clock, found in enumerate(seen[COMPENSATION_LATENCY:]):
+        assert found == expected[clock], f"clock {clock}: {found}, expected {expected[clock]}"
+    # Before the term moves, only the ramp moves the output: 255 * 2^-11 count a clock, rounded.
+    steps = np.diff([row[1] for row in seen[COMPENSATION_LATENCY : COMPENSATION_LATENCY + 590]])
+    assert np.abs(jump[:590]).max() > 1000
+    assert np.abs(steps[5:]).max() <= 1
 
 
 @cocotb.test()

@@ -27,3 +27,15 @@ def test_folded_sums(lanes: int, fold: int) -> None:
         testcase=f"folded_sums/fold={fold}",
         environment={"LANES": str(lanes), "FOLD": str(fold)},
     )
+
+
+@pytest.mark.parametrize("lanes", [1, 9, 32, 64])
+def test_mean_of_the_heads(lanes: int) -> None:
+    """With the mean one number more is added, for all numbers of groups in the adder tree."""
+    simulate(
+        "error_compensation",
+        "tb.compensation.error_compensation_bench",
+        generics={"LANES": lanes, "MEAN": "true"},
+        testcase="mean_joins_before_the_rounding",
+        environment={"LANES": str(lanes), "MEAN": "true"},
+    )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.gateware.harmonic_lane import Rotation
 from arctrue.gateware.register_access import RegisterMap
 from arctrue.generated import number_formats, registers
 from tb.core import arctrue_core_table as table
@@ -21,6 +22,7 @@ from tb.registers.axi_lite import Bus, start
 
 LANES = 4
 FOLD = int(os.environ.get("FOLD", "1"))
+ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
 CAPTURE_DEPTH = 64
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
@@ -187,7 +189,7 @@ async def from_edges_to_corrected_edges(dut):
     # Bit by bit: once the ramp is done the corrected position is the model's, 29 clocks after
     # the decoder's position; folded, that of the last position accepted by 28 + FOLD clocks before.
     reading = np.array(machine.reading)[:, 0]
-    model = compensate(reading % table.COUNTS_PER_REV, reading, coefficients)
+    model = compensate(reading % table.COUNTS_PER_REV, reading, coefficients, rotation=ROTATION)
     corrected = np.array(machine.corrected)[settled_at:]
     matches = []
     for delay in range(28 + FOLD, 28 + FOLD + 12):
@@ -786,6 +788,8 @@ async def illegal_accesses_are_refused(dut):
     }
     pipeline = await machine.registers.read_fields("pipeline")
     assert pipeline == {"fold": FOLD, "latency": 28 + FOLD}
+    capability = await machine.registers.read_fields("capability")
+    assert capability == {"heads": 2, "mean": 0, "rotation": int(ROTATION == "table")}
     first = (await machine.registers.snapshot()).time
     second = (await machine.registers.snapshot()).time
     assert 0 < second - first < 1000

@@ -31,3 +31,17 @@ def test_folded_core() -> None:
             environment={"FOLD": "4"},
             backend="llvm",
         )
+
+
+def test_core_with_a_table() -> None:
+    """The way of the data with ROTATION = table, and the register that says so."""
+    generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 2, "ROTATION": "table"}
+    for testcase in ("from_edges_to_corrected_edges", "illegal_accesses_are_refused"):
+        simulate(
+            "arctrue_core",
+            "tb.core.arctrue_core_bench",
+            generics=generics,
+            testcase=testcase,
+            environment={"FOLD": "2", "ROTATION": "table"},
+            backend="llvm",
+        )

@@ -23,11 +23,17 @@ def run(
     cosine_width: int = 18,
     fold: int = 1,
     found_file: Path | None = None,
+    rotation: str = "cordic",
 ) -> None:
     simulate(
         TOPLEVEL,
         BENCH,
-        generics={"LANES": lanes, "COSINE_WIDTH": cosine_width, "FOLD": fold},
+        generics={
+            "LANES": lanes,
+            "COSINE_WIDTH": cosine_width,
+            "FOLD": fold,
+            "ROTATION": rotation,
+        },
         testcase=testcase,
         environment={
             "LANES": str(lanes),
@@ -36,6 +42,7 @@ def run(
             "SUM_COUNTS": str(sum_counts),
             "COSINE_WIDTH": str(cosine_width),
             "FOLD": str(fold),
+            "ROTATION": rotation,
             "FOUND_FILE": str(found_file or ""),
         },
         # 32 lanes run three times as fast as in mcode.
@@ -82,6 +89,33 @@ def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
         found.append(np.load(file))
         assert np.array_equal(found[-1], found[0]), f"FOLD = {fold} and FOLD = 1 differ"
     assert len(found[0]) == 300
+
+
+@pytest.mark.parametrize("fold", FOLDS)
+def test_lanes_with_a_table(fold: int) -> None:
+    """Equal to the model and near equation (9), within the table's own bound, for every fold."""
+    run("a_turn_of_angles", lanes=8, angles=300, fold=fold, rotation="table")
+
+
+@pytest.mark.parametrize("fold", [1, 4])
+def test_swap_and_latencies_with_a_table(fold: int) -> None:
+    """The clocks are those of the CORDIC."""
+    run("latencies_of_table_1", lanes=8, fold=fold, rotation="table")
+    run(
+        "swap_and_bypass_under_load",
+        lanes=4,
+        angles=2000,
+        counts_per_rev=5000,
+        fold=fold,
+        rotation="table",
+    )
+
+
+def test_an_unknown_rotation_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises((RuntimeError, SystemExit, FileNotFoundError)):
+        run("a_turn_of_angles", lanes=2, angles=10, rotation="vector")
+    output = capfd.readouterr()
+    assert "ROTATION is vector; expected cordic or table" in output.out + output.err
 
 
 @pytest.mark.parametrize(

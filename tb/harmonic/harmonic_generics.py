@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 
+from arctrue.gateware.harmonic_lane import Rotation
 from arctrue.generated import number_formats
 
 COSINE_WIDTH = int(os.environ.get("COSINE_WIDTH", number_formats.COSINE_WIDTH))
 CORDIC_ITERATIONS = int(os.environ.get("CORDIC_ITERATIONS", number_formats.CORDIC_ITERATIONS))
+ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
 
 DEFAULT = (number_formats.COSINE_WIDTH, number_formats.CORDIC_ITERATIONS)
 # Narrower and wider than the default, fewer and more iterations, and the ends of the ranges.

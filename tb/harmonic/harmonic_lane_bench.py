@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.harmonic_lane import harmonic_lane, lane_cosine
 from arctrue.generated.number_formats import AMPLITUDE_CLOCK, AMPLITUDE_WIDTH
-from tb.harmonic.harmonic_generics import CORDIC_ITERATIONS, COSINE_WIDTH
+from tb.harmonic.harmonic_generics import CORDIC_ITERATIONS, COSINE_WIDTH, ROTATION
 from tb.harmonic.phases import phases
 
 ANGLES = int(os.environ.get("ANGLES", "20000"))
@@ -62,7 +62,11 @@ async def products(dut: Any) -> None:
     amplitude[: phase.size // 4 : 2] = -LARGEST
     amplitude[1 : phase.size // 4 : 2] = LARGEST - 1
     partner = harmonic_lane(
-        np.roll(phase, 1), np.roll(amplitude, 2), COSINE_WIDTH, CORDIC_ITERATIONS
+        np.roll(phase, 1),
+        np.roll(amplitude, 2),
+        COSINE_WIDTH,
+        CORDIC_ITERATIONS,
+        rotation=ROTATION,
     )
     found = await run(dut, phase, amplitude, partner)
     compare(
@@ -73,6 +77,7 @@ async def products(dut: Any) -> None:
             COSINE_WIDTH,
             CORDIC_ITERATIONS,
             partner if ADD_PARTNER else 0,
+            ROTATION,
         ),
     )
 
@@ -87,7 +92,7 @@ async def cosines(dut: Any) -> None:
         np.ones(phase.size, dtype=np.int64),
         np.zeros(phase.size, dtype=np.int64),
     )
-    compare(found, lane_cosine(phase, COSINE_WIDTH, CORDIC_ITERATIONS).astype(np.int64))
+    compare(found, lane_cosine(phase, COSINE_WIDTH, CORDIC_ITERATIONS, ROTATION).astype(np.int64))
     if file := os.environ.get("COSINES_FILE"):
         np.savez(Path(file), phase=phase, cosine=found.astype(np.int32))
 

@@ -19,7 +19,7 @@ from arctrue.generated.number_formats import (
     PAIR_WIDTH,
     PHASE_WIDTH,
 )
-from tb.harmonic.harmonic_generics import CORDIC_ITERATIONS, COSINE_WIDTH
+from tb.harmonic.harmonic_generics import CORDIC_ITERATIONS, COSINE_WIDTH, ROTATION
 from tb.support.flat import flat, signed_words
 
 LANES = int(os.environ.get("LANES", "32"))
@@ -56,7 +56,7 @@ async def pair_sums(dut: Any) -> None:
     found = np.array(
         [signed_words(value.to_unsigned(), PAIRS, PAIR_WIDTH) for value in seen[LATENCY:]]
     )
-    expected = harmonic_unit(phases, amplitudes, COSINE_WIDTH, CORDIC_ITERATIONS)
+    expected = harmonic_unit(phases, amplitudes, COSINE_WIDTH, CORDIC_ITERATIONS, ROTATION)
     wrong = np.argwhere(found != expected)
     assert not wrong.size, f"first at angle and pair {wrong[0]}, {len(wrong)} differ"
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arctrue.gateware.table_rotation import error_bound
 from arctrue.report.cordic_error import cosine_error, draw_cordic_error
 from arctrue.studies.paper.appendix import cosine_bound
 from tb.harmonic.harmonic_generics import DEFAULT, OTHERS, environment, generics
@@ -24,6 +25,23 @@ def test_other_generics(width: int, iterations: int, add_partner: str) -> None:
         environment=environment(**values, ADD_PARTNER=add_partner, ANGLES=2500),
         backend="llvm",
     )
+
+
+@pytest.mark.parametrize("add_partner", ["false", "true"])
+def test_from_the_table(add_partner: str, tmp_path: Path) -> None:
+    """The bound is the sum of the errors in the head of table_rotation."""
+    file = tmp_path / "cosines.npz"
+    generics = {"ADD_PARTNER": add_partner, "ROTATION": "table"}
+    simulate(
+        "harmonic_lane",
+        BENCH,
+        generics=generics,
+        environment=environment(**generics, ANGLES=20_000, COSINES_FILE=str(file)),
+        backend="llvm",
+    )
+    with np.load(file) as simulated:
+        error = cosine_error(simulated["phase"], simulated["cosine"])
+    assert np.abs(error).max() <= error_bound()
 
 
 @pytest.mark.parametrize("add_partner", ["false", "true"])

@@ -27,3 +27,15 @@ def test_harmonic_unit(lanes: int, angles: int, width: int, iterations: int) -> 
         environment=environment(**values, ANGLES=angles),
         backend="llvm",
     )
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 5, 32])
+def test_from_the_table(lanes: int) -> None:
+    values: dict[str, int | str] = {"LANES": lanes, "ROTATION": "table"}
+    simulate(
+        "harmonic_unit",
+        "tb.harmonic.harmonic_unit_bench",
+        generics=values,
+        environment=environment(**values, ANGLES=400),
+        backend="llvm",
+    )

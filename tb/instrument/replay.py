@@ -156,7 +156,7 @@ def _as_numbers(words: NDArray[np.uint32]) -> list[int]:
 
 def compiled(
     entity: str,
-    generics: Mapping[str, int],
+    generics: Mapping[str, int | str],
     change: Callable[[str], str] | None = None,
 ) -> Replay:
     """``entity`` as a compiled netlist; ``change`` breaks the netlist's text on purpose."""

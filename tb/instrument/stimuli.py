@@ -261,6 +261,7 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
 CASES = (
     Case("phase_unit", {"LANES": LANES}, phase_unit, 10),
     Case("cordic_rotation", {}, cordic_rotation, 30),
+    Case("table_rotation", {}, cordic_rotation, 30),
     Case("harmonic_unit", {"LANES": LANES}, harmonic_unit, 40),
     Case("error_compensation", {"LANES": LANES}, error_compensation, 20),
     Case("error_compensation", {"LANES": LANES, "FOLD": FOLD}, folded_error_compensation, 20),

@@ -58,11 +58,11 @@ def test_unit(case: Case, tmp_path: Path) -> None:
     "generics",
     [
         {"LANES": 2, "CAPTURE_DEPTH": 16},
-        {"LANES": 4, "CAPTURE_DEPTH": 16, "FOLD": 2},
+        {"LANES": 4, "CAPTURE_DEPTH": 16, "FOLD": 2, "ROTATION": "table"},
     ],
-    ids=["parallel", "folded"],
+    ids=["parallel", "folded_table"],
 )
-def test_core(generics: dict[str, int], tmp_path: Path) -> None:
+def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
     replay = compiled("arctrue_core", generics)
     wish_for_outputs(replay, tmp_path)
     simulate(
@@ -90,7 +90,7 @@ def test_core(generics: dict[str, int], tmp_path: Path) -> None:
 
 
 def does_the_same_from_random_registers(
-    noted: dict[str, list[str]], replay: Replay, folder: Path, generics: dict[str, int]
+    noted: dict[str, list[str]], replay: Replay, folder: Path, generics: dict[str, int | str]
 ) -> None:
     """What a register holds at power-up is forgotten with the reset and the set-up after it."""
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 from itertools import pairwise
 
@@ -16,6 +17,8 @@ from tb.registers.axi_lite import Bus, start
 
 LANES = 4
 CAPTURE_DEPTH = 100
+HEADS = int(os.environ.get("HEADS", "2"))
+HAS_MEAN = "HEADS" in os.environ
 
 ADDRESSES = sorted(
     {
@@ -32,12 +35,12 @@ async def prepared(
     inputs = dict.fromkeys(driven_ports(), 0)
     for port in inputs:
         getattr(dut, port).value = 0
-    dut.interrupt_events.value = 0
+    dut.interrupt_status.value = 0
     dut.memory_latency.value = 2
     bus = await start(dut)
     if stall:
         bus.stall(generator, stall)
-    model = RegisterModel(LANES, CAPTURE_DEPTH, inputs)
+    model = RegisterModel(LANES, CAPTURE_DEPTH, inputs, HEADS, HAS_MEAN)
     for latching in (
         *model_map.GROUPS,
         *model_map.WIDE,
@@ -47,6 +50,11 @@ async def prepared(
     # The coefficients keep what an earlier test wrote: they survive reset.
     await bus.write(model_map.OFFSET, 0)
     await bus.write_words(model_map.COEFFICIENTS, [0] * (4 * LANES))
+    for word in range(16):
+        if model.mean_exists(model_map.MEAN + 4 * word):
+            await bus.write(model_map.MEAN + 4 * word, 0)
+    for address in model.heads_words(write=True):
+        await bus.write(address, 0)
     return bus, model
 
 
@@ -58,7 +66,7 @@ def change_inputs(dut, generator: random.Random, model: RegisterModel) -> None:
 
 def random_address(generator: random.Random) -> int:
     """Every kind of place: registers, holes beside them, both windows and beyond their ends."""
-    kind = generator.randrange(10)
+    kind = generator.randrange(12)
     if kind < 5:
         return generator.choice(ADDRESSES)
     if kind == 5:
@@ -69,7 +77,11 @@ def random_address(generator: random.Random) -> int:
         return model_map.CAPTURE + 4 * generator.randrange(2 * CAPTURE_DEPTH + 20)
     if kind == 8:
         return model_map.CAPTURE + 4 * generator.randrange(model_map.CAPTURE_WORDS)
-    return 4 * generator.randrange(1 << 16)
+    if kind == 9:
+        return generator.choice([model_map.MEAN, model_map.HEADS]) + 4 * generator.randrange(70)
+    if kind == 10:
+        return model_map.FURTHER_CAPTURE + 4 * generator.randrange(2 * CAPTURE_DEPTH + 20)
+    return 4 * generator.randrange(1 << 17)
 
 
 @cocotb.test()
@@ -118,6 +130,9 @@ async def every_word_of_the_map(dut):
     places += [model_map.CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH - 1)]
     places += [model_map.CAPTURE + 4 * word for word in (2 * CAPTURE_DEPTH, 32767)]
     places += [model_map.CAPTURE - 4]
+    places += [model_map.MEAN + 4 * word for word in range(-1, 17)]
+    places += [model_map.HEADS + 4 * word for word in range(-1, 65)]
+    places += [model_map.FURTHER_CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH)]
     for address in places:
         expected, word = model.read(address)
         answer, read = await bus.read(address)
@@ -269,10 +284,10 @@ async def interrupts_set_enable_and_clear(dut):
     bus, _ = await prepared(dut, random.Random(16))
     # Bits whose source is a level count its rising edge only; the others are strobes.
     for bit in range(11):
-        dut.interrupt_events.value = 1 << bit
+        dut.interrupt_status.value = 1 << bit
         await ClockCycles(dut.clock, 1)
         if bit not in (4, 5, 8, 9):
-            dut.interrupt_events.value = 0
+            dut.interrupt_status.value = 0
         await ClockCycles(dut.clock, 3)
         assert await bus.read(model_map.INTERRUPT_STATUS) == (AxiResp.OKAY, 1 << bit)
         assert int(dut.interrupt.value) == 0, "the line rose without an enable"
@@ -289,7 +304,7 @@ async def interrupts_set_enable_and_clear(dut):
         await bus.write(model_map.INTERRUPT_STATUS, 1 << bit)
         await ClockCycles(dut.clock, 3)
         assert int(dut.interrupt.value) == 0, "a level set the bit again"
-        dut.interrupt_events.value = 0
+        dut.interrupt_status.value = 0
         await bus.write(0x0A0, 0)
 
 
@@ -304,14 +319,14 @@ async def no_event_is_lost_in_the_clock_of_its_clear(dut):
     await bus.write(0x0A0, 1)
     kept = []
     for delay in range(25):
-        dut.interrupt_events.value = 1
+        dut.interrupt_status.value = 1
         await ClockCycles(dut.clock, 1)
-        dut.interrupt_events.value = 0
+        dut.interrupt_status.value = 0
         await ClockCycles(dut.clock, 3)
         fell = False
         clear = cocotb.start_soon(bus.write(model_map.INTERRUPT_STATUS, 1))
         for clock in range(30):
-            dut.interrupt_events.value = int(clock == delay)
+            dut.interrupt_status.value = int(clock == delay)
             await RisingEdge(dut.clock)
             await Timer(1, "ns")
             fell |= int(dut.interrupt.value) == 0
@@ -329,9 +344,9 @@ async def reset_restores_every_register(dut):
     bus, _ = await prepared(dut, generator)
     for address in model_map.READ_WRITE:
         await bus.write(address, generator.getrandbits(32))
-    dut.interrupt_events.value = 0x7FF
+    dut.interrupt_status.value = 0x7FF
     await ClockCycles(dut.clock, 2)
-    dut.interrupt_events.value = 0
+    dut.interrupt_status.value = 0
     dut.reset.value = 1
     await ClockCycles(dut.clock, 3)
     dut.reset.value = 0

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 WORD = 0xFFFF_FFFF
 
-CONSTANTS = {0x000: 0x41524354, 0x004: 0x000700}
+CONSTANTS = {0x000: 0x41524354, 0x004: 0x000800}
 """Address: value."""
 
 READ_WRITE = {
@@ -28,8 +28,8 @@ READ_WRITE = {
     0x058: (0x3, 0, "lost_counts"),
     0x05C: (WORD, 0, "processor_limit"),
     0x060: (WORD, 1_095_275, "ramp_acceleration"),
-    0x064: (0xFF0F, 0, "head1_input"),
-    0x068: (0xFF0F, 0, "head2_input"),
+    0x064: (0xFF0F, 0, "head1_input_pins"),
+    0x068: (0xFF0F, 0, "head2_input_pins"),
     0x06C: (0xF, 0, "output_pins"),
     0x070: (0x3F3F, 0x3F, "alarm"),
     0x074: (WORD, 100 << 16 | 100, "pulse_widths"),
@@ -59,6 +59,7 @@ READ_ONLY = {
     0x090: (0xFFFF, "zero"),
     0x094: (WORD, "zero_slip"),
     0x098: (WORD, "put_back"),
+    0x0A8: (0x1F, "capability"),
     0x0C0: (0x7F, "head1_flags"),
     0x0C4: (WORD, "head1_faults"),
     0x0C8: (0xFFFF, "head1_overspeeds"),
@@ -67,7 +68,7 @@ READ_ONLY = {
     0x0E8: (0xFFFF, "head2_overspeeds"),
     0x148: (WORD, "capture_header_sequence_number"),
     0x14C: (0xFFFF, "capture_header_sample_count"),
-    0x150: (0x3FF, "capture_header_flags"),
+    0x150: (0x3FFFF, "capture_header_flags"),
 }
 """Address: bits that exist, port that drives them."""
 
@@ -111,7 +112,14 @@ GROUPS = {0x100: SNAPSHOT, 0x160: PROBE}
 
 COEFFICIENTS = 0x01000
 COEFFICIENT_WORDS = 256
+MEAN = 0x01800
 CAPTURE = 0x20000
+FURTHER_CAPTURE = 0x40000
+HEADS = 0x02000
+FURTHER_HEAD_READ = {*range(9), 10, 11}
+"""Words of a further head that may be read; only the first may be written."""
+DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
+"""Words of the window of the heads."""
 CAPTURE_WORDS = 32_768
 
 CAPTURE_READY = 1 << 2
@@ -134,11 +142,15 @@ class RegisterModel:
     lanes: int
     capture_depth: int
     inputs: dict[str, int]
+    heads: int = 2
+    has_mean: bool = False
     values: dict[int, int] = field(
         default_factory=lambda: {address: reset for address, (_, reset, _) in READ_WRITE.items()}
     )
     latched: dict[int, int] = field(default_factory=dict)
     coefficients: dict[int, int] = field(default_factory=dict)
+    mean: dict[int, int] = field(default_factory=dict)
+    of_heads: dict[int, int] = field(default_factory=dict)
     offset: int = 0
     interrupts: int = 0
 
@@ -169,8 +181,15 @@ class RegisterModel:
             return True, self.interrupts
         if self.coefficient_exists(address):
             return True, self.coefficients.get(address, 0)
-        if CAPTURE <= address < CAPTURE + 8 * self.capture_depth:
-            word = (address - CAPTURE) // 4
+        if self.mean_exists(address):
+            return True, self.mean.get(address, 0)
+        if address in self.heads_words(write=False):
+            return True, self.of_heads.get(address, 0)
+        word = (address & 0x1FFFF) // 4
+        windows = (CAPTURE,) if self.heads == 2 else (CAPTURE, FURTHER_CAPTURE)
+        if address & ~0x1FFFF in windows and word < 2 * self.capture_depth:
+            if self.heads == 3 and address >= FURTHER_CAPTURE and word % 2:
+                return False, 0
             if self.inputs["status"] & CAPTURE_READY:
                 return True, (~word & 0xFFFF) << 16 | word
         return False, 0
@@ -178,6 +197,21 @@ class RegisterModel:
     def coefficient_exists(self, address: int) -> bool:
         """Whether ``address`` is a coefficient word of a lane that is built."""
         return COEFFICIENTS <= address < COEFFICIENTS + 16 * self.lanes
+
+    def heads_words(self, *, write: bool) -> set[int]:
+        """Addresses in the window of the heads that may be read, or written."""
+        if not self.has_mean:
+            return set()
+        words = {DELAYS, *([HEADS_COMMAND] * (self.heads > 2) if write else [HEADS_STATUS])}
+        for head in range(3, self.heads + 1):
+            words |= {16 * (head - 3) + word for word in ({0} if write else FURTHER_HEAD_READ)}
+        return {HEADS + 4 * word for word in words}
+
+    def mean_exists(self, address: int) -> bool:
+        """Whether ``address`` is a word of the mean for a head that is built, or the choice."""
+        word = (address - MEAN) // 4
+        built = 0 <= word < 8 and word % 4 < self.heads
+        return self.has_mean and (built or word == 8)
 
     def write(self, address: int, word: int, strobes: int) -> bool:
         """The answer to a write of the bytes that ``strobes`` names."""
@@ -199,5 +233,11 @@ class RegisterModel:
             return True
         if self.coefficient_exists(address):
             self.coefficients[address] = word
+            return True
+        if self.mean_exists(address):
+            self.mean[address] = word
+            return True
+        if address in self.heads_words(write=True):
+            self.of_heads[address] = word
             return True
         return False

@@ -35,7 +35,9 @@ def test_generated_names_equal_the_model() -> None:
     assert registers.CONTROL_CAPTURE_ENABLE_MASK == 0b100
     assert registers.COEFFICIENTS_ADDRESS == model_map.COEFFICIENTS
     assert registers.CAPTURE_ADDRESS == model_map.CAPTURE
-    assert registers.MAP_BYTES == 1 << 18
+    assert registers.MEAN_ADDRESS == model_map.MEAN
+    assert registers.FURTHER_CAPTURE_ADDRESS == model_map.FURTHER_CAPTURE
+    assert registers.MAP_BYTES == 1 << 19
 
 
 def test_registers_do_not_overlap() -> None:
@@ -44,7 +46,8 @@ def test_registers_do_not_overlap() -> None:
         for word in range(register.words):
             address = register.address + 4 * word
             assert address not in taken, f"{register.path} overlaps {taken[address]}"
-            assert address < registers.COEFFICIENTS_ADDRESS
+            is_of_heads = model_map.HEADS <= address < model_map.HEADS + 256
+            assert address < registers.COEFFICIENTS_ADDRESS or is_of_heads
             taken[address] = register.path
         bits = 0
         for field in register.fields:
@@ -91,3 +94,16 @@ def test_c_header_compiles_and_places_the_registers() -> None:
         check=True,
         capture_output=True,
     )
+
+
+@pytest.mark.parametrize("heads", [2, 3, 4])
+def test_windows_of_the_mean_and_of_further_heads(heads: int) -> None:
+    """Every address is answered or refused as the map says for the heads that are built."""
+    for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
+        simulate(
+            "arctrue_registers_harness",
+            "tb.registers.arctrue_registers_bench",
+            generics={"HEADS": heads, "MEAN": "true"},
+            testcase=testcase,
+            environment={"HEADS": str(heads)},
+        )

@@ -7,6 +7,8 @@ handed over.
 
 from __future__ import annotations
 
+import functools
+import operator
 import os
 import random
 from dataclasses import dataclass, field
@@ -42,7 +44,13 @@ TRACED = (
     "trigger",
 )
 SHADOW: dict[int, list[int]] = {}
-"""The words of the memory by depth; like the memory it lasts from one test to the next."""
+"""The words of the memories by depth; like these it lasts from one test to the next.
+
+With more than two heads the words of heads 3 and 4 stand above those of heads 1 and 2.
+"""
+HEADS = int(os.environ.get("HEADS", "2"))
+FURTHER = 64
+"""Bits of a pair of heads in a word of the shadow."""
 WIDTH = {"turn_position1": 32, "turn_position2": 32}
 
 
@@ -53,6 +61,7 @@ class Seen:
     released: list[bool] = field(default_factory=list)
     outputs: list[tuple[int, ...]] = field(default_factory=list)
     headers: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    further_flags: dict[int, int] = field(default_factory=dict)
     banks: dict[int, list[int]] = field(default_factory=dict)
     """Clock of a hand-over: the words of the bank, from the shadow."""
     reads: int = 0
@@ -78,15 +87,37 @@ class Processor:
         self.release_in -= 1
         return self.release_in < 0
 
-    def reads(self, bank: list[int]) -> int | None:
-        """The word address to read now, or None; ``bank``: the samples of the READY bank."""
+    def reads(self, bank: list[int]) -> tuple[int, int] | None:
+        """The word address to read now and whether of heads 3 and 4, or None.
+
+        ``bank``: the samples of the READY bank.
+        """
         if self.random.random() < 0.4:
             self.expected.append(None)
             return None
         address = self.random.randrange(min(2 * self.depth + 6, 2**15))
+        further = self.random.randrange(2) if HEADS > 2 else 0
         word = bank[address // 2] if address // 2 < len(bank) else 0
-        self.expected.append(word >> 32 * (address % 2) & 0xFFFF_FFFF)
-        return address
+        self.expected.append(word >> FURTHER * further + 32 * (address % 2) & 0xFFFF_FFFF)
+        return address, further
+
+
+def drive_further_heads(dut, columns: dict[str, list[int]], clock: int) -> None:
+    """Heads 3 and 4 have values of their own; head 1 is the reference, as with two heads."""
+    pair, flags = further_heads(columns, clock)
+    dut.further_positions.value = pair
+    dut.further_flags.value = flags
+    dut.reference_position.value = columns["turn_position1"][clock]
+    dut.reference_zero_moved.value = columns["zero_moved1"][clock]
+    seen = columns["flags"][clock] & 3 == 3
+    dut.enable.value = int(columns["enable"][clock] and seen)
+
+
+def further_heads(columns: dict[str, list[int]], clock: int) -> tuple[int, int]:
+    """Both positions as one word, and the flags of heads 3 and 4: another in every clock."""
+    head3 = (5 * columns["turn_position1"][clock] + 11 * clock) % 2**32
+    head4 = (columns["turn_position2"][clock] ^ 0x0F0F_3355) % 2**32
+    return head3 | head4 << 32, columns["flags"][clock] ^ (1 << clock // 40 % 8)
 
 
 def drive(dut, name: str, value: int) -> None:
@@ -124,6 +155,7 @@ async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int)
         ready, bank = outputs[3], outputs[4]
         if ready:
             seen.headers[clock] = tuple(int(handle.value) for handle in header)
+            seen.further_flags[clock] = int(dut.header_further_flags.value)
             base = bank * scenario.depth
             if outputs[0]:
                 ready_words = shadow[base : base + seen.headers[clock][2]]
@@ -136,6 +168,8 @@ async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int)
                 f"clock {clock}: word {address} written in the READY bank {bank}"
             )
             shadow[address] = int(dut.write_data.value)
+            if HEADS > 2:
+                shadow[address] |= int(dut.further_write_data.value) << FURTHER
 
         expected = processor.expected.pop(0)
         assert int(dut.read_valid.value) == (expected is not None), f"clock {clock}: read_valid"
@@ -154,17 +188,19 @@ async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int)
         release = processor.releases(bool(ready)) and not resetting
         seen.released.append(release)
         dut.release_bank.value = int(release)
-        address = None if resetting else processor.reads(ready_words)
+        if HEADS > 2:
+            drive_further_heads(dut, columns, clock)
+        asked = None if resetting else processor.reads(ready_words)
         if resetting:
             # Reads under way are dropped with the reset.
             processor.expected = [None] * READ_LATENCY
-        dut.read_enable.value = int(address is not None)
-        dut.read_address.value = address or 0
+        dut.read_enable.value = int(asked is not None)
+        dut.read_address.value, dut.read_further.value = asked or (0, 0)
         await FallingEdge(dut.clock)
     return seen
 
 
-def compare(seen: Seen, model: SamplerTrace) -> None:
+def compare(seen: Seen, model: SamplerTrace, columns: dict[str, list[int]]) -> None:
     got = np.array(seen.outputs)
     for column, name in enumerate(TRACED):
         wrong = np.flatnonzero(got[:, column] != getattr(model, name))
@@ -180,9 +216,18 @@ def compare(seen: Seen, model: SamplerTrace) -> None:
         header = (capture.start_time, capture.sequence, len(capture.samples), capture.flags)
         assert seen.headers[int(clock)] == header, f"clock {clock}: header"
     for capture in model.captures:
-        words = seen.banks[capture.clock]
+        words = [word % 2**FURTHER for word in seen.banks[capture.clock]]
         pairs = capture.samples.astype(np.int64) & 0xFFFF_FFFF
         assert words == (pairs[:, 0] | pairs[:, 1] << 32).astype(np.uint64).tolist()
+        if HEADS > 2:
+            first, last = int(capture.sample_clocks[0]), int(capture.sample_clocks[-1])
+            others = [further_heads(columns, clock) for clock in range(first, last + 1)]
+            of_samples = [others[clock - first][0] for clock in capture.sample_clocks.tolist()]
+            assert [word >> FURTHER for word in seen.banks[capture.clock]] == of_samples
+            flags = functools.reduce(operator.or_, (flags for _, flags in others))
+            assert seen.further_flags[capture.clock] == flags
+        else:
+            assert seen.further_flags[capture.clock] == 0
 
 
 def check_expectations(scenario: Scenario, model: SamplerTrace) -> None:
@@ -210,7 +255,7 @@ async def follows_the_model(dut, name: str) -> None:
     seen = await run(dut, scenario, columns, seed=len(name))
     model = sampler(SamplerInputs(**columns, release_bank=seen.released), scenario.depth)
     check_expectations(scenario, model)
-    compare(seen, model)
+    compare(seen, model, columns)
     assert seen.reads > len(seen.released) // 2
     dut._log.info(
         "%d clocks, %d captures, %d reads", len(seen.released), len(model.captures), seen.reads

@@ -14,3 +14,13 @@ def test_sampler(depth: int) -> None:
         generics={"DEPTH": depth},
         environment={"CAPTURE_DEPTH": str(depth)},
     )
+
+
+def test_four_heads() -> None:
+    """Heads 3 and 4 are taken in the same clocks, with flags of their own, and read apart."""
+    simulate(
+        "sampler",
+        "tb.sampler.sampler_bench",
+        generics={"DEPTH": 13, "HEADS": 4},
+        environment={"CAPTURE_DEPTH": "13", "HEADS": "4"},
+    )

@@ -77,6 +77,13 @@ def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[st
     }
 
 
+def test_rotation_reaches_the_synthesis(bench: Bench) -> None:
+    """Vivado takes the value of a generic that is a string in quotation marks."""
+    assert run(bench, "--rotation", "table") == 0
+    (synthesis,) = (words for words in commands(bench) if words[0] == "synth_design")
+    assert synthesis[synthesis.index('ROTATION="table"') - 1] == "-generic"
+
+
 @pytest.mark.parametrize(
     ("variable", "value", "told"),
     [

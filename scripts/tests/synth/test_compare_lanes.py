@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arctrue.gateware.table_rotation import error_bound
 from scripts import compare_lanes
 from scripts.compare_lanes import (
     AMPLITUDE,
@@ -57,15 +58,13 @@ def test_what_is_not_a_cosine_is_refused() -> None:
         latency_and_errors(_outputs(16, wrong=-1.0))
 
 
-@pytest.mark.parametrize("offset_bits", [compare_lanes.OFFSET_BITS, compare_lanes.ROWS_OFFSET_BITS])
-def test_table_and_slope_give_the_cosine(offset_bits: int) -> None:
+def test_table_and_slope_give_the_cosine() -> None:
     folded = np.arange(2**compare_lanes.FOLDED_BITS, dtype=np.int64)
     address = folded >> compare_lanes.OFFSET_BITS
-    dropped = compare_lanes.OFFSET_BITS - offset_bits
-    offset = (folded & (2**compare_lanes.OFFSET_BITS - 1)) >> dropped
-    unit_turn = 2.0 ** (dropped - compare_lanes.PHASE_FRACTION)
+    offset = folded & (2**compare_lanes.OFFSET_BITS - 1)
+    unit_turn = 2.0**-compare_lanes.PHASE_FRACTION
     slope = compare_lanes.table_slopes()[address] / 2.0**compare_lanes.SLOPE_FRACTION
-    value = compare_lanes.table_values(offset_bits)[address] / 2.0**compare_lanes.VALUE_FRACTION
+    value = compare_lanes.table_values()[address] / 2.0**compare_lanes.VALUE_FRACTION
     result = value - slope * offset * unit_turn - HALF_OF_LAST_BIT
     error = np.abs(result - np.cos(2.0 * np.pi * folded / 2.0**compare_lanes.PHASE_FRACTION))
     # Half of z**2/2 with z = 2**-10 turn; the slope's last half bit over 2**-10 turn; that of the
@@ -84,14 +83,13 @@ def test_a_table_in_verilog_has_two_s_complement() -> None:
 
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
-def test_the_verilog_of_rows_gives_the_cosine(tmp_path: Path) -> None:
-    source = tmp_path / "table_rows_lane.v"
-    source.write_text(compare_lanes.table_rows_lane(), encoding="utf-8")
+def test_the_netlist_of_the_table_gives_the_cosine(tmp_path: Path) -> None:
+    """As GHDL makes it, over 2**20 phases; the bound is derived in the head of table_rotation."""
+    source = tmp_path / "table_lane.v"
+    source.write_text(compare_lanes.table_lane(), encoding="utf-8")
     latency, error, _ = latency_and_errors(sweep(source))
-    assert latency == 10
-    # As of the table above, half a last bit of the cosine, and each row drops less than a unit.
-    bound = (2.0 * math.pi * 2.0**-10) ** 2 / 4.0 + 2.0**-19 + 2.0**-21 + math.pi * 2.0**-19
-    assert error < bound + HALF_OF_LAST_BIT + 2.0**-19
+    assert latency == 17
+    assert error <= error_bound()
 
 
 def _versions(monkeypatch: pytest.MonkeyPatch) -> None:

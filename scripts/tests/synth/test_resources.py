@@ -8,7 +8,16 @@ from pathlib import Path
 import pytest
 
 from scripts.resources import Design, Resources
-from scripts.synth import BUDGETS, Budget, exceeded, fold_table, lane_of, wasted_folds
+from scripts.synth import (
+    BUDGETS,
+    SAVED_BY_A_TABLE,
+    Budget,
+    budgets_of,
+    exceeded,
+    fold_table,
+    lane_of,
+    wasted_folds,
+)
 
 BOXES = ("LUT2", "LUT3")
 
@@ -84,9 +93,20 @@ def test_every_budget_is_kept_at_its_limit_and_exceeded_one_above() -> None:
 def test_a_fold_that_saves_nothing_is_told() -> None:
     cores = {1: Resources(lut=30, dsp=12), 4: Resources(lut=12, dsp=3), 2: Resources(lut=20, dsp=6)}
     assert wasted_folds(cores) == []
-    assert "| 2 | 2 clocks | 20 | 0 | 6 | 0 | 0 |" in fold_table(cores)
+    assert "| 2 | 2 clocks | 20 | 0 | 6 | 0 | 0 |" in fold_table(cores, {"ROTATION": "table"})
     cores[8] = Resources(lut=13, dsp=3)
     assert wasted_folds(cores) == [
         "FOLD = 8 takes 13 LUT, FOLD = 4 only 12",
         "FOLD = 8 takes 3 DSP, FOLD = 4 only 3",
     ]
+
+
+def test_a_table_has_to_make_room() -> None:
+    """The LUTs of the core alone have another budget with ROTATION = table."""
+    changed = [
+        (one.part, one.kind, one.limit - other.limit)
+        for one, other in zip(BUDGETS, budgets_of({"ROTATION": "table"}), strict=True)
+        if one != other
+    ]
+    assert changed == [("core", "lut", SAVED_BY_A_TABLE)]
+    assert budgets_of({"ROTATION": "cordic"}) == budgets_of({}) == BUDGETS

@@ -21,11 +21,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arctrue.gateware.capability import HEADS_MOST
-from arctrue.gateware.mean_set import WEIGHT_FRACTION, WEIGHT_WIDTH
+from arctrue.gateware.mean_set import WEIGHT_LIMIT, WEIGHT_ONE
 
 Float = NDArray[np.float64]
 
-WEIGHT_LIMIT = float(1 << (WEIGHT_WIDTH - 1 - WEIGHT_FRACTION))
+MOST_WEIGHT = WEIGHT_LIMIT / WEIGHT_ONE
+"""Of s1.16."""
 NOISE_LIMIT = 1.0
 """Of the mean over that of one reading: from here on one head alone is quieter."""
 LEAK_LIMIT = 1e-3
@@ -67,10 +68,10 @@ def mean_weights(
     # Two heads a little off 180° miss the sum too: what must hold exactly is Σw = 1.
     weights = weights / weights.sum()
     largest = int(np.argmax(np.abs(weights)))
-    if not -WEIGHT_LIMIT <= weights[largest] < WEIGHT_LIMIT:
+    if not -MOST_WEIGHT <= weights[largest] < MOST_WEIGHT:
         raise WeightsRefusedError(
             f"heads at {named}: the weight of the {_ordinal(largest)} is {weights[largest]:.2f}, "
-            f"and the gateware holds −{WEIGHT_LIMIT:g} to {WEIGHT_LIMIT:g}; move a head"
+            f"and the gateware holds −{MOST_WEIGHT:g} to {MOST_WEIGHT:g}; move a head"
         )
     noise = float(np.linalg.norm(weights))
     if noise > noise_limit:
@@ -135,18 +136,17 @@ def weight_words(
     Of the words within 2 of each weight those are taken that let the least of a translation
     through. Raises WeightsRefusedError for a weight that s1.16 does not hold.
     """
-    values = np.asarray(weights, dtype=np.float64) * (1 << WEIGHT_FRACTION)
+    values = np.asarray(weights, dtype=np.float64) * WEIGHT_ONE
     columns = translation_columns(places_rad, radius_ratios)
     used = np.flatnonzero(values != 0.0)
     if used.size == 0:
         raise WeightsRefusedError("all weights are 0: their sum must be 1")
     nearest = np.rint(values).astype(np.int64)
-    one = 1 << WEIGHT_FRACTION
     best, least = None, np.inf
     for steps in product(range(-2, 3), repeat=used.size - 1):
         words = nearest.copy()
         words[used[:-1]] += steps
-        words[used[-1]] = one - int(words[used[:-1]].sum())
+        words[used[-1]] = WEIGHT_ONE - int(words[used[:-1]].sum())
         if abs(words[used[-1]] - values[used[-1]]) > 2.5:
             continue
         leak = float(np.linalg.norm(words @ columns))
@@ -154,9 +154,8 @@ def weight_words(
             best, least = words, leak
     if best is None:
         raise WeightsRefusedError(f"the weights {list(np.asarray(weights))} have not the sum 1")
-    limit = 1 << (WEIGHT_WIDTH - 1)
-    if np.any((best < -limit) | (best >= limit)):
-        raise WeightsRefusedError(f"a weight is outside s1.16: {list(best / one)}")
+    if np.any((best < -WEIGHT_LIMIT) | (best >= WEIGHT_LIMIT)):
+        raise WeightsRefusedError(f"a weight is outside s1.16: {list(best / WEIGHT_ONE)}")
     return best.astype(np.int32)
 
 

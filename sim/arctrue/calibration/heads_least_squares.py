@@ -40,7 +40,8 @@ U_PLACE_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / float(np.sqrt(3.0))
 U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
 """± 0.1 mm at the paper's disc, rectangular."""
 LOW_MOTION_ORDERS = tuple(range(1, 9))
-"""Orders at which a first fit allows motion where it is unknown at every order."""
+LOW_ORDERS = 24
+"""Orders of axis and disc of a first fit where motion is unknown at every order."""
 ROUNDS_MOST = 6
 CONVERGED_ARCSEC = 1e-4
 """What a further round would still change of any prediction, about."""
@@ -82,26 +83,41 @@ def heads_least_squares(
     """
     data = _Data(turns, counts_per_rev, np.asarray(nominal_places_rad, dtype=np.float64))
     _refuse_at_once(data, settings)
-    every = settings.motion == "every"
-    low = LOW_MOTION_ORDERS if settings.motion == "every" else tuple(settings.motion)
-    state = data.first_state(settings, low)
+    if settings.motion != "every":
+        state, combinations = _first_fit(data, settings, tuple(settings.motion))
+        state, information = _converged(data, state, combinations, settings)
+        return _estimate(data, state, combinations, information, settings)
+    # The parity sees neither order 1 nor the offsets: a first fit of low orders gives both.
+    orders = np.asarray(settings.orders)
+    low = replace(settings, orders=orders[orders <= LOW_ORDERS])
+    state, combinations = _first_fit(data, low, LOW_MOTION_ORDERS)
+    state, information = _converged(data, state, combinations, low)
+    known = _Known.of_first_order(state, information)
+    state = data.state_of(_seen_orders(data, settings), (), state)
+    known = known.in_layout(state.layout)
+    parity = parity_weights(state.places_rad(0), state.radius_ratios)[None, :]
+    state, _ = _solved(data, state, parity, settings, with_geometry=False, known=known)
+    parity = parity / np.sqrt(_residual_covariance(data, state, parity)[0, 0])
+    state, information = _converged(data, state, parity, settings, known=known)
+    return _estimate(data, state, parity, information, settings)
+
+
+def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
+    """Of the orders asked for, those that these heads see; the first fit gives order 1."""
+    orders = np.asarray(settings.orders)
+    seen = np.isfinite(order_gain(data.nominal_rad, orders, settings.motion))
+    return np.asarray(orders[seen | ((orders == 1) & (data.heads > 2))])
+
+
+def _first_fit(
+    data: _Data, settings: HeadsSettings, motion_orders: tuple[int, ...]
+) -> tuple[State, Float]:
+    """The disc at the places as mounted, and combinations with noise of variance 1."""
+    state = data.first_state(settings, _seen_orders(data, settings), motion_orders)
     # Without a disc there is no slope: places and radii join from the second round on.
     combinations = _combinations_of_rotation(data.heads)
     state, _ = _solved(data, state, combinations, settings, with_geometry=False)
-    combinations = _whitened(data, state, combinations)
-    state, information = _converged(data, state, combinations, settings)
-    if not every:
-        return _estimate(data, state, combinations, information, settings, ())
-    first = _Known.of_first_order(state, information)
-    layout = replace(state.layout, motion_orders=())
-    kept = np.ones(state.layout.size, dtype=bool)
-    kept[state.layout.motion] = False
-    state = replace(state, layout=layout, values=state.values[kept])
-    parity = parity_weights(state.places_rad(0), state.radius_ratios)[None, :]
-    state, _ = _solved(data, state, parity, settings, with_geometry=False, known=first)
-    parity = parity / np.sqrt(_residual_covariance(data, state, parity)[0, 0])
-    state, information = _converged(data, state, parity, settings, known=first)
-    return _estimate(data, state, parity, information, settings, (first,))
+    return state, _whitened(data, state, combinations)
 
 
 @dataclass(frozen=True)
@@ -122,6 +138,11 @@ class _Known:
         covariance = np.linalg.pinv(information)[:shared, :shared]
         precision = np.linalg.inv(covariance[np.ix_(columns, columns)])
         return cls(columns, state.values[columns], np.asarray(precision))
+
+    def in_layout(self, layout: Layout) -> _Known:
+        """The same for the columns of another layout."""
+        first = np.flatnonzero(layout.orders == 1)
+        return replace(self, columns=np.concatenate((first, first + layout.orders.size)))
 
 
 class _Data:
@@ -154,8 +175,10 @@ class _Data:
     def samples(self) -> int:
         return sum(part.samples for part in self.turns)
 
-    def first_state(self, settings: HeadsSettings, motion_orders: tuple[int, ...]) -> State:
-        """Offsets from the means; only the orders that these heads see at their places."""
+    def first_state(
+        self, settings: HeadsSettings, orders: Integer, motion_orders: tuple[int, ...]
+    ) -> State:
+        """Offsets from the means, places as mounted, no disc and no motion."""
         unit = arcsec_per_count(self.counts_per_rev) * RAD_PER_ARCSEC
         apart = np.array(
             [
@@ -166,15 +189,23 @@ class _Data:
                 for part, whole in zip(self.turns, self.whole_counts, strict=True)
             ]
         )
-        gain = order_gain(self.nominal_rad, settings.orders, settings.motion)
-        seen = np.isfinite(gain)
-        # The parity does not see order 1; a first fit with low orders of motion does.
-        seen |= (settings.orders == 1) & (self.heads > 2)
-        layout = Layout(self.heads, np.asarray(settings.orders)[seen], motion_orders)
+        layout = Layout(self.heads, orders, motion_orders)
         values = np.zeros(layout.size)
         late, _ = _late_beforehand(self.nominal_rad, apart.mean(axis=0), settings)
         values[layout.late] = late
         return State(layout, values, apart)
+
+    def state_of(self, orders: Integer, motion_orders: tuple[int, ...], before: State) -> State:
+        """The values of ``before`` in another layout; what that did not have is 0."""
+        layout = Layout(self.heads, orders, motion_orders)
+        values = np.zeros(layout.size)
+        both, new, old = np.intersect1d(orders, before.layout.orders, return_indices=True)
+        if both.size:
+            values[new] = before.values[old]
+            values[new + orders.size] = before.values[old + before.layout.orders.size]
+        values[layout.late] = before.values[before.layout.late]
+        values[layout.radius] = before.values[before.layout.radius]
+        return State(layout, values, before.offsets_rad)
 
     def blocks(self) -> Iterator[tuple[int, list[Integer]]]:
         """Run and counts of every head."""
@@ -378,7 +409,6 @@ def _estimate(
     combinations: Float,
     information: Float,
     settings: HeadsSettings,
-    known: tuple[_Known, ...],
 ) -> HeadsEstimate:
     layout = state.layout
     size = information.shape[0]

@@ -8,8 +8,7 @@ rᵢ = y_i − p_i give E = Σwᵢ·g_i(y_i), worked out here at even steps of t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +23,9 @@ from arctrue.calibration.head_weights import (
     weights_without_each,
 )
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.mean_bank import MeanBank
-from arctrue.gateware.mean_set import OFFSET_FRACTION, WEIGHT_FRACTION
+from arctrue.gateware.extension import Extension
+from arctrue.gateware.mean_set import OFFSET_ONE, WEIGHT_ONE, MeanSet
+from arctrue.gateware.weighted_mean import TERM_LSB_COUNTS, weighted_mean, whole_readings
 from arctrue.generated.number_formats import LANES_DEFAULT
 
 Float = NDArray[np.float64]
@@ -107,11 +107,11 @@ def mean_lanes(
     )
 
 
-def offset_words(offsets_rad: Float, counts_per_rev: int) -> NDArray[np.uint32]:
-    """Offsets as u24.4 counts within a turn, (H,)."""
-    turn = counts_per_rev << OFFSET_FRACTION
+def offset_words(offsets_rad: Float, counts_per_rev: int) -> tuple[int, ...]:
+    """Offsets as u24.4 counts within a turn, one a head."""
+    turn = counts_per_rev * OFFSET_ONE
     words = np.rint(np.remainder(offsets_rad / (2.0 * np.pi), 1.0) * turn).astype(np.int64)
-    return np.asarray(words % turn, dtype=np.uint32)
+    return tuple((words % turn).tolist())
 
 
 def mean_bank(
@@ -120,17 +120,17 @@ def mean_bank(
     *,
     lanes: int = LANES_DEFAULT,
     weights: Float | None = None,
-    missing: int | None = None,
+    missing: int = 0,
     carrier: int | None = None,
     least_arcsec: float = 0.0,
-) -> MeanBank:
-    """The bank of all heads, or without the head ``missing`` (1, 2, …).
+) -> Coefficients:
+    """The words of all heads, or without the head ``missing`` (1, 2, …).
 
     ``weights`` (H,): None: those of least noise; ``carrier``: None: the first head that is there.
     Raises WeightsRefusedError where there are no weights.
     """
     if weights is None:
-        if missing is None:
+        if not missing:
             weights = mean_weights(disc.places_rad, disc.radius_ratios)
         else:
             found = weights_without_each(disc.places_rad, disc.radius_ratios)[missing - 1]
@@ -140,13 +140,13 @@ def mean_bank(
     if carrier is None:
         carrier = 2 if missing == 1 else 1
     words = weight_words(weights, disc.places_rad, disc.radius_ratios)
-    exact = words / float(1 << WEIGHT_FRACTION)
-    return MeanBank(
-        carrier,
-        words,
-        offset_words(disc.offsets_rad, counts_per_rev),
+    mean = MeanSet(
+        tuple(words.tolist()), offset_words(disc.offsets_rad, counts_per_rev), carrier, missing
+    )
+    exact = words / float(WEIGHT_ONE)
+    return replace(
         mean_lanes(disc, exact, carrier - 1, counts_per_rev, lanes, least_arcsec),
-        missing,
+        extension=Extension(mean=mean),
     )
 
 
@@ -157,26 +157,47 @@ def mean_banks(
     lanes: int = LANES_DEFAULT,
     noise_limit: float = NOISE_LIMIT,
     least_arcsec: float = 0.0,
-) -> tuple[MeanBank | WeightsRefusedError, ...]:
-    """The bank of all heads, then one with each head missing; a refusal where there is none.
+) -> tuple[Coefficients, tuple[WeightsRefusedError, ...]]:
+    """The words of all heads with a set for each head missing, and why one has no set.
 
     Raises WeightsRefusedError where all heads together have no mean.
     """
     every = mean_weights(disc.places_rad, disc.radius_ratios, noise_limit=noise_limit)
-    cases: Sequence[Float | WeightsRefusedError] = (
-        every,
-        *weights_without_each(disc.places_rad, disc.radius_ratios, noise_limit=noise_limit),
-    )
-    return tuple(
-        weights
-        if isinstance(weights, WeightsRefusedError)
-        else mean_bank(
-            disc,
-            counts_per_rev,
-            lanes=lanes,
-            weights=weights,
-            missing=index or None,
-            least_arcsec=least_arcsec,
+    without, refused = [], []
+    cases = weights_without_each(disc.places_rad, disc.radius_ratios, noise_limit=noise_limit)
+    for missing, weights in enumerate(cases, start=1):
+        if isinstance(weights, WeightsRefusedError):
+            refused.append(weights)
+            continue
+        without.append(
+            mean_bank(
+                disc,
+                counts_per_rev,
+                lanes=lanes,
+                weights=weights,
+                missing=missing,
+                least_arcsec=least_arcsec,
+            )
         )
-        for index, weights in enumerate(cases)
+    all_heads = mean_bank(
+        disc, counts_per_rev, lanes=lanes, weights=every, least_arcsec=least_arcsec
     )
+    assert all_heads.extension is not None
+    extension = replace(all_heads.extension, without=tuple(without))
+    return replace(all_heads, extension=extension), tuple(refused)
+
+
+def mean_angle_counts(coefficients: Coefficients, head_counts: NDArray[np.int64]) -> Float:
+    """What the gateware puts out, before it rounds, counts (n,), for whole counts (heads, n).
+
+    The mean's term is bit-true, the lanes are those words in double precision. Raises ValueError
+    for coefficients without a mean.
+    """
+    mean = None if coefficients.extension is None else coefficients.extension.mean
+    if mean is None:
+        raise ValueError("the coefficients hold no mean of the heads")
+    turn = coefficients.counts_per_rev
+    whole = whole_readings(np.asarray(head_counts).T, mean, turn)
+    carrier = whole[:, mean.carrier - 1]
+    term = weighted_mean(whole, mean, turn).term * TERM_LSB_COUNTS
+    return np.asarray(carrier - term - coefficients.error_counts(carrier))

@@ -31,7 +31,7 @@ SECTIONS = {
     "Device": ("capture", "monitor", "probe", "load", "save", "flash"),
     "Simulate and study": (
         *("demo", "simulate", "run", "revolution", "hidden", "long-run", "stop-and-go", "paper"),
-        *("methods", "error-sources", "monte-carlo", "alpha", "benchmark"),
+        *("methods", "heads", "error-sources", "monte-carlo", "alpha", "benchmark"),
     ),
 }
 """The commands as the help lists them, in the order in which they are usually needed."""

@@ -1,8 +1,10 @@
-"""arctrue alpha: the choice of the angle between two heads, of lanes and of bits."""
+"""arctrue alpha: the places of two to four heads, and the choice of lanes and of bits."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -10,11 +12,26 @@ from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import Finite
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._places import Places
 from arctrue.cli._tables import number, table
 from arctrue.report.numbers import plain
 
 
-@click.command(short_help="Choose the angle between two heads for given orders.")
+@click.command(short_help="Choose the places of two to four heads for given orders.")
+@click.option(
+    "--heads",
+    type=click.IntRange(2, 4),
+    default=2,
+    show_default=True,
+    help="2: the angle α; 3 and 4: the places of all heads.",
+)
+@click.option(
+    "--places",
+    "places_deg",
+    type=Places(),
+    metavar="0,P2,P3[,P4]",
+    help="Places after head 1 to judge beside the best ones, degrees (with --heads 3 or 4).",
+)
 @click.option(
     "--alpha",
     "alpha_deg",
@@ -34,6 +51,8 @@ from arctrue.report.numbers import plain
 @click.option("--out", type=OutputFolder(), help="Folder for the maps.")
 @for_people
 def alpha(
+    heads: int,
+    places_deg: tuple[float, ...] | None,
     alpha_deg: float,
     orders: tuple[int, ...],
     json_file: Path | None,
@@ -42,10 +61,21 @@ def alpha(
 ) -> None:
     """Give noise gain, blind orders and sensitivity to α, and the best α for orders 1 to N.
 
-    The same for lanes and bits: what they leave of the paper's table.
+    The same for lanes and bits: what they leave of the paper's table. For three and four heads:
+    the places that see orders 1 to N best, at which the mean of all heads, and of four heads that
+    of any three, is quieter than one head.
     """
-    from arctrue.studies.head_angle.choose import ORDERS, choose
+    from arctrue.studies.head_angle.choose import ORDERS, PLACES_ORDERS, choose, choose_places
 
+    if heads > 2:
+        if page_file is not None or out is not None:
+            raise ValueError("--page and --out are for --heads 2; its page has three and four too")
+        judged = plain(choose_places(heads, orders or PLACES_ORDERS, places_deg))
+        console.print(_of_places(judged))
+        write_json(json_file, judged)
+        return
+    if places_deg is not None:
+        raise ValueError("--places is for three and four heads: give --heads 3 or 4")
     asked = sorted({*orders, 40}) if page_file is not None and orders else orders
     found = plain(choose(alpha_deg, tuple(asked) or ORDERS))
     headings = ("orders", "α", "worst gain", "order 1", "noise ″", "mounting ″", "blind")
@@ -64,8 +94,32 @@ def alpha(
             )
         gains.add_section()
     console.print(gains)
-    write_json(json_file, found)
     if page_file is not None or out is not None:
         from arctrue.report.alpha_page import alpha_page, plot_alpha
 
+        for number_of_heads in (3, 4):
+            found.setdefault("places", []).extend(plain(choose_places(number_of_heads))["places"])
         write_page(found, page_file, alpha_page, out, plot_alpha)
+    write_json(json_file, found)
+
+
+def _of_places(judged: Mapping[str, Any]) -> Any:
+    shown = table(
+        "Places of the heads, degrees after head 1",
+        *map(number, ("orders", "places", "worst gain", "noise of\nthe mean", "one head\nmissing")),
+    )
+    for choice in judged["places"]:
+        for one in (choice["given"], *choice["best"]):
+            if one is None:
+                continue
+            without = [value for value in one["noise_without"] if value is not None]
+            worst = one["worst_gain"]
+            shown.add_row(
+                f"{2 if choice['heads'] == 4 else 1} to {choice['most_order']}",
+                ", ".join(f"{place:g}" for place in one["places_deg"]),
+                "∞" if worst is None else f"{worst:.3g} at {one['worst_order']}",
+                "∞" if one["mean_noise"] is None else f"{one['mean_noise']:.3f}",
+                f"{max(without):.2f}" if len(without) == choice["heads"] else "no mean",
+            )
+        shown.add_section()
+    return shown

@@ -26,6 +26,7 @@ from arctrue.studies.benchmark.cases import FILE as CASES_FILE
 from arctrue.studies.benchmark.cases import keep, kept_reasons
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, freeze, is_public, task_digest
+from arctrue.studies.benchmark.independent.injection import INJECTIONS
 from arctrue.studies.benchmark.independent.world import HIDDEN, independent_worlds
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.plan import SOURCES, TIERS, make_plan, read_plan
@@ -33,6 +34,7 @@ from arctrue.studies.benchmark.score import SIMULATED, SURE, is_failure, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
+from arctrue.studies.campaign import read_results
 from arctrue.studies.campaign.store import COMMIT, read_header
 from arctrue.studies.campaign.task import digest
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
@@ -58,7 +60,7 @@ def benchmark() -> None:
     help="Who makes the sets: the simulated table, the second generator, or both (a fifth).",
 )
 @click.option("--limit", type=click.IntRange(min=1), help="The tier's first sets only.")
-@click.option("--seed", type=SEED, help="In place of the tier's seed.")
+@click.option("--seed", type=SEED, help="Seed of all sets; without it, the one of the tier.")
 @for_people
 def make(folder: Path, tier: str, generator: str, limit: int | None, seed: int | None) -> None:
     """Write the plan: what is sealed, then the seed of all sets."""
@@ -157,6 +159,71 @@ def score(
     if kept:
         new = keep(filter(is_failure, sets), read_header(folders[0] / subject).get(COMMIT))
         console.print(f"{new} new cases: {CASES_FILE}", soft_wrap=True)
+
+
+@benchmark.command("bound")
+@click.argument("folder", type=Folder)
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    type=click.Choice(list(INJECTIONS)),
+    metavar="NAME",
+    help="Only this effect, as often as needed.  [default: all]",
+)
+@click.option(
+    "--times",
+    type=click.IntRange(min=1),
+    default=100,
+    show_default=True,
+    help="Injections of each effect.",
+)
+@click.option(
+    "--samples",
+    type=click.IntRange(min=100),
+    default=TIERS["quick"].samples,
+    show_default=True,
+    help="Samples per run.",
+)
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of all sets.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write the rates as JSON.")
+@campaign_options
+@interruptible
+@for_people
+def bound(
+    folder: Path,
+    effects: tuple[str, ...],
+    times: int,
+    samples: int,
+    seed: int,
+    json_file: Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    shard: tuple[int, int] | None,
+) -> None:
+    """Inject each effect at the smallest size that a diagnosis says it would find.
+
+    That size is said to be found in 95 % of such sets. An effect whose rate lies below that with
+    its whole interval of 95 % is marked.
+    """
+    from arctrue.studies.benchmark.bound import PROMISED, bound_campaign, bound_scores
+
+    campaign = bound_campaign(folder, effects or tuple(INJECTIONS), times, samples, seed)
+    with CampaignBar("injections") as bar:
+        campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
+    found = bound_scores((item.task, item.result) for item in read_results([folder]))
+    write_json(
+        json_file,
+        {
+            item.effect: {"found": item.found.data(), "by_name": item.by_name.data()}
+            for item in found
+        },
+    )
+    for item in found:
+        mark = "" if item.kept else f"  below {100 * PROMISED:g} %"
+        console.print(
+            f"{item.effect}: found {item.found}, by name {item.by_name}{mark}", soft_wrap=True
+        )
 
 
 @benchmark.command("page")

@@ -20,8 +20,11 @@ from arctrue.calibration.calibration import METHODS, Calibration, CalibrationSet
 from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.calibration.comparison import Extent, ReferenceComparison, extent
 from arctrue.calibration.head_separation import Separation
+from arctrue.calibration.heads_calibration import MeanCalibration, MeanSettings, calibrate_mean
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.cli._figures import figure
+from arctrue.cli._mean_of_heads import figures as figures_of_mean
+from arctrue.cli._mean_of_heads import motion_orders, print_mean
 from arctrue.cli._numbers import Finite
 from arctrue.cli._options import lanes_option
 from arctrue.cli._outputs import OutputFile, OutputFolder
@@ -95,6 +98,20 @@ class _ManyRuns(click.Command):
     "be believed, harmonics where they are known best]",
 )
 @click.option(
+    "--angle",
+    type=click.Choice(["head1", "mean"]),
+    default="head1",
+    show_default=True,
+    help="What the gateware puts out: head 1, corrected from heads 1 and 2, or the weighted mean "
+    "of all heads, which sees no translation of the axis.",
+)
+@click.option(
+    "--motion",
+    metavar="ORDERS",
+    help="With --angle mean: orders at which the axis may move, 1-8 or 2,3,9; none; every.  "
+    "[default: every with four heads, else none]",
+)
+@click.option(
     "--force",
     is_flag=True,
     help="Write the coefficients although the reference run or the firmware would refuse them.",
@@ -118,6 +135,8 @@ def calibrate(
     lanes: int,
     gain_limit: float,
     separation: Any,
+    angle: str,
+    motion: str | None,
     force: bool,
     json_file: Path | None,
     out: Path | None,
@@ -126,6 +145,9 @@ def calibrate(
 
     A set without a capture is fitted with the orders that its targets tell apart (--orders: at
     most); options of the two heads then have no meaning and are refused.
+
+    --angle mean calibrates the weighted mean of all heads of a set with head_places_deg and writes
+    its words, with a set for each head that may be missing.
 
     Prints the orders and, where SET has a reference run, the error before and after through the
     bit-true gateware. Exit code 1: the coefficients are refused (--force writes them); 2: the set
@@ -140,6 +162,14 @@ def calibrate(
             alone = calibrate_from_reference(measurement, lanes=lanes, most_order=most_order)
             _finish_alone(alone, measurement, folder, json_file, out, force=force)
             return
+        if angle == "mean":
+            _refuse_given(_OF_HEAD1, "is for --angle head1")
+            settings_of_mean = MeanSettings(runs or None, most_order, lanes, motion_orders(motion))
+            mean = calibrate_mean(measurement, settings_of_mean)
+            _finish_mean(mean, measurement, folder, json_file, out, force=force)
+            return
+        if motion is not None:
+            raise ValueError("--motion is for --angle mean: head 1 takes all motion for disc")
         calibration = calibration_module.calibrate(measurement, settings)
     except CaptureRefusedError as refusal:
         _end(REFUSED, f"refused ({refusal.reason}): {refusal}")
@@ -152,7 +182,7 @@ def calibrate(
         _end(BAD_INPUT, f"{folder}: {error}")
     name = folder.resolve().name
     out = out or Path("build") / "calibration" / name
-    warnings = (*measurement.warnings, *calibration.warnings)
+    warnings = (*measurement.warnings, *calibration.warnings, *_further_heads(measurement))
     for warning in warnings:
         tell_warning(warning)
     console = _console()
@@ -175,16 +205,55 @@ def calibrate(
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
 
 
-_OF_TWO_HEADS = ("method", "runs", "gain_limit", "separation")
+_OF_HEAD1 = ("method", "gain_limit", "separation")
+_OF_TWO_HEADS = (*_OF_HEAD1, "runs", "angle", "motion")
+
+
+def _refuse_given(names: Sequence[str], why: str) -> None:
+    """Raises ValueError where one of the options was given."""
+    context = click.get_current_context()
+    for name in names:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            option = next(one.opts[0] for one in context.command.params if one.name == name)
+            raise ValueError(f"{option} {why}")
 
 
 def _refuse_options_of_two_heads() -> None:
-    """Raises ValueError where one was given: the set has no capture."""
-    context = click.get_current_context()
-    for name in _OF_TWO_HEADS:
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            option = next(one.opts[0] for one in context.command.params if one.name == name)
-            raise ValueError(f"{option} is for two heads, and the set has no capture")
+    _refuse_given(_OF_TWO_HEADS, "is for two heads, and the set has no capture")
+
+
+def _further_heads(measurement: MeasurementSet) -> list[str]:
+    heads = 2 if measurement.capture is None else len(measurement.capture.heads)
+    if heads == 2:
+        return []
+    return [
+        f"the set has {heads} heads, and head 1 is calibrated from heads 1 and 2 alone; "
+        "--angle mean uses all"
+    ]
+
+
+def _finish_mean(
+    mean: MeanCalibration,
+    measurement: MeasurementSet,
+    folder: Path,
+    json_file: Path | None,
+    out: Path | None,
+    *,
+    force: bool,
+) -> None:
+    name = folder.resolve().name
+    out = out or Path("build") / "calibration" / name
+    for warning in (*measurement.warnings, *mean.warnings):
+        tell_warning(warning)
+    print_mean(_console(), mean)
+    try:
+        _write_figures(json_file, figures_of_mean(mean))
+        _stop_if_refused(mean.objections, out, force=force)
+        coefficients = out / "coefficients.toml"
+        write_coefficient_file(coefficients, mean.coefficients, measurement.title or name)
+        say(f"\nCoefficients: {coefficients}")
+    except OSError as error:
+        _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
 
 
 def _finish_alone(

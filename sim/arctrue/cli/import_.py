@@ -16,6 +16,7 @@ from arctrue.cli._import_questions import Asker, all_open
 from arctrue.cli._loaded_set import console, for_people
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._places import Places
 from arctrue.cli._runs import print_runs
 from arctrue.cli._tables import table, words
 from arctrue.cli._terminal import note
@@ -103,6 +104,13 @@ def _ask(asked: Ambiguous) -> str:
 @click.option("--counts-per-rev", type=click.IntRange(min=4), help="Counts of one turn.")
 @click.option("--separation", type=Finite(-360.0, 360.0), help="Degrees from head 1 to head 2.")
 @click.option(
+    "--places",
+    "places_deg",
+    type=Places(),
+    metavar="0,P2,P3[,P4]",
+    help="Degrees of all heads after head 1, where there are three or four.",
+)
+@click.option(
     "--sign",
     type=click.Choice(["reading-true", "true-reading"]),
     help="What the error column is; ISO 230-2 has true-reading.",
@@ -147,6 +155,7 @@ def import_(
     period: float | None,
     counts_per_rev: int | None,
     separation: float | None,
+    places_deg: tuple[float, ...] | None,
     sign: str | None,
     zero: str | None,
     clock_offset: float | None,
@@ -180,6 +189,7 @@ def import_(
         table=Table(
             counts_per_rev=counts_per_rev,
             head_separation_deg=separation,
+            head_places_deg=places_deg,
             grating_lines=lines,
             drive_gear_teeth=gear_teeth,
             faces=faces,

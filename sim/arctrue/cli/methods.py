@@ -1,4 +1,4 @@
-"""arctrue methods: every method of calibration on the same simulated table."""
+"""arctrue methods: methods of calibration on the same simulated table."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEAST_MINUTES = 8.0
 """Five cycles of the polygon: with fewer its positions do not reach all faces."""
 
 
-@click.command(short_help="Every method of calibration on the same simulated table.")
+@click.command(short_help="Methods of calibration on the same simulated table.")
 @click.option(
     "--minutes",
     type=Finite(min=LEAST_MINUTES, max=120.0),
@@ -35,7 +35,7 @@ LEAST_MINUTES = 8.0
 def methods(
     minutes: float, seed: int, json_file: Path | None, page_file: Path | None, out: Path | None
 ) -> None:
-    """Compare reference, closure, equal division, free spin, and two to four heads.
+    """Compare reference, closure, equal division, free spin, and two to four heads or their mean.
 
     Each method measures the same simulated table with the same noise for the same time. What its
     correction leaves is scored against the true angle.
@@ -44,7 +44,7 @@ def methods(
     from arctrue.studies.methods.world import MethodsSettings
 
     with Progress("measuring") as step:
-        found = compare_methods(MethodsSettings(minutes=minutes, seed=seed), step.now)
+        found = compare_methods(MethodsSettings.compared(minutes, seed), step.now)
     _print(found)
     write_json(json_file, found)
     if page_file is not None or out is not None:
@@ -55,19 +55,25 @@ def methods(
 
 def _print(found: dict[str, Any]) -> None:
     left = table(
-        "Left of the error of head 1, ″",
+        "Left of the error, ″",
         words("method"),
-        *map(number, ("heads", "range", "RMS", "RMS, axis\nat rest")),
+        words("output"),
+        *map(number, ("heads", "range", "RMS", "axis\nat rest", "later")),
     )
     raw = found["uncorrected"]
-    left.add_row("uncorrected", "1", _span(raw["span_arcsec"]), figure(raw["rms_arcsec"], 2), "")
+    left.add_row(
+        "uncorrected", "head 1", "1", _span(raw["span_arcsec"]), figure(raw["rms_arcsec"], 2), "",
+        figure(raw["rms_later_arcsec"], 2),
+    )  # fmt: skip
     for one in found["methods"]:
         left.add_row(
             one["title"],
+            one["output"],
             str(one["heads"]),
             _span(one["span_arcsec"]),
             figure(one["rms_arcsec"], 3),
             figure(one["rms_without_motion_arcsec"], 3),
+            figure(one["rms_later_arcsec"], 3),
         )
     console.print(left)
     for one in found["places"]:

@@ -23,6 +23,8 @@ ATTEMPTS = 3
 """Of what was spoiled on the way."""
 SILENCE_S = 5.0
 """A dump that is silent for so long has ended, and its end was spoiled."""
+LONGEST_LINE = 65_536
+"""Characters kept of a line without an end; the longest line of the firmware has 2,128."""
 LATE_S = 10.0
 """An answer later than this does not come any more."""
 
@@ -80,6 +82,7 @@ class Console:
         self._turns: list[TelemetryLine] = []
         self._in_step = False
         self._markers = 0
+        self._begun = b""
 
     def close(self) -> None:
         """Close the port."""
@@ -214,8 +217,12 @@ class Console:
             data: bytes = self._serial.read_until(b"\n")
         except serial.SerialException as error:
             raise ConsoleError(f"{self.port}: {error}; was the cable pulled?") from error
+        # The device may stop in the middle of a line for longer than a read waits.
+        self._begun += data
         if not data.endswith(b"\n"):
+            self._begun = self._begun[-LONGEST_LINE:]
             return None
+        data, self._begun = self._begun, b""
         text = data.decode("ascii", "replace").strip()
         if not text.startswith("{"):
             return text

@@ -18,6 +18,7 @@ from arctrue.gateware.error_compensation import (
     error_compensation,
     subtract,
 )
+from arctrue.gateware.harmonic_lane import Rotation
 from arctrue.gateware.harmonic_unit import harmonic_unit
 from arctrue.gateware.phase_unit import phase_unit
 from arctrue.generated.number_formats import COSINE_WIDTH, PAIR_FRACTION
@@ -27,14 +28,19 @@ _BLOCK = 2048
 
 
 def pair_sums(
-    angle: NDArray[np.int64], coefficients: Coefficients, cosine_width: int = COSINE_WIDTH
+    angle: NDArray[np.int64],
+    coefficients: Coefficients,
+    cosine_width: int = COSINE_WIDTH,
+    rotation: Rotation = "cordic",
 ) -> NDArray[np.int64]:
     """The harmonics of ``angle`` (counts, (clocks,)), summed in pairs: (clocks, pairs) in 2⁻ᶠ."""
     sums = np.empty((angle.size, (coefficients.lanes + 1) // 2), dtype=np.int64)
     for start in range(0, angle.size, _BLOCK):
         block = slice(start, start + _BLOCK)
         phases = phase_unit(angle[block], coefficients.phase_steps, coefficients.phase_offsets)
-        sums[block] = harmonic_unit(phases, coefficients.amplitudes, cosine_width)
+        sums[block] = harmonic_unit(
+            phases, coefficients.amplitudes, cosine_width, rotation=rotation
+        )
     return sums
 
 
@@ -43,6 +49,7 @@ def compensate(
     position: ArrayLike,
     coefficients: Coefficients,
     cosine_width: int = COSINE_WIDTH,
+    rotation: Rotation = "cordic",
 ) -> Subtracted:
     """The settled outputs: compensation on, no ramp under way.
 
@@ -53,7 +60,7 @@ def compensate(
     """
     angles, positions = _readings(angle, position, coefficients.counts_per_rev)
     limit = correction_limit(coefficients.counts_per_rev) << PAIR_FRACTION
-    total = add_pairs(pair_sums(angles, coefficients, cosine_width), coefficients.offset)
+    total = add_pairs(pair_sums(angles, coefficients, cosine_width, rotation), coefficients.offset)
     return subtract(angles, positions, np.clip(total, -limit, limit), coefficients.counts_per_rev)
 
 
@@ -68,6 +75,7 @@ def compensate_clocks(
     state: CompensationState | None = None,
     cosine_width: int = COSINE_WIDTH,
     fold: int = 1,
+    rotation: Rotation = "cordic",
 ) -> Compensated:
     """The outputs of consecutive clocks, with swaps, enable and bypass (latency left out).
 
@@ -92,7 +100,7 @@ def compensate_clocks(
     sums = np.empty((angles.size, (banks[0].lanes + 1) // 2), dtype=np.int64)
     for index, entry in enumerate(banks):
         met = of_clock == index
-        sums[met] = pair_sums(angles[met], entry, cosine_width)
+        sums[met] = pair_sums(angles[met], entry, cosine_width, rotation)
     offsets = np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock]
     # A reading stands until the next; a swap is one of its first clock.
     marker = np.zeros(clocks, dtype=np.bool_)

@@ -13,6 +13,7 @@ from arctrue.generated.number_formats import (
     AMPLITUDE_FRACTION,
     CORRECTION_FRACTION,
     CORRECTION_WIDTH,
+    MEAN_TERM_FRACTION,
     PAIR_FRACTION,
     POSITION_WIDTH,
 )
@@ -96,13 +97,17 @@ def error_compensation(
     state: CompensationState | None = None,
     zero_moved: NDArray[np.bool_] | None = None,
     put_back: NDArray[np.int64] | None = None,
+    mean_term: NDArray[np.int64] | None = None,
+    jump: NDArray[np.int64] | None = None,
 ) -> Compensated:
     """The outputs for the inputs of consecutive clocks (the latency of 4 clocks is left out).
 
     ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``angle`` and ``position``: counts, (clocks,);
     ``apply`` and ``swap_marker``: (clocks,). ``state``: that of the clocks before, else reset.
     ``zero_moved`` turns over with the first angle from another zero; ``put_back``: counts in
-    ``position`` that no edge brought; both (clocks,), by default those of ``state``.
+    ``position`` that no edge brought; both (clocks,), by default those of ``state``. With the mean
+    of the heads, ``mean_term`` in 2⁻²⁰ count and ``jump``: counts that the reading jumps by with
+    the first angle of another carrier, which is a ``swap_marker``, otherwise 0; both (clocks,).
     """
     state = state or CompensationState()
     moved = np.full(apply.shape, state.zero_moved) if zero_moved is None else zero_moved
@@ -111,14 +116,20 @@ def error_compensation(
     healed_before = np.concatenate(([state.put_back], healed[:-1]))
     moves = moved != moved_before
     applied_before = np.concatenate(([state.applied], apply[:-1]))
-    unramped = np.where(apply, add_pairs(pair_sums, offset), 0)
+    summed = add_pairs(pair_sums, offset)
+    if mean_term is not None:
+        summed = summed + (mean_term << (PAIR_FRACTION - MEAN_TERM_FRACTION))
+    unramped = np.where(apply, summed, 0)
+    withdrawn = np.where(moves, (healed - healed_before + 2**15) % 2**16 - 2**15, 0)
+    if jump is not None:
+        withdrawn = np.where(jump != 0, jump, withdrawn)
     ramped = correction_ramp(
         unramped,
         swap_marker | (apply != applied_before) | moves,
         correction_limit(counts_per_rev),
         ramp_rate,
         state.ramp,
-        np.where(moves, (healed - healed_before + 2**15) % 2**16 - 2**15, 0),
+        withdrawn,
     )
     subtracted = subtract(angle, position, ramped.total, counts_per_rev)
     if apply.size:

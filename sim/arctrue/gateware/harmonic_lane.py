@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arctrue.gateware.cordic_rotation import GUARD_WIDTH, cordic_rotation
 from arctrue.gateware.quadrant_fold import quadrant_fold
+from arctrue.gateware.table_rotation import table_rotation
 from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
+
+Rotation = Literal["cordic", "table"]
+"""How a lane finds its cosine, the generic ROTATION."""
 
 # Phases worked on at a time: their arrays stay in the processor's cache.
 _BLOCK = 16384
@@ -17,18 +23,27 @@ def lane_cosine(
     phase: NDArray[np.int32],
     cosine_width: int = COSINE_WIDTH,
     iterations: int = CORDIC_ITERATIONS,
+    rotation: Rotation = "cordic",
 ) -> NDArray[np.int32]:
     """The cosine as it meets the amplitude: sign, integer bit, ``cosine_width`` − 2 fraction bits.
 
     ``phase``: int32, 2⁻²⁴ turn, 0 <= phase < 2²⁴, of any shape; the result has the same shape.
     Raises ValueError for a width or a number of iterations that is not built.
     """
+    if rotation == "table" and (cosine_width, iterations) != (COSINE_WIDTH, CORDIC_ITERATIONS):
+        raise ValueError(
+            f"cosine of {cosine_width} bits with {iterations} iterations: ROTATION = table is "
+            f"built for {COSINE_WIDTH} bits and {CORDIC_ITERATIONS} iterations only"
+        )
     flat = phase.reshape(-1)
     cosine = np.empty(flat.shape, dtype=np.int32)
     for start in range(0, flat.size, _BLOCK):
         block = slice(start, start + _BLOCK)
         folded, negative = quadrant_fold(flat[block])
-        rotated = cordic_rotation(folded, cosine_width, iterations)
+        if rotation == "table":
+            rotated = table_rotation(folded)
+        else:
+            rotated = cordic_rotation(folded, cosine_width, iterations)
         # The complement, rounded half up, is the negative of what is rounded half up.
         rotated ^= negative
         rotated += 1 << (GUARD_WIDTH - 1)
@@ -42,12 +57,13 @@ def harmonic_lane(
     cosine_width: int = COSINE_WIDTH,
     iterations: int = CORDIC_ITERATIONS,
     partner: ArrayLike = 0,
+    rotation: Rotation = "cordic",
 ) -> NDArray[np.int64]:
     """amplitude · cos(phase) + ``partner`` in 2⁻ᶠ count, f = ``cosine_width`` + 9 (27).
 
     ``phase``: int32, 2⁻²⁴ turn; ``amplitude``: 2⁻¹¹ count; ``partner``: the product of the other
     lane of the pair, 2⁻ᶠ count; of shapes that numpy broadcasts to one.
     """
-    cosine = lane_cosine(phase, cosine_width, iterations).astype(np.int64)
+    cosine = lane_cosine(phase, cosine_width, iterations, rotation).astype(np.int64)
     product: NDArray[np.int64] = cosine * np.asarray(amplitude, dtype=np.int64)
     return product + np.asarray(partner, dtype=np.int64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.harmonic_lane import lane_cosine
+from arctrue.gateware.harmonic_lane import Rotation, lane_cosine
 from arctrue.generated.number_formats import (
     AMPLITUDE_FRACTION,
     CORDIC_ITERATIONS,
@@ -19,6 +19,7 @@ def harmonic_unit(
     amplitudes: ArrayLike,
     cosine_width: int = COSINE_WIDTH,
     iterations: int = CORDIC_ITERATIONS,
+    rotation: Rotation = "cordic",
 ) -> NDArray[np.int64]:
     """amplitude · cos(phase) of the lanes 2i and 2i + 1 added, in 2⁻ᶠ count, F = PAIR_FRACTION.
 
@@ -26,7 +27,7 @@ def harmonic_unit(
     they change with the angle, (angles, lanes). Returns (angles, pairs); the last pair of an odd
     number of lanes is the last lane alone. The latency is left out.
     """
-    cosines = lane_cosine(phases, cosine_width, iterations)
+    cosines = lane_cosine(phases, cosine_width, iterations, rotation)
     factors = np.asarray(amplitudes, dtype=np.int64)
     sums = np.multiply(cosines[:, ::2], factors[..., ::2], dtype=np.int64)
     sums[:, : phases.shape[1] // 2] += np.multiply(

@@ -13,6 +13,8 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.gateware.capability import HEADS_MOST
+from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.register_types import Register
 from arctrue.generated import registers
 
@@ -69,7 +71,7 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class CaptureBank:
-    """A capture bank: ``samples`` (n, 2) int32 turn positions of head 1 and 2 in counts."""
+    """A capture bank: ``samples`` (n, heads) int32 turn positions of the heads in counts."""
 
     start_time: int
     sequence_number: int
@@ -176,12 +178,18 @@ class RegisterMap:
                 values[name] = await self.read(register.path)
         return Snapshot(**values)
 
-    async def read_capture(self) -> CaptureBank:
-        """The ready bank. Give it back with ``command("capture_release")``."""
+    async def read_capture(self, heads: int = 2) -> CaptureBank:
+        """The ready bank, of ``heads`` that the core has. Give it back with ``capture_release``."""
         count = await self.read("capture_header.sample_count")
         flags = await self.read_fields("capture_header.flags")
         words = await self._read_words(self._base + registers.CAPTURE_ADDRESS, 2 * count)
         samples = np.array(words, dtype=np.uint32).view(np.int32).reshape(count, 2)
+        for head in range(3, heads + 1):
+            # Word by word: those of head 4 are refused where only head 3 is built.
+            first = self._base + registers.FURTHER_CAPTURE_ADDRESS + 4 * (head - 3)
+            column = [(await self._read_words(first + 8 * row, 1))[0] for row in range(count)]
+            further = np.array(column, dtype=np.uint32).view(np.int32)
+            samples = np.column_stack([samples, further])
         return CaptureBank(
             start_time=await self.read("capture_header.start_time"),
             sequence_number=await self.read("capture_header.sequence_number"),
@@ -195,6 +203,13 @@ class RegisterMap:
             self._base + registers.COEFFICIENTS_ADDRESS, coefficient_words(coefficients)
         )
         await self.write("coefficient_offset", coefficients.offset)
+
+    async def write_mean(self, mean: MeanSet) -> None:
+        """Write the idle words of the mean. They act with ``command("swap")``."""
+        for number, word in enumerate(mean.words()):
+            if number >= 2 * HEADS_MOST or number % HEADS_MOST < mean.heads:
+                address = self._base + registers.MEAN_ADDRESS + 4 * number
+                await self._write_words(address, [word])
 
 
 def coefficient_words(coefficients: CoefficientSet) -> list[int]:

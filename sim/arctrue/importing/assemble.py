@@ -18,6 +18,7 @@ from arctrue.importing.errors_and_signs import error_of_readings, one_zero, sign
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.file_rows import FileRows, rows_of
 from arctrue.importing.motion import Pass, cycles, passes
+from arctrue.importing.quantities import HEADS
 from arctrue.importing.row_order import in_order
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.measurement.wraps import same_turn, unwrapped_counts
@@ -99,7 +100,7 @@ def import_recordings(
     heads = [f for f in files if {"head1", "head2"} <= set(f.angles) and f.time_s is not None]
     capture = None
     if heads:
-        table = _with_separation(table, choices)
+        table = _with_places(table, _heads_of(heads), choices)
         capture = _capture(heads, table, choices)
     settings = replace(settings, table=table)
     reference = _reference(references, settings, choices) if references else None
@@ -127,9 +128,38 @@ def _needs_counts(mapped: Sequence[Mapped]) -> bool:
     return in_counts or any({"head1", "head2"} <= set(sources) for sources in mapped)
 
 
-def _with_separation(table: Table, choices: Choices) -> Table:
-    if table.head_separation_deg is not None:
-        return table
+def _heads_of(files: Sequence[FileRows]) -> list[str]:
+    """Names of the heads of the captures. Raises ValueError for a head 4 without a head 3."""
+    there = [name for name in HEADS if any(name in rows.angles for rows in files)]
+    if there != list(HEADS[: len(there)]):
+        raise ValueError("head4 is there without head3: number the heads as they stand")
+    return there
+
+
+def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
+    """The table with a place for each head, asked for where it has none."""
+    places = table.places_deg
+    if places is not None:
+        if len(places) == len(heads):
+            return table
+        raise ValueError(
+            f"expected a place for each of the {len(heads)} heads, found {len(places)}: give "
+            f"--places {','.join(map(str, (0, 33, 162.5, 300.5)[: len(heads)]))} with those of "
+            "your table"
+        )
+    if len(heads) > 2:
+        asked = Ambiguous(
+            "--places",
+            f"How many degrees are the {len(heads)} heads from head 1, in the direction of "
+            "increasing counts?",
+            ["0,120,240" if len(heads) == 3 else "0,64.3,177,257.9"],
+            free_text=True,
+        )
+        given = choices.ask(asked)
+        try:
+            return replace(table, head_places_deg=tuple(float(one) for one in given.split(",")))
+        except ValueError as error:
+            raise ValueError(f"--places {given}: {error}") from None
     asked = Ambiguous(
         "--separation",
         "How many degrees is head 2 from head 1, in the direction of increasing counts?",
@@ -282,9 +312,9 @@ def _labelled(
 
 
 def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
-    counts_per_rev = table.counts_per_rev
+    counts_per_rev, places_deg = table.counts_per_rev, table.places_deg
     assert counts_per_rev is not None
-    assert table.head_separation_deg is not None
+    assert places_deg is not None
     parts: dict[str, list[Any]] = {}
     first_run = 0
     for rows in files:
@@ -293,7 +323,8 @@ def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
         columns: dict[str, Any] = {"run": run + first_run, "time_s": rows.time_s}
         first_run = int(columns["run"].max()) + 1
         wrapped = 0
-        for name in ("head1", "head2"):
+        heads = [name for name in HEADS if name in rows.angles]
+        for name in heads:
             counts = rows.counts(name, counts_per_rev)
             counts, wraps = unwrapped_counts(counts, run, rows.time_s, counts_per_rev)
             columns[f"{name}_counts"] = counts
@@ -303,14 +334,15 @@ def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
                     f"{rows.name}: {name} starts anew at {counts_per_rev} counts {wraps} times; "
                     "it is counted on past the turn"
                 )
-        if wrapped:
-            columns["head2_counts"] = same_turn(
-                columns["head1_counts"],
-                columns["head2_counts"],
-                run,
-                counts_per_rev,
-                table.head_separation_deg,
-            )
+        for name, place_deg in zip(heads[1:], places_deg[1:], strict=False):
+            if wrapped:
+                columns[f"{name}_counts"] = same_turn(
+                    columns["head1_counts"],
+                    columns[f"{name}_counts"],
+                    run,
+                    counts_per_rev,
+                    place_deg,
+                )
         columns |= rows.further()
         for name, values in columns.items():
             parts.setdefault(name, []).append(values)

@@ -14,7 +14,7 @@ from arctrue.importing.choices import Choices
 from arctrue.importing.columns import Mapped, kind_of, numbers, seconds
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.motion import without_jumps
-from arctrue.importing.quantities import UNITS
+from arctrue.importing.quantities import HEADS, UNITS
 
 Integer = NDArray[np.int64]
 Float = NDArray[np.float64]
@@ -148,7 +148,7 @@ def rows_of(
         if kind == "angle":
             per_turn = float(counts_per_rev or 1) if unit == "counts" else UNITS["angle"][unit]
             angles[quantity] = column / per_turn
-            if unit == "counts" and quantity in ("head1", "head2"):
+            if unit == "counts" and quantity in HEADS:
                 exact[quantity] = _whole(rows, quantity, column)
         elif kind == "whole":
             whole[quantity] = _whole(rows, quantity, column)

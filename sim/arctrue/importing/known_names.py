@@ -17,6 +17,8 @@ _NAMES: Mapping[str, str] = {
     "lesekopf1 abtastkopf1 tete1 testa1 cabeza1 mesure medido medida misura misurato lettura "
     "codeur drehgeber 读数",
     "head2": "head2 encoder2 enc2 kopf2 lesekopf2 abtastkopf2 tete2 testa2 cabeza2",
+    "head3": "head3 encoder3 enc3 kopf3 lesekopf3 abtastkopf3 tete3 testa3 cabeza3",
+    "head4": "head4 encoder4 enc4 kopf4 lesekopf4 abtastkopf4 tete4 testa4 cabeza4",
     "run": "run lauf laufnummer messlauf durchlauf pass essai pasada",
     "cycle": "cycle zyklus zyklusnummer ciclo",
     "direction": "direction dir richtung drehrichtung sens direccion direzione verso",
@@ -55,5 +57,7 @@ UNLOCKS: Mapping[str, str] = {
     "temperature": "the effects of heat",
     "direction": "hysteresis where the motion does not show the direction",
     "head2": "graduation and head angle without a reference",
+    "head3": "orders that two heads hardly see, a mean that the axis does not move",
+    "head4": "the axis' motion beside the disc, and a head that fails",
 }
 """What can be tested with a quantity, and not without it."""

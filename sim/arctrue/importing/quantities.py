@@ -16,6 +16,8 @@ QUANTITIES: Mapping[str, Kind] = {
     "error": "angle",
     "head1": "angle",
     "head2": "angle",
+    "head3": "angle",
+    "head4": "angle",
     "run": "whole",
     "cycle": "whole",
     "direction": "whole",
@@ -25,6 +27,8 @@ QUANTITIES: Mapping[str, Kind] = {
 }
 """``target``: the angle by the reference. ``error``: ``head1`` less ``target``. ``u``: standard
 uncertainty of the row. Any other name is a condition."""
+
+HEADS = ("head1", "head2", "head3", "head4")
 
 UNITS: Mapping[Kind, Mapping[str, float]] = {
     "angle": {  # of one turn

@@ -189,7 +189,7 @@ def verilate(netlist: Path, folder: Path, log: Path) -> None:
 
 
 def _model(
-    lanes: int, capture_depth: int, generics: Mapping[str, int], report_step: ReportStep
+    lanes: int, capture_depth: int, generics: Mapping[str, int | str], report_step: ReportStep
 ) -> Path:
     """The folder of the compiled core: objects, headers and the netlist that they are made of."""
     versions = tool_versions()
@@ -240,7 +240,7 @@ def build(
     lanes: int = LANES_DEFAULT,
     capture_depth: int = CAPTURE_DEPTH_DEFAULT,
     *,
-    generics: Mapping[str, int] | None = None,
+    generics: Mapping[str, int | str] | None = None,
     report_step: ReportStep | None = None,
 ) -> Path:
     """The shared library of an instrument, built unless it is there already.

@@ -162,7 +162,7 @@ class Instrument:
         capture_depth: int = CAPTURE_DEPTH_DEFAULT,
         *,
         clock_hz: float = float(CLOCK_HZ),
-        generics: Mapping[str, int] | None = None,
+        generics: Mapping[str, int | str] | None = None,
         report_run: ReportRun | None = None,
         progress_every_s: float = 5.0,
         report_step: ReportStep | None = None,

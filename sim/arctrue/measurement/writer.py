@@ -83,9 +83,9 @@ def _description(measurement: MeasurementSet) -> str:
     if measurement.title:
         lines.append(f"title = {json.dumps(measurement.title, ensure_ascii=False)}")
     table = dict(vars(measurement.table))
-    if table["head_places_deg"] is not None:
+    if measurement.table.head_places_deg is not None:
         # The separation is its second entry.
-        table["head_separation_deg"] = None
+        table.pop("head_separation_deg", None)
     sections: dict[str, Mapping[str, Any]] = {"table": table}
     further: dict[str, dict[str, Any]] = {}
     for dotted, value in measurement.other.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +90,7 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "[errata](errata.md). A further head does more than any α: "
             "[methods](methods.md#how-many-heads).",
             "",
+            *_places(found.get("places", [])),
             "## How many lanes, how many bits",
             "",
             "The same table's error, corrected with exact coefficients. Lanes: RMS of the orders "
@@ -111,6 +112,44 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "",
         ]
     )
+
+
+def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The section about three and four heads."""
+    if not choices:
+        return []
+    rows = [
+        f"| {choice['heads']} | {2 if choice['heads'] == 4 else 1} to {choice['most_order']} | "
+        f"{', '.join(f'{place:g}°' for place in one['places_deg'])} | "
+        f"{_gain(one['worst_gain'])} at {one['worst_order']} | {one['mean_noise']:.2f} | "
+        f"{_without(one)} |"
+        for choice in choices
+        for one in choice["best"][:2]
+    ]
+    return [
+        "## Three and four heads",
+        "",
+        "`arctrue alpha --heads 4 --orders 64` looks for the places of all heads (`--places "
+        "0,64.3,177,257.9` judges given ones).",
+        "Gain: noise of an order of the disc over that of one head, for three heads with the axis "
+        "at rest, for four with its motion",
+        "unknown at every order (orders from 2 on: order 1 is not in the mean). Mean: √Σwᵢ² of "
+        "the weighted mean that sees no",
+        "translation of the axis; one missing: the noisiest mean of the three heads left. Only "
+        "places at which these are below 0.85 and",
+        "the heads at least 20° apart are searched, in steps of 4° and then less: others as good "
+        "exist.",
+        "",
+        "| Heads | Orders | Places after head 1 | Worst gain | Mean | One missing |",
+        "|---:|---|---|---:|---:|---:|",
+        *rows,
+        "",
+    ]
+
+
+def _without(one: Mapping[str, Any]) -> str:
+    noises = one["noise_without"]
+    return "no mean" if None in noises else f"{max(noises):.2f}"
 
 
 def plot_alpha(found: Mapping[str, Any], folder: Path) -> Path:

@@ -64,6 +64,8 @@ def device() -> Iterator[Device]:
     made = Device(firmware_like)
     yield made
     os.close(made.far)
+    # A thread that still reads would take lines of the next test: its file has the same number.
+    made.join(PATIENCE_S)
     os.close(made.near)
 
 
@@ -156,6 +158,17 @@ def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
     console = Console(device.port, timeout_s=0.1)
     os.write(device.near, b"ok\r\n")
     assert console.command("load status", PATIENCE_S) == ["load active", "loaded_order 3"]
+    console.close()
+
+
+def test_a_line_that_comes_in_two_parts_is_one_line(device: Device) -> None:
+    """The device stops in the middle of a line for longer than one read of the port waits."""
+    console = Console(device.port, timeout_s=0.05)
+    device.answer = lambda line: (0.0, "load act") if line == "load" else firmware_like(line)
+    rest = threading.Timer(0.5, os.write, (device.near, b"ive\r\nok\r\n"))
+    console.command("help", PATIENCE_S)
+    rest.start()
+    assert console.command("load", PATIENCE_S) == ["load active"]
     console.close()
 
 

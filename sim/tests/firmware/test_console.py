@@ -41,11 +41,17 @@ def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
         "gateware 3.21.7",
         "lanes 32",
         "fold 8",
+        "rotation cordic",
         "capture_depth 12288",
         "clock_hz 100000000",
         "dna unknown",
         "ok",
     ]
+    core.set("capability", 1 << 4 | 2)
+    assert "rotation table" in running.send("version").splitlines()
+    # Gateware of an earlier minor version has no such register.
+    core.set("version", 3 << 16 | 7 << 8)
+    assert "rotation cordic" in running.send("version").splitlines()
     core.set("chip_dna_high", 1 << 31 | 0x1234567)
     assert "dna 0x0123456789ABCDEF" in running.send("version").splitlines()
 

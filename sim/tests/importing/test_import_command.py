@@ -190,6 +190,43 @@ def test_two_heads_that_wrap_become_a_capture(tmp_path: Path) -> None:
     assert found.capture.time_s[-1] == pytest.approx(7999 * 0.005)
 
 
+def four_heads(tmp_path: Path) -> tuple[Path, np.ndarray]:
+    """Counts of four heads that start anew at each turn, named as in a set."""
+    turns = np.linspace(0.1, 3.4, 4000)
+    apart = np.round(np.array([0.0, 64.3, 177.0, 257.9]) / 360.0 * (1 << 20)).astype(np.int64)
+    counts = np.round(turns * (1 << 20)).astype(np.int64)[:, None] + apart
+    rows = np.column_stack([np.arange(4000) * 0.005, counts % (1 << 20)])
+    named = "time_s," + ",".join(f"head{head}_counts" for head in range(1, 5))
+    np.savetxt(
+        tmp_path / "a.csv",
+        rows,
+        delimiter=",",
+        header=named,
+        comments="",
+        fmt=["%.3f"] + 4 * ["%d"],
+    )
+    return tmp_path / "a.csv", counts
+
+
+def test_four_heads_that_wrap_become_a_capture(tmp_path: Path) -> None:
+    path, counts = four_heads(tmp_path)
+    options = ["--counts-per-rev", str(1 << 20), "--places", "0,64.3,177,257.9"]
+    found = imported(tmp_path, path, *options)
+    assert found.capture is not None
+    assert found.table.head_places_deg == (0.0, 64.3, 177.0, 257.9)
+    assert len(found.capture.heads) == 4
+    for head, expected in zip(found.capture.heads, counts.T, strict=True):
+        np.testing.assert_array_equal(head - found.capture.heads[0], expected - counts[:, 0])
+
+
+def test_places_for_another_number_of_heads_are_refused(tmp_path: Path) -> None:
+    path, _ = four_heads(tmp_path)
+    words = [str(path), str(tmp_path / "set"), "--counts-per-rev", str(1 << 20)]
+    answer = CliRunner().invoke(main, ["import", *words, "--separation", "64.3"])
+    assert answer.exit_code == 2
+    assert "a place for each of the 4 heads" in " ".join(answer.output.split())
+
+
 def test_the_sign_is_never_guessed(real: MeasurementSet, tmp_path: Path) -> None:
     target, counts, error = _columns(real)
     np.savez(tmp_path / "a.npz", target_deg=target, error_arcsec=-error)

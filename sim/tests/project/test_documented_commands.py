@@ -31,6 +31,7 @@ ELSEWHERE = {
     "arctrue flash": ("needs a device", "scripts/tests/image/test_flash_command.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/studies/revolution/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
+    "arctrue heads": ("two minutes", "sim/tests/studies/heads/test_heads.py"),
     "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
     "arctrue error-sources": (
         "two minutes",

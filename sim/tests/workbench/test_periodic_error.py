@@ -138,6 +138,6 @@ def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
     longest_s = max(float(np.ptp(rows.time_s[rows.run == run])) for run in range(rows.runs))
     found = line_spectrum(residuals, capture=True, in_time=True)
     assert found is not None
-    # 1.5 periods, and one step of the rates.
-    assert 1.5 <= found.rates[0] * longest_s < 1.5 + longest_s * (found.rates[1] - found.rates[0])
+    # Four periods, and one step of the rates.
+    assert 4.0 <= found.rates[0] * longest_s < 4.0 + longest_s * (found.rates[1] - found.rates[0])
     assert float(np.ptp(rows.time_s)) > 20.0 * longest_s

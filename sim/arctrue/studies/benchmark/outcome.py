@@ -79,6 +79,11 @@ class Judged:
         return found
 
     @property
+    def left_open(self) -> bool:
+        """The verdict is one that the set's design allows whatever the oracle sees."""
+        return self.answer["verdict"] in self.accepted.get("verdicts", ())
+
+    @property
     def right_names(self) -> list[str]:
         """What is hidden, and the same by other names."""
         return [*self.hidden, *self.accepted.get("names", ())]
@@ -132,7 +137,7 @@ class Judged:
     def outcome(self) -> str:
         """One of OUTCOMES."""
         verdict = self.answer["verdict"]
-        allowed = verdict in self.accepted.get("verdicts", ())
+        allowed = self.left_open
         if verdict == "named":
             return self._named(self.answer.get("named"))
         if verdict == "ambiguous":

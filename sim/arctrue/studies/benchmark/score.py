@@ -42,8 +42,6 @@ SIMULATED, INDEPENDENT = "simulated", "independent"
 """The generators: of the simulated table, and the second one."""
 
 FALSE = "false name or falsely adequate"
-WORLD_GOAL = 0.02
-"""A world fails where the lower end of the rate's interval exceeds this."""
 
 SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
 """Bins of a cause's size, in limits of the oracle."""
@@ -77,7 +75,13 @@ def _visible(item: Judged) -> bool:
 
 
 def _catalogue(item: Judged) -> bool:
-    return bool(item.seen("catalogue")) and not item.has_stranger
+    return bool(item.seen("catalogue")) and not item.has_stranger and not item.left_open
+
+
+def _stranger(item: Judged) -> bool:
+    """A stranger is visible and nothing else, and the answer is not another one that is allowed."""
+    alone = bool(item.seen("stranger")) and not item.seen("catalogue")
+    return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
 
 def _nothing(item: Judged) -> bool:
@@ -113,7 +117,7 @@ SCORES = (
         _any,
         lambda item: item.outcome in (FALSE_NAME, FALSE_ADEQUATE),
         at_most=0.01,
-        world_at_most=WORLD_GOAL,
+        world_at_most=0.02,
     ),
     Score("false name where nothing is", _nothing, lambda item: item.outcome == FALSE_NAME),
     Score(
@@ -141,7 +145,7 @@ SCORES = (
     ),
     Score(
         "unknown, of visible strangers",
-        lambda item: bool(item.seen("stranger")) and not item.seen("catalogue"),
+        _stranger,
         lambda item: item.answer["verdict"] == "unknown",
         at_least=0.9,
     ),
@@ -214,7 +218,9 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
 def _fails(world: str, sets: Sequence[Judged]) -> bool:
     """Whether even the lower end of a world's false rate exceeds its goal."""
     (false,) = (score for score in SCORES if score.name == FALSE)
-    return false.of([item for item in sets if item.world == world]).interval[0] > WORLD_GOAL
+    most, _ = goal_of(false, world)
+    assert most is not None
+    return false.of([item for item in sets if item.world == world]).interval[0] > most
 
 
 def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:

@@ -1,1 +1,1 @@
-"""The choice of the angle α between two heads, and of lanes and bits, before a table is built."""
+"""The choice of the places of two to four heads, of lanes and bits, before a table is built."""

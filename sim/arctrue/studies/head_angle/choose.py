@@ -23,9 +23,26 @@ from arctrue.studies.head_angle.maps import (
     judged,
     least_worst_gain,
 )
+from arctrue.studies.head_angle.places import as_plain
 
 ORDERS = (10, 12, 20, 32, 40, 64)
 """Up to which the best α is given."""
+PLACES_ORDERS = (40, 64)
+"""Up to which the best places of three and four heads are given."""
+
+
+def choose_places(
+    heads: int = 4,
+    most_orders: Sequence[int] = PLACES_ORDERS,
+    given_deg: tuple[float, ...] | None = None,
+) -> dict[str, Any]:
+    """``given_deg`` and the best places of three or four heads for orders to N.
+
+    Raises ValueError for another number of heads, or places that are not as many.
+    """
+    if given_deg is not None and len(given_deg) != heads:
+        raise ValueError(f"places: expected one for each of {heads} heads, found {len(given_deg)}")
+    return {"schema": 1, "places": as_plain(heads, most_orders, given_deg)}
 
 
 def choose(alpha_deg: float = PAPER_DEG, most_orders: Sequence[int] = ORDERS) -> dict[str, Any]:

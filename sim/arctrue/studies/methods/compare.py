@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.base.progress import ReportStep
+from arctrue.calibration.head_weights import WeightsRefusedError, mean_weights
+from arctrue.calibration.heads_gain import MotionOrders, order_gain
+from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
 from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.methods.equal_division import equal_division
 from arctrue.studies.methods.free_spin import FREE_SPIN
-from arctrue.studies.methods.head_places import (
-    Places,
-    best_further_two,
-    best_third,
-    gain_of_places,
+from arctrue.studies.methods.heads_least_squares import (
+    MOTION_ORDERS,
+    averaged_turn,
+    calibrated_mean_of,
+    least_squares_of,
+    mean_of,
 )
-from arctrue.studies.methods.heads_least_squares import MOTION_ORDERS, least_squares_of
 from arctrue.studies.methods.method import Method
 from arctrue.studies.methods.polygon_closure import POLYGON_CLOSURE
 from arctrue.studies.methods.reference_table import LOOK_UP_TABLE, REFERENCE_HARMONICS
@@ -26,41 +31,57 @@ from arctrue.studies.methods.two_heads_dft import (
     PAPER_DFT,
     TWO_HEADS_LEAST_SQUARES,
 )
-from arctrue.studies.methods.virtual_division import VIRTUAL_DIVISION
 from arctrue.studies.methods.world import BLIND_ORDER, WEAK_ORDER, MethodsSettings, World
+from arctrue.table import HEAD_PLACES_DEG
 
-PLACED_ORDERS = np.arange(1, 129)
-"""Orders for which the further heads are placed."""
-FIRST_DEG = (0.0, 33.0)
-UNCORRECTED = "uncorrected"
+JUDGED_ORDERS = np.arange(1, 129)
+TWO_DEG = HEAD_PLACES_DEG[2]
+THREE_DEG = HEAD_PLACES_DEG[3]
+FOUR_DEG = HEAD_PLACES_DEG[4]
+SPARE_DEG = (0.0, 64.3, 177.0, 257.9)
+"""Four heads of which any one may fail: ``arctrue alpha --heads 4``."""
 AT_REST_MOTION_M = 0.0
+PAIRED = "encoder makers' paired heads"
+
+
+@dataclass(frozen=True)
+class Places:
+    """A set of heads with its gains."""
+
+    title: str
+    places_deg: tuple[float, ...]
+    motion: MotionOrders
+    gain: NDArray[np.float64]
+    """``(orders,)``."""
+    mean_noise: float
+    """Of one reading on the weighted mean over that of one head; inf: there is no such mean."""
 
 
 def places() -> tuple[Places, ...]:
-    """The paper's two heads, with a third, and with two more at their best places."""
-    third = best_third(FIRST_DEG, PLACED_ORDERS)
-    further = best_further_two(FIRST_DEG, PLACED_ORDERS, MOTION_ORDERS)
-    sets = (
-        ("2 heads", FIRST_DEG, False),
-        ("3 heads", (*FIRST_DEG, third), False),
-        ("4 heads", (*FIRST_DEG, *further), False),
-        ("4 heads, motion of the axis unknown", (*FIRST_DEG, *further), True),
+    """The paper's two heads, three, and four, with what is unknown of the axis' motion."""
+    sets: tuple[tuple[str, tuple[float, ...], MotionOrders], ...] = (
+        ("2 heads, axis at rest", TWO_DEG, ()),
+        ("3 heads, axis at rest", THREE_DEG, ()),
+        ("4 heads, axis at rest", FOUR_DEG, ()),
+        ("4 heads, motion unknown at orders 1 to 8", FOUR_DEG, MOTION_ORDERS),
+        ("4 heads, motion unknown at every order", FOUR_DEG, "every"),
+        ("4 heads of which one may fail, motion unknown at every order", SPARE_DEG, "every"),
     )
-    none = np.zeros(0, dtype=np.int64)
     return tuple(
-        Places(
-            title,
-            at,
-            motion,
-            gain_of_places(-np.radians(at), PLACED_ORDERS, MOTION_ORDERS if motion else none),
-        )
+        Places(title, at, motion, order_gain(np.radians(at), JUDGED_ORDERS, motion), _noise(at))
         for title, at, motion in sets
     )
 
 
-def methods(sets: tuple[Places, ...]) -> tuple[Method, ...]:
-    """Every method, in the order of the paper's introduction; ``sets`` as from :func:`places`."""
-    _, three, _, four = sets
+def _noise(places_deg: tuple[float, ...]) -> float:
+    try:
+        return float(np.linalg.norm(mean_weights(np.radians(places_deg))))
+    except WeightsRefusedError:
+        return float("inf")
+
+
+def methods() -> tuple[Method, ...]:
+    """The methods, those of one head first."""
     return (
         LOOK_UP_TABLE,
         REFERENCE_HARMONICS,
@@ -68,19 +89,25 @@ def methods(sets: tuple[Places, ...]) -> tuple[Method, ...]:
         FREE_SPIN,
         equal_division(4),
         equal_division(12),
-        VIRTUAL_DIVISION,
         PAPER_DFT,
         MEASURED_DFT,
         TWO_HEADS_LEAST_SQUARES,
-        least_squares_of("three_heads_least_squares", three.places_deg, motion=False),
-        least_squares_of("four_heads_least_squares", four.places_deg, motion=True),
+        least_squares_of("three_heads_least_squares", THREE_DEG, ()),
+        least_squares_of("four_heads_least_squares", FOUR_DEG, MOTION_ORDERS),
+        mean_of("mean_of_two", (0.0, 180.0), PAIRED),
+        mean_of("mean_of_three", (0.0, 120.0, 240.0), PAIRED),
+        mean_of("mean_of_four", SPARE_DEG, PAIRED),
+        calibrated_mean_of("mean_of_three_calibrated", THREE_DEG, ()),
+        calibrated_mean_of("mean_of_four_calibrated", SPARE_DEG, "every"),
     )
 
 
 def compare_methods(
     settings: MethodsSettings, progress: ReportStep | None = None
 ) -> dict[str, Any]:
-    """Run every method with the bearing that moves and with one that does not; plain values.
+    """Run all methods with the bearing that moves and with one that does not; plain values.
+
+    The one that moves is judged again after balls and heat have moved the axis otherwise.
 
     Raises ValueError for a time of measurement that is too short for a method.
     """
@@ -94,24 +121,57 @@ def compare_methods(
     }
     moving = World(settings)
     still = World(dataclasses.replace(settings, radial_motion_m=AT_REST_MOTION_M))
-    found["uncorrected"] = _scored(moving.score(None))
-    for method in methods(sets):
+    found["uncorrected"] = _scored(moving.score(None)) | {
+        "rms_later_arcsec": moving.score(None, later=True).edges_rms_arcsec
+    }
+    found["own_places"] = _own_places(settings)
+    for method in methods():
         if progress is not None:
             progress(method.title)
-        score, at_rest = (world.score(method.run(world)) for world in (moving, still))
+        output = method.run(moving)
+        score, later = moving.score(output), moving.score(output, later=True)
+        at_rest = still.score(method.run(still))
         found["methods"].append(
             {
                 "name": method.name,
                 "title": method.title,
                 "source": method.source,
                 "heads": method.heads,
+                "output": method.output,
                 "needs": method.needs,
                 "cannot_see": method.cannot_see,
                 **_scored(score),
                 "rms_without_motion_arcsec": at_rest.edges_rms_arcsec,
+                "rms_later_arcsec": later.edges_rms_arcsec,
                 "amplitude_without_motion_arcsec": at_rest.amplitude_arcsec.tolist(),
             }
         )
+    return found
+
+
+def _own_places(settings: MethodsSettings) -> list[dict[str, Any]]:
+    """How well four heads find their own places from one turn, the axis being at rest."""
+    one_turn = dataclasses.replace(
+        settings,
+        minutes=6.0 / settings.speed_deg_s,
+        radial_motion_m=AT_REST_MOTION_M,
+        radius_tolerance_m=0.0,
+    )
+    part, fine = averaged_turn(World(one_turn), FOUR_DEG)
+    cases: tuple[tuple[str, MotionOrders], ...] = (
+        ("known to be at rest", ()),
+        ("unknown at order 1", (1,)),
+        ("unknown at orders 1 to 8", MOTION_ORDERS),
+    )
+    found = []
+    for title, motion in cases:
+        estimate = heads_least_squares(
+            [part],
+            fine,
+            np.radians(FOUR_DEG).tolist(),
+            HeadsSettings(one_turn.orders, motion, u_place_arcsec=np.inf, u_radius=0.0),
+        )
+        found.append({"motion": title, "u_arcsec": estimate.u_places_arcsec[1:].tolist()})
     return found
 
 
@@ -130,7 +190,9 @@ def _placed(one: Places) -> dict[str, Any]:
     return {
         "title": one.title,
         "places_deg": list(one.places_deg),
+        "mean_noise": finite(one.mean_noise),
         "worst_gain_to_40": finite(one.gain[:40].max()),
+        "worst_gain_to_64": finite(one.gain[:64].max()),
         "worst_gain_to_128": finite(one.gain.max()),
         "gain_weak_order": finite(one.gain[WEAK_ORDER - 1]),
         "gain_blind_order": finite(one.gain[BLIND_ORDER - 1]),

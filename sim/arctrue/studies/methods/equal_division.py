@@ -12,10 +12,10 @@ import numpy as np
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.studies.methods.method import Method, of_harmonics
 from arctrue.studies.methods.normal_equations import NormalEquations
-from arctrue.studies.methods.world import TURN_RAD, Correction, World
+from arctrue.studies.methods.world import TURN_RAD, Output, World
 
 
-def _run(world: World, heads: int) -> Correction:
+def _run(world: World, heads: int) -> Output:
     places = [-TURN_RAD * k / heads for k in range(heads)]
     seen = world.settings.orders[world.settings.orders % heads != 0]
     sums = NormalEquations(2 * seen.size + 1)

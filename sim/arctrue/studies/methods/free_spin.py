@@ -1,10 +1,12 @@
 """Time measurement on a free spin with circle closure (TDR).
 
 The table is spun up, the motor let go, and a fast clock takes the time of every line that passes
-head 1. Within a few turns the true angle is a smooth function of time; the same line comes by again
-after exactly one turn (closure), which is what separates the lines' errors from the slowing down.
-A torque that repeats with the angle moves the table by an angle that falls with 1/speed²: turns at
-different speeds (the dynamic reversal) separate it.
+head 1. The true angle follows the free response of the axis: with Coulomb and viscous friction it
+is a constant, a straight line and e^{−vt}. The same line comes by again after exactly one turn
+(closure), which separates the lines' errors from the slowing down. A torque that repeats with the
+angle moves the table by an angle that falls with 1/speed² (the dynamic reversal separates it).
+Friction is that of the table of ``arctrue stop-and-go``: a spin lasts three turns, and the table
+is spun up again and again for the time of measurement.
 """
 
 from __future__ import annotations
@@ -18,9 +20,13 @@ from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
 from arctrue.studies.methods.method import Method, of_harmonics
 from arctrue.studies.methods.normal_equations import NormalEquations
 from arctrue.studies.methods.world import TURN_RAD, World
+from arctrue.studies.stop_and_go.servo import Axis
 from arctrue.table import TableState
 
 Float = NDArray[np.float64]
+
+AXIS = Axis()
+"""The mechanics of ``arctrue stop-and-go``."""
 
 
 @dataclass(frozen=True)
@@ -28,19 +34,25 @@ class FreeSpin:
     """A spin-down: ω′ = −coulomb − viscous·ω, and a torque that repeats with the angle."""
 
     start_rad_s: float = 10.0 * TURN_RAD
-    viscous_hz: float = 2e-3
-    coulomb_rad_s2: float = 2e-3
-    torque_orders: tuple[int, ...] = (1, 2)
-    torque_rad_s2: tuple[float, ...] = (2e-4, 5e-5)
-    """Amplitudes over the moment of inertia, assumed: 0.01″ at the start, 0.6″ at the end."""
+    viscous_hz: float = AXIS.viscous_n_m_s / AXIS.inertia_kg_m2
+    coulomb_rad_s2: float = AXIS.coulomb_n_m / AXIS.inertia_kg_m2
+    torque_orders: tuple[int, ...] = (1, 2, 5)
+    torque_shares: tuple[float, ...] = (1e-3, 2.5e-4, 1e-4)
+    """Amplitudes over the Coulomb friction, assumed: 0.8″ of order 1 at the start."""
+    fitted_torque_orders: tuple[int, ...] = (1, 2)
     clock_hz: float = 100e6
     lines: int = 512
     """Of 16,384, evenly chosen."""
-    windows: int = 100
-    """Of some turns each, spread over the time of measurement."""
-    turns_a_window: int = 3
-    degree: int = 4
-    """Of the polynomial of the angle over time in a window."""
+    turns_a_spin: int = 2
+    spin_s: float = 4.0
+    """Spinning up, down, and a rest."""
+    viscous_known_to: float = 0.02
+    """The viscous friction that the fit begins from is so far off."""
+
+    @property
+    def torque_rad_s2(self) -> tuple[float, ...]:
+        """Amplitudes over the moment of inertia."""
+        return tuple(share * self.coulomb_rad_s2 for share in self.torque_shares)
 
     def smooth(self, time_s: Float) -> tuple[Float, Float]:
         """Angle and speed without the repeating torque."""
@@ -50,28 +62,31 @@ class FreeSpin:
         angle = (self.start_rad_s + offset) * (1.0 - decay) / self.viscous_hz - offset * time_s
         return angle, speed
 
-    def angle(self, time_s: Float) -> tuple[Float, Float]:
+    def angle(self, time_s: Float, start_rad: float = 0.0) -> tuple[Float, Float]:
         """True angle and speed: the torque's twice integrated part is τ/(n²ω²)."""
         smooth, speed = self.smooth(time_s)
+        smooth = smooth + start_rad
         angle = smooth.copy()
         for order, torque in zip(self.torque_orders, self.torque_rad_s2, strict=True):
             angle -= torque / (order * speed) ** 2 * np.cos(order * smooth + 0.3 * order)
         return angle, speed
 
-    def time_at(self, angle_rad: Float, guess_s: Float) -> Float:
+    def time_at(self, angle_rad: Float, guess_s: Float, start_rad: float = 0.0) -> Float:
         """When the table passes each angle, by Newton's method from ``guess_s``."""
         time = guess_s.copy()
-        for _ in range(6):
-            angle, speed = self.angle(time)
+        for _ in range(12):
+            angle, speed = self.angle(time, start_rad)
             time -= (angle - angle_rad) / speed
         return time
 
 
 def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
-    """Times in seconds and readings in radians of the lines, window by window."""
+    """Times in seconds and readings in radians of the lines, spin by spin.
+
+    Raises ValueError for a spin that ends before its turns.
+    """
     random = np.random.default_rng([world.settings.seed, 7])
-    total_s = world.settings.time_s
-    line = np.arange(spin.turns_a_window * spin.lines + 1)
+    line = np.arange(spin.turns_a_spin * spin.lines + 1)
     nominal: Float = line * np.float64(TURN_RAD / spin.lines)
     # The true angle at which each line of one turn passes the head.
     one_turn = nominal[: spin.lines]
@@ -80,47 +95,59 @@ def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
     for _ in range(8):
         passes += one_turn - table.reading_rad(0, TableState.at_rest(passes))
     shift = passes - one_turn
-    last_s = total_s - 2.0 * spin.turns_a_window * TURN_RAD / spin.smooth(np.array([total_s]))[1][0]
-    windows = []
-    for begin_s in np.linspace(0.0, last_s, spin.windows):
-        angle, speed = spin.angle(np.array([begin_s]))
-        first_turn = np.ceil(angle[0] / TURN_RAD)
-        true = first_turn * TURN_RAD + nominal + shift[line % spin.lines]
-        guess = begin_s + (true - angle[0]) / speed[0]
-        time = spin.time_at(true, guess)
-        _, passing = spin.angle(time)
+    stops_s = np.log1p(spin.start_rad_s * spin.viscous_hz / spin.coulomb_rad_s2) / spin.viscous_hz
+    reach = float(spin.smooth(np.array([stops_s]))[0][0])
+    if reach < 1.1 * nominal[-1]:
+        raise ValueError(
+            f"the table comes to rest after {reach / TURN_RAD:.1f} turns, "
+            f"a spin of {spin.turns_a_spin} was asked for"
+        )
+    curve_s = np.linspace(0.0, 0.999 * stops_s, 2000)
+    curve_rad = spin.smooth(curve_s)[0]
+    spins = []
+    for _ in range(max(int(world.settings.time_s / spin.spin_s), 1)):
+        start = float(random.uniform(0.0, TURN_RAD))
+        first = int(np.ceil(start / TURN_RAD * spin.lines))
+        number = first + line
+        reading = number * np.float64(TURN_RAD / spin.lines)
+        true = reading + shift[number % spin.lines]
+        time = spin.time_at(true, np.interp(true - start, curve_rad, curve_s), start)
+        _, passing = spin.angle(time, start)
         time += random.normal(0.0, world.settings.noise_arcsec * RAD_PER_ARCSEC, time.size) / (
             passing
         )
-        windows.append((np.round(time * spin.clock_hz) / spin.clock_hz, nominal))
-    return windows
+        spins.append((np.round(time * spin.clock_hz) / spin.clock_hz, reading))
+    return spins
 
 
 def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], Float]:
-    """Orders and values of head 1's error as a function of its reading.
-
-    Raises ValueError where the table comes to rest within the time of measurement.
-    """
-    total_s = world.settings.time_s
-    if spin.smooth(np.array([total_s]))[1][0] <= 0.0:
-        raise ValueError(f"the table comes to rest before {total_s:g} s")
+    """Orders and values of head 1's error as a function of its reading."""
     orders = world.settings.orders
-    torque = np.asarray(spin.torque_orders, dtype=np.float64)
+    torque = np.asarray(spin.fitted_torque_orders, dtype=np.float64)
     sums = NormalEquations(2 * orders.size + 2 * torque.size)
+    viscous = spin.viscous_hz * (1.0 + spin.viscous_known_to)
     for time, reading in timed_lines(world, spin):
-        middle, half = 0.5 * (time[0] + time[-1]), 0.5 * (time[-1] - time[0])
-        smooth = np.polynomial.chebyshev.chebvander((time - middle) / half, spin.degree)
-        mean_speed = (reading[-1] - reading[0]) / (time[-1] - time[0])
+        since = time - time[0]
+        decay = np.exp(-viscous * since)
+        # A viscous friction that is a little different adds t·e^{−vt}, then t²·e^{−vt}.
+        response = np.column_stack(
+            (np.ones_like(since), since, decay, since * decay, since**2 * decay)
+        )
+        fitted = np.linalg.lstsq(response, reading)[0]
+        speed = response @ np.array(
+            [fitted[1], 0.0, -viscous * fitted[2] + fitted[3], 2.0 * fitted[4] - viscous
+             * fitted[3], -viscous * fitted[4]]
+        )  # fmt: skip
         phase = np.multiply.outer(reading, orders.astype(np.float64))
         swing = np.multiply.outer(reading, torque)
-        weaker = (spin.start_rad_s / mean_speed) ** 2
-        # R = θ(t) + g(R), and θ(t) a polynomial with the torque's part.
+        weaker = (spin.start_rad_s / speed[:, None]) ** 2
+        # R = θ(t) + g(R), and θ(t) the free response with the torque's part.
         design = np.hstack(
             [np.cos(phase), np.sin(phase), weaker * np.cos(swing), weaker * np.sin(swing)]
         )
-        basis, _ = np.linalg.qr(smooth)
-        # One common straight line first, so that 10⁵″ are not left to rounding.
-        observed = (reading - mean_speed * (time - time[0])) * ARCSEC_PER_RAD
+        basis, _ = np.linalg.qr(response / np.linalg.norm(response, axis=0))
+        # The fitted response first, so that 10⁶″ are not left to rounding.
+        observed = (reading - response @ fitted) * ARCSEC_PER_RAD
         sums.add(design - basis @ (basis.T @ design), observed - basis @ (basis.T @ observed))
     return orders, sums.solved()[: 2 * orders.size]
 
@@ -130,7 +157,7 @@ FREE_SPIN = Method(
     "Time measurement on a free spin (TDR)",
     "Lu et al. [3], Lu and Trumper [4]",
     1,
-    "a motor that lets go, a bearing almost without friction, 10 turns a second, raw lines",
-    "what speed changes: the axis' motion at working speed, torque that does not fall with speed²",
+    "a motor that lets go, 10 turns a second, raw lines; a spin up every 4 s",
+    "what speed changes: the axis' motion at working speed, torque of orders that are not fitted",
     lambda world: of_harmonics(*harmonics_of_spin(world, FreeSpin())),
 )

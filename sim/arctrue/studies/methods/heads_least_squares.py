@@ -1,12 +1,7 @@
-"""Any number of heads by least squares: the disc, and the motion of the axis where 4 heads see it.
+"""Two to four heads: their weighted mean, and least squares of disc, places and motion of the axis.
 
-Head h at the stator angle β reads R_h = θ − β + g(R_h) + m_β(θ) from the index mark, with the
-disc's error g as a function of its own reading. A radial motion of order k is seen by it as
-P e^{j(kθ + β)} + Q e^{j(kθ − β)} (real part). θ is unknown in every sample: the mean over the heads
-is taken off both sides, which is the least-squares solution for it.
-
-Three heads cannot tell motion from disc: at one order 1, e^{jβ} and e^{−jβ} already span all that
-three readings can show. Four can.
+Methods are given places after head 1, p; a head stands at the stator angle −p. All turns are
+averaged sample by sample: the simulated motion brings each sample of a turn to the same angle.
 """
 
 from __future__ import annotations
@@ -16,83 +11,146 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.base.units import ARCSEC_PER_RAD
-from arctrue.calibration.harmonics import powers
-from arctrue.studies.methods.method import Method, of_harmonics
-from arctrue.studies.methods.normal_equations import NormalEquations
-from arctrue.studies.methods.world import BLIND_ORDER, Correction, World
+from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.head_weights import mean_weights
+from arctrue.calibration.heads_estimate import HeadsEstimate
+from arctrue.calibration.heads_gain import MotionOrders
+from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
+from arctrue.calibration.mean_banks import HeadsOnDisc, mean_error_arcsec
+from arctrue.studies.methods.method import Method
+from arctrue.studies.methods.world import MOUNTING_ARCSEC, Output, World
+from arctrue.table import DISC_RADIUS_M
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
-MOTION_ORDERS = np.arange(2, 9)
-"""Of a bearing; order 1 of the axis is not different from an eccentric disc."""
+MOTION_ORDERS = tuple(range(1, 9))
+"""Of a bearing; at order 1 the backward circle alone."""
 
 
-def harmonics_of_heads(
-    world: World, places_deg: Sequence[float], motion_orders: Integer
-) -> tuple[Integer, Float]:
-    """Orders and values of head 1's whole error, disc and motion, as a function of its reading."""
+def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns, int]:
+    """One turn of sums over all turns, and how many of these finer counts a turn has."""
     places = -np.radians(np.asarray(places_deg, dtype=np.float64))
-    orders = world.settings.orders
-    number, moved = orders.size, motion_orders.size
-    heads = places.size
-    sums = NormalEquations(2 * number + 4 * moved + heads - 1)
-    for counts in world.turns(places.tolist()):
-        reading = counts * world.count_rad
-        observed = (reading + places[:, None]) * ARCSEC_PER_RAD
-        blocks = [
-            _columns(reading[head], reading[0], places[head], orders, motion_orders)
-            for head in range(heads)
-        ]
-        mean = sum(blocks) / heads
-        for head in range(heads):
-            own = np.full((reading.shape[1], heads - 1), -1.0 / heads)
-            if head:
-                own[:, head - 1] += 1.0
-            sums.add(np.hstack([blocks[head] - mean, own]), observed[head] - observed.mean(axis=0))
-    found = sums.solved()
-    values = found[: 2 * number].copy()
-    # Head 1 stands at β = 0: it sees P + Q.
-    motion = found[2 * number : 2 * number + 4 * moved].reshape(4, moved)
-    at = np.searchsorted(orders, motion_orders)
-    values[at] += motion[0] + motion[2]
-    values[at + number] += motion[1] + motion[3]
-    return orders, values
+    given = world.settings
+    total: Integer | None = None
+    for turn, counts in enumerate(world.turns(places.tolist())):
+        own = counts - turn * given.counts_per_rev
+        total = own if total is None else total + own
+    assert total is not None
+    fine = given.counts_per_rev * given.turns
+    step = fine / given.samples_a_turn
+    return WholeTurns(0, 1, total[0], total[1], step, 0, tuple(total[2:])), fine
 
 
-def _columns(
-    reading: Float, table: Float, place: float, orders: Integer, motion_orders: Integer
-) -> Float:
-    """Cosines and sines of the disc's orders, then of P and Q, ``(samples, columns)``."""
-    first = np.exp(1j * reading)
-    disc = np.hstack(
-        [powers(first, orders[orders != BLIND_ORDER]), np.exp(1j * BLIND_ORDER * reading)[:, None]]
-    )
-    if motion_orders.size == 0:
-        return np.hstack([disc.real, disc.imag])
-    around = np.exp(1j * np.multiply.outer(table, motion_orders.astype(np.float64)))
-    forward, backward = around * np.exp(1j * place), around * np.exp(-1j * place)
-    return np.hstack(
-        [disc.real, disc.imag, forward.real, forward.imag, backward.real, backward.imag]
+def estimated(world: World, places_deg: Sequence[float], motion: MotionOrders) -> HeadsEstimate:
+    """Calibrate with what is known of the mounting: places and index marks to ± 50″."""
+    part, fine = averaged_turn(world, places_deg)
+    radius = world.settings.radius_tolerance_m / DISC_RADIUS_M / float(np.sqrt(3.0))
+    return heads_least_squares(
+        [part],
+        fine,
+        np.radians(places_deg).tolist(),
+        HeadsSettings(
+            orders=world.settings.orders,
+            motion=motion,
+            u_place_arcsec=MOUNTING_ARCSEC / float(np.sqrt(3.0)),
+            u_index_arcsec=max(world.settings.index_detection_arcsec / float(np.sqrt(3.0)), 0.1),
+            u_radius=radius,
+        ),
     )
 
 
-def least_squares_of(name: str, places_deg: Sequence[float], *, motion: bool) -> Method:
-    """The method with heads at ``places_deg`` after head 1 (0, 33, …)."""
+def _stator(places_deg: Sequence[float]) -> tuple[float, ...]:
+    return tuple((-np.radians(np.asarray(places_deg, dtype=np.float64))).tolist())
+
+
+def _head1(world: World, places_deg: Sequence[float], motion: MotionOrders) -> Output:
+    found = estimated(world, places_deg, motion)
+    return Output.of_head1(
+        lambda reading: found.state.of_head(0, 0, np.exp(1j * reading), reading).expected
+    )
+
+
+def _mean(places_deg: Sequence[float], weights: Float, offsets_rad: Float) -> Output:
+    """The weighted mean of the readings, each less its offset."""
+
+    def angle(reading: Float) -> Float:
+        own = reading - offsets_rad[:, None]
+        apart = np.angle(np.exp(1j * (own - own[0])))
+        return np.asarray(own[0] + weights @ apart)
+
+    return Output(_stator(places_deg), angle)
+
+
+def _uncalibrated(world: World, places_deg: Sequence[float]) -> Output:
+    part, fine = averaged_turn(world, places_deg)
+    offsets = np.array([float(np.mean(head - part.heads[0])) for head in part.heads])
+    weights = mean_weights(np.radians(places_deg))
+    return _mean(places_deg, weights, offsets * (2.0 * np.pi / fine))
+
+
+def _calibrated(world: World, places_deg: Sequence[float], motion: MotionOrders) -> Output:
+    found = estimated(world, places_deg, motion)
+    disc: HeadsOnDisc = found.on_disc()
+    weights = mean_weights(disc.places_rad, disc.radius_ratios)
+    mean = _mean(places_deg, weights, disc.offsets_rad)
+
+    def angle(reading: Float) -> Float:
+        return np.asarray(
+            mean.angle(reading) - mean_error_arcsec(disc, weights, 0, reading[0]) * RAD_PER_ARCSEC
+        )
+
+    return Output(mean.places_rad, angle)
+
+
+def least_squares_of(
+    name: str, places_deg: Sequence[float], motion: MotionOrders, *, title: str = ""
+) -> Method:
+    """Head 1, corrected by what all heads at ``places_deg`` say of disc and axis."""
     heads = len(places_deg)
-    orders = MOTION_ORDERS if motion else np.zeros(0, dtype=np.int64)
-
-    def run(world: World) -> Correction:
-        return of_harmonics(*harmonics_of_heads(world, places_deg, orders))
-
-    named = ", ".join(f"{place:g}°" for place in places_deg)
     return Method(
         name,
-        f"{heads} heads, least squares" + (", with the axis' motion" if motion else ""),
+        title or f"{heads} heads, least squares" + (", with the axis' motion" if motion else ""),
         "Geckeler et al. [9]; Zhao et al. [14]" if motion else "Geckeler et al. [8, 9]",
         heads,
-        f"heads at {named}, one index mark",
-        "no order up to 128" + ("" if motion else "; radial motion counts as disc"),
-        run,
+        f"heads at {_named(places_deg)}",
+        "no order up to 128; "
+        + ("motion above order 8, and all that does not repeat" if motion else "motion is disc"),
+        lambda world: _head1(world, places_deg, motion),
     )
+
+
+def mean_of(name: str, places_deg: Sequence[float], source: str) -> Method:
+    """The weighted mean of the heads as it is: no calibration but the counters' offsets."""
+    heads = len(places_deg)
+    return Method(
+        name,
+        f"Mean of {heads} heads, uncalibrated",
+        source,
+        heads,
+        f"heads at {_named(places_deg)}",
+        "what the heads see alike of the disc, and order 1 by the radii",
+        lambda world: _uncalibrated(world, places_deg),
+        "mean",
+    )
+
+
+def calibrated_mean_of(name: str, places_deg: Sequence[float], motion: MotionOrders) -> Method:
+    """The weighted mean less the disc's error as it sees it."""
+    heads = len(places_deg)
+    known = "motion unknown at every order" if motion == "every" else "motion at orders 1 to 8"
+    return Method(
+        name,
+        f"Mean of {heads} heads, calibrated, {known if motion else 'axis taken to be at rest'}",
+        "this project",
+        heads,
+        f"heads at {_named(places_deg)}",
+        "order 1 by the radii",
+        lambda world: _calibrated(world, places_deg, motion),
+        "mean",
+    )
+
+
+def _named(places_deg: Sequence[float]) -> str:
+    return ", ".join(f"{place:g}°" for place in places_deg)

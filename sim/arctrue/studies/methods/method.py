@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.calibration.harmonics import error_arcsec
-from arctrue.studies.methods.world import Correction, World
+from arctrue.studies.methods.world import Output, World
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -17,7 +18,7 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Method:
-    """One way to calibrate; ``run`` measures and returns the correction of head 1."""
+    """One way to calibrate; ``run`` measures and returns what the calibrated table shows."""
 
     name: str
     title: str
@@ -25,12 +26,14 @@ class Method:
     heads: int
     needs: str
     cannot_see: str
-    run: Callable[[World], Correction]
+    run: Callable[[World], Output]
+    output: Literal["head 1", "mean"] = "head 1"
+    """What the angle is made of."""
 
 
-def of_harmonics(orders: Integer, values: Float) -> Correction:
-    """Σ cosine·cos(n·R) + sine·sin(n·R); ``values`` arcseconds, (2·orders,), cosines first."""
-    return lambda reading_rad: error_arcsec(orders, values, reading_rad)
+def of_harmonics(orders: Integer, values: Float) -> Output:
+    """Head 1 less Σ cosine·cos(n·R) + sine·sin(n·R); ``values`` arcseconds, cosines first."""
+    return Output.of_head1(lambda reading_rad: error_arcsec(orders, values, reading_rad))
 
 
 def fitted_harmonics(orders: Integer, reading_rad: Float, error: Float) -> Float:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.studies.methods.method import Method, fitted_harmonics, of_harmonics
-from arctrue.studies.methods.world import Correction, World
+from arctrue.studies.methods.world import Output, World
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -73,7 +73,7 @@ def spread_shifts(cycles: int, faces: int) -> list[int]:
     return [(cycle * faces) // cycles for cycle in range(cycles)]
 
 
-def _run(world: World) -> Correction:
+def _run(world: World) -> Output:
     cycles = world.settings.cycles
     faces = world.instruments()[0].faces
     reading, errors, face = world.stations(spread_shifts(cycles, faces))

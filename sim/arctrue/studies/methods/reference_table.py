@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.studies.methods.method import Method, fitted_harmonics, of_harmonics
-from arctrue.studies.methods.world import TURN_RAD, Correction, World
+from arctrue.studies.methods.world import TURN_RAD, Correction, Output, World
 
 Float = NDArray[np.float64]
 
@@ -22,11 +22,11 @@ def straight_lines(reading_rad: Float, error_arcsec: Float) -> Correction:
     return lambda at: np.interp(at, reading_rad, error_arcsec, period=TURN_RAD)
 
 
-def _table(world: World) -> Correction:
-    return straight_lines(*station_errors(world))
+def _table(world: World) -> Output:
+    return Output.of_head1(straight_lines(*station_errors(world)))
 
 
-def _harmonics(world: World) -> Correction:
+def _harmonics(world: World) -> Output:
     reading, error = station_errors(world)
     orders = np.arange(1, (reading.size + 1) // 2)
     return of_harmonics(orders, fitted_harmonics(orders, reading, error))

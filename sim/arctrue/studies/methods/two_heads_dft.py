@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.fourier import fourier
 from arctrue.calibration.head_separation import Choice
 from arctrue.calibration.least_squares import least_squares
+from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.studies.methods.method import Method, of_harmonics
-from arctrue.studies.methods.world import Correction, World
+from arctrue.studies.methods.world import Output, World
 
 SEPARATION_RAD = float(np.radians(33.0))
 
@@ -21,7 +23,7 @@ def captured(world: World) -> WholeTurns:
     return WholeTurns(0, world.settings.turns, counts[0], counts[1], step)
 
 
-def _fourier(world: World, choice: Choice) -> Correction:
+def _fourier(world: World, choice: Choice) -> Output:
     estimate, _ = fourier(
         [captured(world)],
         world.settings.counts_per_rev,
@@ -29,10 +31,16 @@ def _fourier(world: World, choice: Choice) -> Correction:
         world.settings.orders,
         choice,
     )
-    return of_harmonics(estimate.orders, estimate.values)
+    return _applied(estimate)
 
 
-def _least_squares(world: World) -> Correction:
+def _applied(estimate: Estimate) -> Output:
+    """The orders that ``arctrue calibrate`` would apply: of a gain that is not above its limit."""
+    kept = estimate.noise_gain <= GAIN_LIMIT_DEFAULT
+    return of_harmonics(estimate.orders[kept], estimate.values[np.tile(kept, 2)])
+
+
+def _least_squares(world: World) -> Output:
     estimate, _ = least_squares(
         [captured(world)],
         world.settings.counts_per_rev,
@@ -40,7 +48,7 @@ def _least_squares(world: World) -> Correction:
         world.settings.orders,
         "measured",
     )
-    return of_harmonics(estimate.orders, estimate.values)
+    return _applied(estimate)
 
 
 PAPER_DFT = Method(
@@ -49,7 +57,7 @@ PAPER_DFT = Method(
     "Geckeler et al. [8]; equations (1) to (8)",
     2,
     "two heads, α to ± 50″ by mounting; an even speed",
-    "orders 120, 240, …; weak at 11, 22, …; radial motion counts as disc",
+    "orders 120, 240, …; weak at 11, 22, …; radial motion and unequal radii count as disc",
     lambda world: _fourier(world, "nominal"),
 )
 MEASURED_DFT = Method(

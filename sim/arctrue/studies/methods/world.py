@@ -29,6 +29,7 @@ from arctrue.table import (
     RotaryTable,
     TableState,
 )
+from arctrue.table.causes.ball_pass import BallPass
 from arctrue.table.causes.radial_motion import RadialMotion
 from arctrue.table.instruments import Autocollimator, Polygon
 
@@ -37,10 +38,27 @@ Counts = NDArray[np.int64]
 Correction = Callable[[Float], Float]
 """Error of head 1 in arcseconds as a function of its reading in radians, any shape."""
 
+
+@dataclass(frozen=True)
+class Output:
+    """What a calibrated table shows: an angle made of the readings of some heads."""
+
+    places_rad: tuple[float, ...]
+    """Stator angles of the heads that are read, head 1 first."""
+    angle: Callable[[Float], Float]
+    """Angle in radians, (n,), from readings in radians, (heads, n); its zero is arbitrary."""
+
+    @classmethod
+    def of_head1(cls, correction: Correction) -> Output:
+        """Head 1 less its error."""
+        return cls((0.0,), lambda reading: reading[0] - correction(reading[0]) * RAD_PER_ARCSEC)
+
+
 TURN_RAD = 2.0 * np.pi
 SCORED_ANGLES = 7200
 """A twentieth of a degree: 60 points in a wave of order 120."""
 MOST_SCORED_ORDER = 128
+LATER_TURNS = 3
 MOUNTING_ARCSEC = 50.0
 """A head stands within ± this of its nominal place: the paper's tolerance."""
 
@@ -50,6 +68,14 @@ SYMMETRIC_ORDERS = (12, 24)
 """Orders that 4 or 12 heads at equal distances do not see; 24 faces do not see 24 either."""
 BLIND_ORDER = 120
 """Two heads 33° apart do not see it."""
+UNLISTED_ARCSEC = {47: 0.05, 77: 0.03}
+"""Orders of the disc that no method fits."""
+UNLISTED_MOTION = {1: -0.3, 9: 0.3, 13: -0.2}
+"""Circles of the axis by order, in parts of that of order 2; a negative one turns backwards. Order
+9 and 13 are in no method's list."""
+BALLS_M, BALLS_ORDER = 0.25e-6, 4.37
+HUB_SHIFT_M = 2e-6
+"""What happens after the calibration: the balls of the bearing, and the disc moves on its hub."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +98,23 @@ class MethodsSettings:
     most_order: int = 40
     counts_per_rev: int = 1 << 24
     seed: int = 1
+    index_detection_arcsec: float = 0.0
+    """A head detects the index mark up to so far off its true place."""
+    radius_tolerance_m: float = 0.0
+    """A head stands up to so far from the disc's radius."""
+    unlisted: bool = False
+    """The disc and the axis have orders that stand in no method's list."""
+
+    @classmethod
+    def compared(cls, minutes: float = 16.0, seed: int = 1) -> MethodsSettings:
+        """The world of ``arctrue methods``: index detection ± 50″, radii ± 0.1 mm, more orders."""
+        return cls(
+            minutes=minutes,
+            seed=seed,
+            index_detection_arcsec=MOUNTING_ARCSEC,
+            radius_tolerance_m=1e-4,
+            unlisted=True,
+        )
 
     @property
     def time_s(self) -> float:
@@ -114,6 +157,16 @@ class World:
         phases = dict(zip(GRADUATION_ORDERS, GRADUATION_PHASES_RAD, strict=True))
         further = {11: 0.4, 12: 0.2, 24: 0.3, 120: 0.2}
         size = self.settings.radial_motion_m
+        unlisted: tuple[Cause, ...] = ()
+        if self.settings.unlisted:
+            orders = (*orders, *UNLISTED_ARCSEC)
+            further |= UNLISTED_ARCSEC
+            unlisted = tuple(
+                RadialMotion(
+                    order, part * size if part > 0 else 0j, 0j if part > 0 else -part * size
+                )
+                for order, part in UNLISTED_MOTION.items()
+            )
         return (
             DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
             GraduationHarmonics(
@@ -123,12 +176,21 @@ class World:
             ),
             RadialMotion.along(2, size, 0.6, 1.0),
             RadialMotion(3, 0.5 * size * np.exp(0.4j)),
+            *unlisted,
         )
 
-    def table(self, places_rad: Sequence[float] = (0.0,)) -> RotaryTable:
+    @cached_property
+    def later(self) -> tuple[Cause, ...]:
+        """What comes to the table after the calibration."""
+        return (BallPass(BALLS_ORDER, BALLS_M), DiscEccentricity(HUB_SHIFT_M, 0.8))
+
+    def table(
+        self, places_rad: Sequence[float] = (0.0,), further: tuple[Cause, ...] = ()
+    ) -> RotaryTable:
         """Heads near their nominal places, each up to 50″ off; the first, head 1, defines 0.
 
         Their index marks repeat to ± 1 count. A place has the same head in every method.
+        ``further``: causes besides those of the calibrated table.
         """
         heads = []
         for place in places_rad:
@@ -137,13 +199,16 @@ class World:
             )
             off = own.uniform(-MOUNTING_ARCSEC, MOUNTING_ARCSEC) * RAD_PER_ARCSEC
             index = int(own.integers(-1, 2))
+            late = own.uniform(-1.0, 1.0) * self.settings.index_detection_arcsec * RAD_PER_ARCSEC
+            index += round(late / self.count_rad)
+            radius = DISC_RADIUS_M + own.uniform(-1.0, 1.0) * self.settings.radius_tolerance_m
             first = place == 0.0
             heads.append(
-                Head.on_circle(DISC_RADIUS_M, 0.0 if first else place + off, 0 if first else index)
+                Head.on_circle(radius, 0.0 if first else place + off, 0 if first else index)
             )
         return RotaryTable(
             heads=tuple(heads),
-            causes=self.effects,
+            causes=(*self.effects, *further),
             counts_per_rev=self.settings.counts_per_rev,
             noise_rad=self.settings.noise_arcsec * RAD_PER_ARCSEC,
         )
@@ -208,12 +273,19 @@ class World:
             seen.append(face)
         return target, np.array(errors), np.array(seen, dtype=np.int64)
 
-    def score(self, correction: Correction | None) -> TurnScore:
-        """Error of head 1 against the true angle with ``correction``; None: uncorrected."""
+    def score(self, output: Output | None, *, later: bool = False) -> TurnScore:
+        """Error of ``output`` against the true angle, its mean taken off; None: head 1 as it is.
+
+        The heads are at rest at each angle, the mean of many latches. ``later``: with what comes
+        to the table after the calibration, some turns on.
+        """
+        if output is None:
+            output = Output.of_head1(np.zeros_like)
         middle = np.arange(SCORED_ANGLES) + 0.5
         angle: Float = middle * np.float64(TURN_RAD / SCORED_ANGLES)
-        reading = self.reading_at_rest_rad(angle)
-        error = (reading - angle) * ARCSEC_PER_RAD
-        if correction is not None:
-            error = error - correction(reading)
-        return TurnScore.of_even_readings(error, MOST_SCORED_ORDER)
+        table = self.table(output.places_rad, self.later if later else ())
+        state = TableState.at_rest(angle + (LATER_TURNS * TURN_RAD if later else 0.0))
+        reading = np.stack([table.reading_rad(h, state) for h in range(len(table.heads))])
+        error = output.angle(reading) - state.angle_rad
+        wrapped = np.angle(np.exp(1j * (error - error[0]))) * ARCSEC_PER_RAD
+        return TurnScore.of_even_readings(wrapped, MOST_SCORED_ORDER)

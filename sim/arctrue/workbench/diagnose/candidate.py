@@ -9,7 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
+from arctrue.workbench.inference.block_share import BlockShare
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.held_out import HeldOut, Improvement
 from arctrue.workbench.inference.likelihood_ratio import Evidence
@@ -46,8 +48,12 @@ class Candidate:
     """The effect before it was narrowed to what is there; None for a product of parts."""
     evidence: Evidence | None = None
     """With the noise estimated anew; None where the first test tells enough."""
+    regular: RegularCause | None = None
+    """The lines of a forward search that it explains; None: it was not found so."""
     held_out: HeldOut | None = None
     improvement: dict[str, Improvement] = field(default_factory=dict)
+    share: BlockShare | None = None
+    """Of its own error, what other blocks of the rows predict; None where that is not known."""
 
     @property
     def name(self) -> str:
@@ -63,6 +69,17 @@ class Candidate:
     def charged_trials(self) -> float:
         """Places that its p pays for."""
         return self.trials if self.level_trials is None else self.level_trials
+
+    @cached_property
+    def moved_arcsec(self) -> dict[str, float]:
+        """RMS over every row by which it moves the prediction, by channel."""
+        if self.evidence is None:
+            return self.size_arcsec
+        before = self.evidence.base.solution
+        return {
+            channel: float(np.sqrt(np.mean(change**2)))
+            for channel, change in changes_arcsec(before, self.solution).items()
+        }
 
     @cached_property
     def at_maximum(self) -> Solution:
@@ -83,16 +100,24 @@ class Candidate:
         return self.solution.parameters()[-1]
 
 
-def sizes_arcsec(before: Solution, after: Solution) -> dict[str, float]:
-    """RMS of the change of the prediction over the rows where it changes, by channel."""
-    found: dict[str, float] = {}
+def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.float64]]:
+    """Change of the prediction of every row, by channel; of the reference less its mean."""
+    found: dict[str, NDArray[np.float64]] = {}
     if before.observations.capture is not None:
-        change = after.capture_prediction_arcsec(False) - before.capture_prediction_arcsec(False)
-        found["capture"] = _acting_rms(change)
+        found["capture"] = after.capture_prediction_arcsec(
+            False
+        ) - before.capture_prediction_arcsec(False)
     if before.observations.reference is not None:
         change = after.reference_prediction_arcsec() - before.reference_prediction_arcsec()
-        found["reference"] = _acting_rms(change - change.mean())
+        found["reference"] = change - change.mean()
     return found
+
+
+def sizes_arcsec(before: Solution, after: Solution) -> dict[str, float]:
+    """RMS of the change of the prediction over the rows where it changes, by channel."""
+    return {
+        channel: _acting_rms(change) for channel, change in changes_arcsec(before, after).items()
+    }
 
 
 def _acting_rms(change: NDArray[np.float64]) -> float:

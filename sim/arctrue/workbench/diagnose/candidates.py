@@ -6,7 +6,7 @@ is weighed with noise of its own by :mod:`arctrue.workbench.diagnose.evidence`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
 from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.diagnose.regular import Findings, RegularCause
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
@@ -45,6 +46,54 @@ def tried_effects(
         item = _candidate(form, nonlinear, trials, residuals, tests)
         found.append(replace(item, lacking_variety=form.variety(observations), asked=effect))
     return found, untestable
+
+
+def regular_candidates(
+    residuals: Residuals, causes: Sequence[RegularCause], tests: int
+) -> list[Candidate]:
+    """A candidate of the largest cause of each name that a forward search found."""
+    found: dict[str, Candidate] = {}
+    for cause in causes:
+        form, place = cause.effect, dict(cause.nonlinear)
+        if form.name in found or residuals.score(form, place).rank == 0:
+            continue
+        item = _candidate(form, place, cause.trials, residuals, tests)
+        found[form.name] = replace(
+            item, lacking_variety=form.variety(residuals.observations), regular=cause
+        )
+    return list(found.values())
+
+
+def with_regular(
+    candidates: Sequence[Candidate], lines: Sequence[Candidate], found: Findings
+) -> list[Candidate]:
+    """The candidates with those of a forward search in place of others of their name.
+
+    A line where it looked and found none is left out: noise that drives a resonance, or half a
+    record. A line above its rates stays where it is the larger one.
+    """
+    larger = {
+        item.name
+        for item in candidates
+        for line in lines
+        if line.name == item.name
+        and line.regular is not None
+        and _is_line(item)
+        and not found.searched(item.nonlinear)
+        and max(item.size_arcsec.values(), default=0.0) > line.regular.taken_arcsec
+    }
+    kept = [line for line in lines if line.name not in larger]
+    names = {line.name for line in kept}
+    others = [
+        item
+        for item in candidates
+        if item.name not in names and not (_is_line(item) and found.searched(item.nonlinear))
+    ]
+    return [*kept, *others]
+
+
+def _is_line(item: Candidate) -> bool:
+    return item.effect.search_kind == "line"
 
 
 def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:

@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
+from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import (
     Similar,
@@ -15,11 +18,14 @@ from arctrue.workbench.diagnose.classes import (
     stands_in,
     without_unspecific,
 )
+from arctrue.workbench.diagnose.confounded import confounded_with
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass
 from arctrue.workbench.diagnose.excluded import look_alikes
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 NEAR_TIE = 6.0
@@ -32,8 +38,9 @@ LACK_OF_FIT = 1e-4
 REFUSED_P = LACK_OF_FIT
 """As sure as a lack of fit: an effect that is refused tells one."""
 OF_THE_SAME_KIND = 0.1
-"""Share of the first effect's gain: what is left beside it and is larger, a third of its size, may
-be its own shape, that the catalogue does not have. Smaller, it is a matter of its own."""
+"""Share of the first effect's gain and of its mean square: what is left beside it and is larger, a
+third of its size, may be its own shape, that the catalogue does not have. Smaller, it is a matter
+of its own."""
 AGAIN = 3
 """Events of one set that are a habit: two may be chance."""
 DEEPEST = 3
@@ -46,11 +53,13 @@ class Case:
 
     survey: Survey
     effects: Mapping[str, type[Effect]]
-    with_first: Callable[[Candidate], Survey]
+    with_first: Callable[[Survey, Candidate], Survey]
     """The survey beside the model with one effect more."""
     decided: Callable[[Case], Decision]
     """What the rules say of a case."""
     depth: int = 1
+    adding: Adding | None = None
+    """The model with effects added as a command adds them; None: that of the survey."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -91,8 +100,22 @@ class Case:
 
     @cached_property
     def best(self) -> Candidate | None:
-        """The first, or a larger one around it that adds what is more than chance."""
-        return _large_enough(self.real)
+        """The first, or a larger one around it that adds what is more than chance.
+
+        A regular cause that takes more error away comes before it, and before drifts and events:
+        blocks cannot judge what happens once.
+        """
+        found, regular = _large_enough(self.real), self.regular
+        if found is None or regular is None or found is regular:
+            return found or regular
+        rivals = not _apart(found) and _look_alike(self.survey, found, regular)
+        return regular if _is_smaller(found, regular) and not rivals else found
+
+    @cached_property
+    def regular(self) -> Candidate | None:
+        """The regular cause that takes most error away."""
+        found = [item for item in self.real if item.regular is not None]
+        return max(found, key=_taken_arcsec, default=None)
 
     @cached_property
     def product(self) -> Candidate | None:
@@ -106,6 +129,9 @@ class Case:
             return None
         if self.best is not None and _contains(self.best, found):
             # More than the product, and all of it: a polygon's faces beside one of their orders.
+            return None
+        best = self.best
+        if best is not None and best is self.regular and _is_smaller(found, best):
             return None
         return found
 
@@ -146,6 +172,11 @@ class Case:
         return look_alikes(best, survey.residuals, survey.untestable, self.effects)
 
     @cached_property
+    def confounded(self) -> Candidate | None:
+        """The best growing with another condition, which these rows cannot tell from its own."""
+        return None if self.best is None else confounded_with(self.best, NEAR_TIE)
+
+    @cached_property
     def stand_in(self) -> Candidate | None:
         """A product of parts that explains what the best explains, and is none of its class."""
         best, product = self.best, self.product
@@ -161,19 +192,38 @@ class Case:
             return None
         if self.best is item:
             return self.with_best
-        return replace(self, survey=self.with_first(item), depth=self.depth + 1)
+        return replace(
+            self, survey=self.with_first(self.survey, item), depth=self.depth + 1, adding=None
+        )
 
     @cached_property
     def with_best(self) -> Case | None:
         """The case with the best in the model."""
         if self.best is None or self.depth >= DEEPEST:
             return None
-        return replace(self, survey=self.with_first(self.best), depth=self.depth + 1)
+        return replace(
+            self, survey=self.with_first(self.survey, self.best), depth=self.depth + 1, adding=None
+        )
 
     @cached_property
     def beside(self) -> Decision | None:
         """What is said with the best in the model."""
         return None if self.with_best is None else self.with_best.decision
+
+    @cached_property
+    def _added(self) -> Adding:
+        return self.adding or Adding(self.survey.base, self.effects)
+
+    @property
+    def before(self) -> Left:
+        """What is left without the best."""
+        return self._added.before
+
+    @cached_property
+    def before_and_after(self) -> tuple[Left, Left] | None:
+        """The same, and with the best added; None where it cannot be added."""
+        after = None if self.best is None else self._added.after(self.best.name)
+        return None if after is None else (self.before, after)
 
     def once_more(self, event: Candidate) -> Candidate | None:
         """The event once more, at another instant, and about as large.
@@ -226,6 +276,36 @@ class Case:
         first = self.decision.spoken_of
         others = [item for item in self.survey.candidates if item is not first]
         return others if first is None else [first, *others]
+
+
+LOOK_ALIKE = 0.5
+"""Canonical correlation above which two effects compete for the same error (issue 26): ΔBIC and the
+classes then decide which it is, not the size."""
+ONCE = frozenset({"time", "settling"})
+"""Parts of what goes one way with time."""
+
+
+def _apart(item: Candidate) -> bool:
+    """A drift or a single event, which is listed apart from what repeats."""
+    parts = set(item.effect.in_parts) | set(item.effect.parts)
+    return item.effect.step_at is not None or bool(parts & ONCE)
+
+
+def _taken_arcsec(item: Candidate) -> float:
+    """RMS of the error that it takes away in the channel that it moves most."""
+    if item.regular is not None:
+        return item.regular.taken_arcsec
+    return max(item.size_arcsec.values(), default=0.0)
+
+
+def _is_smaller(item: Candidate, regular: Candidate) -> bool:
+    """It is listed apart, or takes less than a regular cause."""
+    return _apart(item) or _taken_arcsec(item) < _taken_arcsec(regular)
+
+
+def _look_alike(survey: Survey, one: Candidate, other: Candidate) -> bool:
+    found = canonical_correlations(survey.residuals, one.term, other.term)
+    return float(np.max(found, initial=0.0)) > LOOK_ALIKE
 
 
 def _is_sure(item: Candidate) -> bool:

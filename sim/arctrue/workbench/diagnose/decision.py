@@ -23,6 +23,8 @@ class Decision:
     class_correlation: Mapping[str, float] = field(default_factory=dict)
     described: Candidate | None = None
     """The product of parts that explains what no known effect does."""
+    confounded: bool = False
+    """``described`` is the first growing with another condition, which the rows cannot tell."""
     unconfirmed: str | None = None
     """Why an effect that fits, and has no rival, is not named."""
     look_alikes: Mapping[str, list[str]] = field(default_factory=dict)

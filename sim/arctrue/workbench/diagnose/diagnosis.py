@@ -19,7 +19,9 @@ from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.evidence import survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
+from arctrue.workbench.diagnose.regular import Findings, findings_of
 from arctrue.workbench.diagnose.rules import decide, said_of
+from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.design_matrix import Term
@@ -58,7 +60,13 @@ class Diagnosis:
     """What the model leaves."""
     left: Mapping[str, Left] = field(default_factory=dict)
     """What it leaves with the effect that is spoken of, or with one that looks like it, added."""
+    unlike: tuple[str, ...] = ()
+    """Ways in which the set is unlike those that the probabilities were calibrated on."""
+    second: SecondFinding | None = None
+    """What is left with the named effect in the model, where that is sure."""
     covers: Coverage = field(default_factory=Coverage)
+    findings: Findings = field(default_factory=Findings)
+    """What a dense reference shows, whatever the verdict."""
 
     @property
     def verdict(self) -> Verdict:
@@ -128,7 +136,9 @@ def diagnose(
     if base.noise_is_unknown:
         return _stated(observations, base, Facts())
     adding = given or Adding(base, effects)
-    case = _case_of(base, effects, matters_counts, progress)
+    progress("looking for regular lines")
+    findings = findings_of(base, effects)
+    case = _case_of(base, adding, findings, matters_counts, progress)
     if case.decision.verdict != "adequate":
         left_arcsec = _deepest(case.decision, base).capture_residual_arcsec()
         without = without_wrong_rows(observations, left_arcsec)
@@ -151,24 +161,52 @@ def diagnose(
     names = {item.name for item in (found.decision.spoken_of,) if item is not None}
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}
-    return replace(found, before=adding.before, left=left)
+    second = _second(found.decision, left) if found.verdict == "named" else None
+    return replace(found, before=adding.before, left=left, second=second, findings=findings)
+
+
+def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
+    """What is left with the named effect, and with those that would be named beside it."""
+    assert found.first is not None
+    further = found.beside
+    if found.first.name not in left or (further is not None and further.verdict == "named"):
+        # Another name stands beside it.
+        return None
+    unknown = further is not None and further.verdict == "unknown"
+    product = None if further is None else further.described
+    words = None if product is None else product.effect.describe(product.parameters())
+    return second_finding(left[found.first.name], unknown=unknown, description=words)
 
 
 def _case_of(
-    base: Solution, effects: Mapping[str, type[Effect]], matters_counts: float, progress: ReportStep
+    base: Solution,
+    adding: Adding,
+    findings: Findings,
+    matters_counts: float,
+    progress: ReportStep,
 ) -> Case:
     """Candidates with their evidence, and what the rules ask of them."""
+    effects = adding.effects
+    if adding.base is not base:
+        # Without single wrong rows, which would hide what an effect takes away.
+        adding = Adding(base, effects)
     count = base.observations.count_arcsec
     matters = 0.0 if count is None else matters_counts * count
 
-    def with_first(first: Candidate) -> Survey:
+    def with_first(before: Survey, first: Candidate) -> Survey:
         progress(f"once more beside {first.name}")
-        left = Residuals(first.at_maximum)
         return survey(
-            left, effects, matters, lambda text: None, negligible=False, looks=DEEPEST - 1
+            Residuals(first.at_maximum),
+            effects,
+            matters,
+            lambda text: None,
+            negligible=False,
+            looks=DEEPEST - 1,
+            findings=before.findings.without(first.regular),
         )
 
-    return Case(survey(Residuals(base), effects, matters, progress), effects, with_first, said_of)
+    tried = survey(Residuals(base), effects, matters, progress, findings=findings)
+    return Case(tried, effects, with_first, said_of, adding=adding)
 
 
 def _deepest(found: Decision, base: Solution) -> Solution:
@@ -210,6 +248,7 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         case.survey.untestable,
         case.survey.channels,
         covers=facts.covers,
+        unlike=facts.unlike,
     )
 
 

@@ -13,11 +13,19 @@ import numpy as np
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
-from arctrue.workbench.diagnose.candidates import looked_for, tried_effects, tried_products
+from arctrue.workbench.diagnose.candidates import (
+    looked_for,
+    regular_candidates,
+    tried_effects,
+    tried_products,
+    with_regular,
+)
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
+from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey, fit_of_channels
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
+from arctrue.workbench.inference.block_share import block_share
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.held_out import falls, held_out_with
 from arctrue.workbench.inference.likelihood_ratio import (
@@ -61,12 +69,14 @@ def survey(
     *,
     negligible: bool = True,
     looks: int = 1,
+    findings: Findings | None = None,
 ) -> Survey:
     """Try everything beside the model of ``residuals``.
 
     Without ``negligible`` what is far too small to matter is not weighed: no verdict rests on it.
     An effect with a search is tried again beside itself: it may be there at another place.
-    ``looks``: surveys of this kind that the diagnosis makes.
+    ``looks``: surveys of this kind that the diagnosis makes. ``findings``: what a forward
+    search found beside this model, in place of where an effect of that name would be looked for.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present)
@@ -77,6 +87,9 @@ def survey(
     candidates, untestable = tried_effects(
         residuals, absent | repeatable, len(absent) * looks, progress
     )
+    found = Findings() if findings is None else findings
+    lines = regular_candidates(residuals, found.causes, len(absent) * looks)
+    candidates = with_regular(candidates, lines, found)
     progress("trying products of parts")
     tried = Survey(
         residuals,
@@ -87,6 +100,7 @@ def survey(
         tried_products(residuals, looks),
         untestable,
         channels,
+        found,
     )
     return weighed(tried, progress, negligible=negligible)
 
@@ -142,7 +156,11 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
     }
     others = [item for item in ranked if item.name not in near]
     near |= {item.name for item in taken_by_noise(others, tried)}
-    return [item for item in ranked if item.name in near]
+    near |= {item.name for item in ranked if item.regular is not None}
+    # Noise estimated without it may have taken a line: what a forward search found is weighed.
+    return sorted(
+        (item for item in ranked if item.name in near), key=lambda item: item.regular is None
+    )
 
 
 def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
@@ -253,13 +271,20 @@ def _judged(
         item, found = _in_less_noise(item, found, residuals, null)
     item = _settled(item, found, tried, candidates)
     of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
+    if item.regular is not None:
+        # Its prediction from whole blocks has passed; neighbours would tell less.
+        return item
     if item.p_corrected < SIGNIFICANCE and tried.matters(item) and of_rows:
         progress(f"held-out rows for {item.name}")
         base = found.base.solution
         before, after = held_out_with(
             base.terms, item.term, base.observations, base.context, base.noise
         )
-        return replace(item, held_out=after, improvement=falls(before, after, base.noise))
+        # A product of parts says what is seen, and is no name.
+        named = item.asked is not None
+        share = block_share(found.base, item.effect, item.nonlinear) if named else None
+        improvement = falls(before, after, base.noise)
+        return replace(item, held_out=after, improvement=improvement, share=share)
     return item
 
 

@@ -14,6 +14,7 @@ from arctrue.workbench.diagnose.coverage import (
     effect_or_noise,
 )
 from arctrue.workbench.diagnose.decision import Decision, Verdict
+from arctrue.workbench.diagnose.distance import ways_unlike
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, allowed_for, posterior
 
 
@@ -68,6 +69,20 @@ class Facts:
             lack_of_fit_p=min(survey.lack_of_fit.values(), default=1.0),
             near_tie=NEAR_TIE,
             advantage=PARTS_ADVANTAGE,
+            confounded=said.confounded,
+        )
+
+    @cached_property
+    def unlike(self) -> tuple[str, ...]:
+        """Ways in which the set is unlike those that the probabilities were calibrated on."""
+        case = self.case
+        if case is None:
+            return ()
+        found = case.before_and_after
+        left = case.before if found is None else found[1]
+        untestable = case.survey.untestable
+        return ways_unlike(
+            left.solution.observations, left, untestable, len(case.survey.candidates)
         )
 
     @cached_property

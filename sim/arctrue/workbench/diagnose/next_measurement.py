@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from arctrue.measurement.asked import WARMER_K
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.planned import PLANS, PlannedMeasurement
 from arctrue.workbench.effects.base import Nonlinear
@@ -48,6 +49,8 @@ OF_PARTS = {
     ),
 }
 """Kind and words of the measurement that puts a condition to the test."""
+ANOTHER_SPEED = 1.5
+"""Speeds further apart than this are two: what grows with the speed has then been seen to."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
@@ -97,8 +100,7 @@ def measurement_for(
     if described is None:
         return None
     assert isinstance(described.effect, ProductOfParts)
-    known = described.solution.observations.has_temperature
-    return measurement_for_parts(described.effect, temperature_known=known)
+    return measurement_for_parts(described.effect, described.solution.observations)
 
 
 def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:
@@ -114,7 +116,7 @@ def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasur
             continue
         splits = [_split(best, rival, there) for rival in rivals]
         if min(splits) > SPLITS_CHI_SQUARE:
-            names = ", ".join(rival.name for rival in rivals)
+            names = ", ".join(_called(rival) for rival in rivals)
             return NextMeasurement(
                 f"{plan.words}: it splits {best.name} from {names}", plan.kind, min(splits)
             )
@@ -126,9 +128,16 @@ def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasur
     if partly is not None:
         plan, chi_square, rival = partly
         return NextMeasurement(
-            f"{plan.words}: it splits {best.name} from {rival.name}", plan.kind, chi_square
+            f"{plan.words}: it splits {best.name} from {_called(rival)}", plan.kind, chi_square
         )
     return own
+
+
+def _called(item: Candidate) -> str:
+    """Its name; of a product of parts what it is."""
+    if isinstance(item.effect, ProductOfParts):
+        return f"{' × '.join(item.effect.parts)}"
+    return item.name
 
 
 def measurement_for_variety(best: Candidate) -> NextMeasurement:
@@ -142,12 +151,28 @@ def measurement_for_variety(best: Candidate) -> NextMeasurement:
     return NextMeasurement(lacking, None)
 
 
-def measurement_for_parts(
-    product: ProductOfParts, *, temperature_known: bool = True
-) -> NextMeasurement:
-    """What puts a description by parts to the test: its condition is changed alone."""
+def has_already(part: str, observations: Observations) -> bool:
+    """The set holds the measurement that :data:`OF_PARTS` has for a part."""
+    channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
+    if part == "direction":
+        return any(
+            rows.direction is not None and np.unique(np.sign(rows.direction)).size > 1
+            for rows in channels
+        )
+    if part in ("speed", "speed^2"):
+        speeds = [np.abs(rows.speed_rad_s) for rows in channels if rows.speed_rad_s is not None]
+        return any(float(item.max()) > ANOTHER_SPEED * float(item.min()) for item in speeds)
+    if part == "temperature":
+        warm = [rows.temperature_c for rows in channels if rows.temperature_c is not None]
+        return any(float(np.ptp(item)) >= WARMER_K for item in warm)
+    return False
+
+
+def measurement_for_parts(product: ProductOfParts, observations: Observations) -> NextMeasurement:
+    """What puts a description by parts to the test: a condition that the set lacks is changed."""
+    temperature_known = observations.has_temperature
     for part in product.parts:
-        if part in OF_PARTS:
+        if part in OF_PARTS and not has_already(part, observations):
             kind, words = OF_PARTS[part]
             if part in ("time", "settling") and not temperature_known:
                 words += ". Record the temperature with it: warming up, which this set cannot show"
@@ -169,6 +194,12 @@ def measurement_for_parts(
         return NextMeasurement(
             "one run with five times as many samples a turn: many samples in each signal period",
             "samples",
+        )
+    if product.frame == "reference" and observations.faces is None:
+        return NextMeasurement(
+            "the same reference run at other stations, half a step further: what belongs to the "
+            "place goes on smoothly between the stations",
+            None,
         )
     if product.frame == "reference":
         return NextMeasurement(REINDEX, "polygon_reindexed")

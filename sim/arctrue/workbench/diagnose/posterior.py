@@ -28,6 +28,8 @@ SILENT = frozenset({"bad_data", "cannot_tell"})
 CLASS_SHARE = 0.95
 """A class is the fewest hypotheses that hold so much of the probability: where ``unknown`` holds it
 alone, no effect is of the class (a credible set of 95 %)."""
+ONE_EFFECT_SHARE = 0.5
+"""The same for a class of one effect: what is said must be the likelier of the two."""
 LEAST_OF_A_NAME = 0.8
 """Probability from which on one name is said: a false name is taken to cost four times what it
 costs to name a class where one name would do."""
@@ -45,6 +47,7 @@ def posterior(
     lack_of_fit_p: float,
     near_tie: float,
     advantage: float,
+    confounded: bool = False,
 ) -> dict[str, float]:
     """Of every effect that was tested, ``none`` and ``unknown``, as far as the rules leave it open;
     the sum is 1.
@@ -52,6 +55,7 @@ def posterior(
     ``look_alikes`` of the first of the class, which the set cannot test, are as probable as it is.
     ``product`` is the best product of parts where it is none of the candidates in other words;
     ``excluded`` are effects that fit and that held-out rows, passes or speeds speak against;
+    ``confounded``: the product is the first growing with another condition, as likely as it is;
     ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names to products, and
     products to names.
     """
@@ -89,6 +93,11 @@ def posterior(
         # Against one effect by its own odds; where several explain the rows alike, none of them is
         # excluded by what is ahead of each by less than the rules ask of a product.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
+        if confounded:
+            # No likelier than the first once the share for an inadequate model is given to it:
+            # equal at −2s/(1 − s).
+            share = inadequacy(verdict)
+            most = -2.5 * share / (1.0 - share)
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
@@ -109,6 +118,11 @@ def allowed_for(
     others = [item.name for item in candidates] if verdict == "unknown" else [UNKNOWN]
     if verdict == "adequate" or verdict in SILENT or not others:
         return found
+    if verdict == "unknown":
+        # No more than leaves it the likeliest: what is said is not contradicted.
+        ahead = found[UNKNOWN] - max(found[name] for name in others)
+        most = 0.9 * max(ahead, 0.0)
+        share = min(share, most / (most + 1.0 / len(others)))
     kept = {name: (1.0 - share) * value for name, value in found.items()}
     return kept | {name: kept[name] + share / len(others) for name in others}
 

@@ -8,6 +8,7 @@ from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.diagnose.second_finding import SecondFinding
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable
 from arctrue.workbench.inference.left import Left
@@ -38,6 +39,7 @@ def candidate_data(item: Candidate, before: Left | None, after: Left | None) -> 
         "heldout_se_arcsec": {channel: one.standard_error_arcsec for channel, one in fall.items()},
         "parameters": parameter_data(item.parameters()),
         "lacking_variety": item.lacking_variety,
+        "share_of_blocks": None if item.share is None else item.share.share,
     }
 
 
@@ -66,6 +68,18 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
         return {}
     residuals = Residuals(solution)
     return noise_data(solution.noise, (residuals.capture_whitened, residuals.reference_whitened))
+
+
+def _second_data(found: SecondFinding | None) -> dict[str, Any] | None:
+    """What is left with the named effect, as JSON."""
+    if found is None:
+        return None
+    return {
+        "left_arcsec": dict(found.left_arcsec),
+        "differs_from_place_to_place_in": found.channel,
+        "variation": found.variation if found.channel is not None else None,
+        "description": found.description,
+    }
 
 
 def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
@@ -101,7 +115,9 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "look_alikes": dict(said.look_alikes),
         "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
+        "findings": result.findings.data(),
         "beside": [item.name for item in result.beside],
+        "second_finding": _second_data(result.second),
         "cannot_be_tested": dict(result.untestable),
         "candidates": [
             candidate_data(item, before, result.left.get(item.name)) for item in result.candidates
@@ -116,6 +132,7 @@ def sentences(result: Diagnosis) -> list[str]:
     if result.verdict == "cannot_tell":
         return [
             f"This set cannot tell: {result.decision.cannot_tell}.",
+            *result.findings.sentences(),
             *_probable(result),
             *_measurement(result),
         ]
@@ -131,6 +148,8 @@ def sentences(result: Diagnosis) -> list[str]:
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
             said.append(f"Larger effects would explain it too, with more freedom: {larger}.")
+        if result.second is not None:
+            said.append(result.second.sentence)
         said.append(_compensation(result.named))
         if result.beside:
             said.append(
@@ -153,6 +172,7 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
+    said += result.findings.sentences()
     said += _probable(result)
     said += _measurement(result)
     if result.negligible:

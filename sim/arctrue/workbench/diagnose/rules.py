@@ -26,13 +26,24 @@ from arctrue.workbench.diagnose.next_measurement import (
     NextMeasurement,
     Question,
 )
-from arctrue.workbench.diagnose.posterior import CLASS_SHARE, LEAST_OF_A_NAME, PARTS_ADVANTAGE
+from arctrue.workbench.diagnose.posterior import (
+    CLASS_SHARE,
+    LEAST_OF_A_NAME,
+    ONE_EFFECT_SHARE,
+    PARTS_ADVANTAGE,
+)
 from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 
 LEAST_EXCESS = 0.25
 """A model with a sure lack of fit, and an excess over the repeats larger than this share of their
 noise, is not adequate even where nothing describes what is left."""
+
+RISES = 1e-3
+"""A share of the RMS that shows in the figures that are printed: three or four digits. A fall in
+one channel makes up for a rise in another, where a further cause waits."""
+LEAST_TAKEN = 0.1
+"""Of the mean square above the noise: what takes less explains none of what is there."""
 
 
 # Rules of the set.
@@ -63,12 +74,13 @@ def too_little_to_see(facts: Facts) -> Decision | None:
 
 
 def unknown_is_likelier(facts: Facts) -> Decision | None:
-    """An effect would be named, or a class, and `unknown` has 95 % of what both have together."""
+    """A class would be said, and `unknown` has 95 % of what both have (of one effect: half)."""
     said, case, offered = facts.said, facts.case, facts.offered
     if said.verdict not in ("named", "ambiguous") or case is None:
         return None
     there = sum(offered.get(name, 0.0) for name in said.effect_class)
-    if offered[UNKNOWN] < CLASS_SHARE * (there + offered[UNKNOWN]):
+    least = ONE_EFFECT_SHARE if len(said.effect_class) == 1 else CLASS_SHARE
+    if offered[UNKNOWN] <= least * (there + offered[UNKNOWN]):
         return None
     unknown = Decision("unknown", described=said.described, question=said.question, next=said.next)
     if said.described is not None:
@@ -124,6 +136,8 @@ def refused_is_ahead(case: Case) -> Decision | None:
     refused, best = case.refused, case.best
     if refused is None or refused.delta_bic <= PARTS_ADVANTAGE:
         return None
+    if best is not None and best.regular is not None:
+        return None
     if best is not None and (
         refused.delta_bic - best.delta_bic <= PARTS_ADVANTAGE or adds(best, refused)
     ):
@@ -144,6 +158,18 @@ def left_undescribed(case: Case) -> Decision | None:
         and item.excess_arcsec > max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)
     }
     return Decision("unknown", undescribed_arcsec=left) if left else None
+
+
+def jumped_or_not_white(case: Case) -> Decision | None:
+    """Nothing has a name, and something jumped once, or what is left of a log is no known noise."""
+    if case.best is not None or not case.survey.findings.not_noise:
+        return None
+    left = {
+        channel: item.excess_arcsec
+        for channel, item in case.survey.channels.items()
+        if channel == "reference"
+    }
+    return Decision("unknown", undescribed_arcsec=left)
 
 
 def nothing_found(case: Case) -> Decision | None:
@@ -173,6 +199,58 @@ def contradicts_itself(case: Case) -> Decision | None:
     return _only_resembles(case, why, described=product)
 
 
+def makes_it_worse(case: Case) -> Decision | None:
+    """Added to the model, the best makes the error larger, all channels together."""
+    found = case.before_and_after
+    if found is None:
+        return None
+    before, after = found
+    if after.mean_log_ratio(before) <= RISES:
+        return None
+    said = " and ".join(
+        f"{channel} {value:.4g}″ RMS ({before.rms_arcsec[channel]:.4g}″ before)"
+        for channel, value in after.rms_arcsec.items()
+    )
+    return _only_resembles(case, f"adding it leaves more: {said}")
+
+
+def takes_little(case: Case) -> Decision | None:
+    """Added to the model, the best takes less than a tenth of the excess, which is sure."""
+    found, left = case.before_and_after, case.with_best
+    if found is None or left is None:
+        return None
+    before, after = found
+    taken = {}
+    for channel, rms in before.rms_arcsec.items():
+        noise = min(before.noise_arcsec[channel], after.noise_arcsec[channel])
+        rest = left.survey.channels[channel].lack_of_fit_p
+        excess = rms**2 - noise**2
+        if excess <= (LEAST_EXCESS * noise) ** 2:
+            continue
+        share = (rms**2 - after.rms_arcsec[channel] ** 2) / excess
+        if share >= LEAST_TAKEN:
+            return None
+        # Else what is left may be slow noise, of which no effect takes a share.
+        if rest is not None and rest < LACK_OF_FIT:
+            taken[channel] = max(share, 0.0)
+    if not taken or not set(taken) & set(_channels_moved(case)):
+        return None
+    said = " and ".join(f"{100.0 * share:.2g} % in the {name}" for name, share in taken.items())
+    why = f"of what the model leaves beyond the noise it takes only {said}"
+    return _only_resembles(case, why, case.beside)
+
+
+def _channels_moved(case: Case) -> list[str]:
+    """The channel that the best moves most, in units of the noise of its rows."""
+    best = case.best
+    assert best is not None
+    noise = {name: item.noise_arcsec for name, item in case.survey.channels.items()}
+    return sorted(
+        (name for name in best.moved_arcsec if name in noise),
+        key=lambda name: -best.moved_arcsec[name] / max(noise[name], 1e-12),
+    )[:1]
+
+
 def leaves_its_own_kind(case: Case) -> Decision | None:
     """With the best in the model, what is left is unknown, and about as large as the best.
 
@@ -180,6 +258,9 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     it: a flat track by the faces of a polygon, the knocks of a loose head by a slip.
     """
     assert case.best is not None
+    if case.best.regular is not None:
+        # What is left does not undo a line that other blocks predict: it is a finding of its own.
+        return None
     left = case.beside
     if left is None or not _unknown_within(left, case):
         return None
@@ -248,6 +329,22 @@ def looks_like_untestable(case: Case) -> Decision | None:
     )
 
 
+def grows_with_another(case: Case) -> Decision | None:
+    """It would grow with another condition just as well: the two went together in this set."""
+    best, other = case.best, case.confounded
+    assert best is not None
+    if other is None:
+        return None
+    found = _of_class(
+        case,
+        "ambiguous",
+        described=other,
+        unconfirmed="what it grows with went together with something else in this set",
+        question=Question(best, [other]),
+    )
+    return replace(found, confounded=True)
+
+
 def known_by_name(case: Case) -> Decision | None:
     """One effect is missing, and nothing speaks against its name."""
     assert case.best is not None
@@ -312,11 +409,18 @@ def _unknown_within(left: Decision, case: Case) -> bool:
         return left.beside is not None and _unknown_within(left.beside, case)
     found = left.described or left.resembles
     if found is not None:
-        return found.gain > OF_THE_SAME_KIND * first.gain
+        # In units of the noise, and in arcseconds: quiet repeats alone would let a fiftieth of the
+        # error take the name.
+        in_noise = found.gain > OF_THE_SAME_KIND * first.gain
+        return in_noise and _largest(found) ** 2 > OF_THE_SAME_KIND * _largest(first) ** 2
     return not left.undescribed_arcsec or any(
         after**2 > OF_THE_SAME_KIND * (case.survey.channels[channel].excess_arcsec ** 2 - after**2)
         for channel, after in left.undescribed_arcsec.items()
     )
+
+
+def _largest(item: Candidate) -> float:
+    return max(item.moved_arcsec.values(), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -344,12 +448,16 @@ RULES = (
     Rule("ambiguous", shown_at_one_speed),
     Rule("unknown", refused_is_ahead),
     Rule("unknown", left_undescribed),
+    Rule("unknown", jumped_or_not_white),
     Rule("adequate", nothing_found),
     Rule("unknown", contradicts_itself),
+    Rule("unknown", makes_it_worse),
+    Rule("unknown", takes_little),
     Rule("unknown", leaves_its_own_kind),
     Rule("unknown", comes_again_and_again),
     Rule("ambiguous", cannot_be_split),
     Rule("ambiguous", looks_like_untestable),
+    Rule("ambiguous", grows_with_another),
     Rule("named", known_by_name),
 )
 """The first that applies is the verdict; the last always does."""

@@ -10,6 +10,7 @@ import numpy as np
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
+from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.inference.held_out import holds_out
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE
@@ -22,6 +23,10 @@ OF_A_CONSTANT = 0.1
 """What changes less than this share of its mean over the rows is a constant."""
 RUNS_ARE_THE_SAMPLE = 0.5
 """Share of the index in the variance of an effect's size."""
+
+LEAST_HELD_OUT = 0.5
+"""Share of its own error that other blocks must predict: with less, leaving it out does better
+than taking it for what it seems to be."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,8 @@ class Survey:
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
+    findings: Findings = field(default_factory=Findings)
+    """What a forward search found, and the model lacks."""
 
     @property
     def base(self) -> Solution:
@@ -97,10 +104,11 @@ class Survey:
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 
     def confirmed(self, item: Candidate) -> bool:
-        """It matters, held-out rows show it, and so does every pass over its place."""
+        """It matters, rows and blocks left out show it, and so does every pass over its place."""
         return (
             self.matters(item)
             and _holds_out(item)
+            and (item.share is None or item.share.share > LEAST_HELD_OUT)
             and on_every_pass(item, self.base)
             and not self.may_be_a_constant_of_the_model(item)
         )
@@ -127,7 +135,10 @@ def _holds_out(item: Candidate) -> bool:
 
     What is known from run to run only is free in every run's offset, so that rows of the same run
     cannot show it; there the runs are the sample, and the index's scatter among them decides.
+    A regular cause was predicted from other blocks of the record when it was found.
     """
+    if item.regular is not None:
+        return True
     if item.evidence is not None and item.evidence.index_share >= RUNS_ARE_THE_SAMPLE:
         return True
     return bool(item.improvement) and holds_out(item.improvement.values())

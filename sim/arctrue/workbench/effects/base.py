@@ -199,6 +199,8 @@ class Effect(ABC):
     """The product of parts that it is by its definition, on every set; empty: there is none."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
+    multiples_setting: ClassVar[str | None] = None
+    """Setting that lists multiples of :meth:`declared_order`."""
     fixed_to_polygon: ClassVar[bool] = False
     """It moves along when the polygon is put on the table some faces further."""
 
@@ -235,9 +237,20 @@ class Effect(ABC):
             )
         return tuple(values)
 
+    def declared_order(self, observations: Observations) -> float | None:
+        """Order of which it is multiples, where the set states it, as a tooth count does."""
+        return None
+
     def disc_orders(self, nonlinear: Nonlinear) -> Sequence[int]:
         """Orders of ε(ψ) whose cos, sin coefficients this effect's first columns are."""
         return ()
+
+    def electrical_order(self, observations: Observations) -> float:
+        """Highest order of the angle that columns at the phase of a reading follow; 0: none.
+
+        The noise of the reading is in such columns, times this order.
+        """
+        return 0.0
 
     def lanes(
         self,

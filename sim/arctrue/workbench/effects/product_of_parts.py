@@ -168,9 +168,14 @@ def condition_named(
     raise ValueError(f"no condition {words!r}; there are: {known}")
 
 
+def recorded_conditions(observations: Observations) -> list[Condition]:
+    """Every factor that is not the shape of a settling, look-alikes included."""
+    return [*SIMPLE_CONDITIONS, *_columns(observations)]
+
+
 def conditions(observations: Observations) -> list[Condition]:
     """The factors that vary in this set, the simpler first; look-alikes are left out."""
-    found = [ALWAYS, *SIMPLE_CONDITIONS, *_columns(observations)]
+    found = [ALWAYS, *recorded_conditions(observations)]
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)
     if longest > 4.0 * shortest:
@@ -372,6 +377,11 @@ class ProductOfParts(Effect):
         else:
             wave = self._wave(rows.angle_rad)
         return factor[:, np.newaxis] * wave
+
+    def electrical_order(self, observations: Observations) -> float:
+        if self.electrical_head is None:
+            return 0.0
+        return max(self.orders, default=0.0) * (observations.grating_lines or 0)
 
     def parameters(
         self,

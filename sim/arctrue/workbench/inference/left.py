@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.held_out import HeldOut, Improvement, falls, held_out
 from arctrue.workbench.inference.solution import Solution
@@ -29,18 +31,23 @@ class Left:
     """Scatter of the repeats (:func:`row_noise_arcsec`)."""
     held_out: HeldOut
     solution: Solution
+    rows: Mapping[str, int]
 
     def fall_from(self, before: Left) -> dict[str, Improvement]:
         """By how much *held out* fell, by channel, both weighted with the noise of this model."""
         return falls(before.held_out, self.held_out, self.solution.noise)
 
-    def rises_above(self, before: Left, tolerance: float) -> list[str]:
-        """Channels in which more is left than ``before`` by more than this share."""
-        return [
-            channel
-            for channel, value in self.rms_arcsec.items()
-            if value > (1.0 + tolerance) * before.rms_arcsec.get(channel, value)
-        ]
+    def mean_log_ratio(self, before: Left) -> float:
+        """Mean over all rows of log(RMS after/RMS before) of their channel: above 0, more is left.
+
+        It is what the likelihood of white noise of a free size in each channel falls by, a row.
+        """
+        rows = {name: self.rows[name] for name in self.rms_arcsec if name in before.rms_arcsec}
+        total = sum(
+            count * float(np.log(self.rms_arcsec[name] / max(before.rms_arcsec[name], 1e-300)))
+            for name, count in rows.items()
+        )
+        return total / max(sum(rows.values()), 1)
 
 
 def left_by(solution: Solution) -> Left:
@@ -50,6 +57,7 @@ def left_by(solution: Solution) -> Left:
     peak: dict[str, float] = {}
     noise: dict[str, float] = {}
     apart: dict[str, float] = {}
+    rows: dict[str, int] = {}
     residuals = solution.capture_residual_arcsec(), solution.reference_residual_arcsec()
     unseen_rms = unseen.capture_rms_arcsec, unseen.reference_rms_arcsec
     for channel, values, of_unseen in zip(CHANNELS, residuals, unseen_rms, strict=True):
@@ -57,9 +65,10 @@ def left_by(solution: Solution) -> Left:
         if figures is None or values is None:
             continue
         rms[channel], peak[channel] = figures.rms_arcsec, figures.peak_arcsec
+        rows[channel] = figures.rows
         noise[channel] = row_noise_arcsec(
             solution.observations, values, channel, figures.rms_arcsec
         )
         if of_unseen is not None:
             apart[channel] = of_unseen
-    return Left(rms, peak, apart, noise, unseen, solution)
+    return Left(rms, peak, apart, noise, unseen, solution, rows)

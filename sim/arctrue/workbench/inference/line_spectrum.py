@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 
 MOST_BINS = 1 << 22
 """A longer record is put into wider bins, and its fastest lines are not looked for."""
-LEAST_PERIODS = 1.5
+LEAST_PERIODS = 4.0
 """Fewer periods than these in a record are a slow curve, no line."""
 
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term, term_columns, whitened_rows
 from arctrue.workbench.inference.solution import Solution, context_of
@@ -24,8 +25,13 @@ LEAST_OWN_SHARE = 1e-6
 
 Columns are written at measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order
 48.3 is a constant of each face but for that noise times its order, which is the noise of the rows
-themselves: 4,900″ of it would explain them.
+themselves: 4,900″ of it would explain them. A wave of the signal period has the noise of the
+reading times the lines of the disc (:meth:`Effect.electrical_order`).
 """
+TIMES_THE_NOISE = 4.0
+"""Of squares: what is left of such a wave must be twice the noise in its phase."""
+MOST_OWN_SHARE = 0.5
+"""However large that noise is, what is mostly the block's own is tried."""
 
 
 @dataclass(frozen=True)
@@ -46,12 +52,14 @@ class Score:
     """Of the block's weighted squares: what the model cannot make itself, 0 to 1."""
 
 
-def own_directions(information: Matrix, projected: Matrix, moment: Matrix) -> tuple[Matrix, Matrix]:
+def own_directions(
+    information: Matrix, projected: Matrix, moment: Matrix, least: float = LEAST_OWN_SHARE
+) -> tuple[Matrix, Matrix]:
     """``projected`` and ``moment`` without what the model makes of the block but for nothing.
 
     ``information`` of the block's columns, shape (k, k), and ``projected``, the same with the model
-    projected out: a direction in which ``projected`` is less than LEAST_OWN_SHARE of
-    ``information`` is left out.
+    projected out: a direction in which ``projected`` is less than ``least`` of ``information`` is
+    left out.
     Directions, not columns: a wave of both heads may be nothing in R₂ − R₁ and known in ε.
     """
     if moment.size < 2:
@@ -59,11 +67,13 @@ def own_directions(information: Matrix, projected: Matrix, moment: Matrix) -> tu
     diagonal = np.diag(information)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    there = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)
+    # Columns that are alike but for that noise (multiples of three phases) have no direction there.
+    same = RANK_TOLERANCE if least <= LEAST_OWN_SHARE else max(least, RANK_TOLERANCE)
+    there = values > same * max(float(values[-1]), 1e-300)
     into = vectors[:, there] / np.sqrt(values[there]) / scale[:, np.newaxis]
     shares, turned = np.linalg.eigh(into.T @ projected @ into)
-    kept = shares > LEAST_OWN_SHARE
-    if kept.all():
+    kept = shares > least
+    if kept.all() and there.all():
         return projected, moment
     back = vectors[:, there] * np.sqrt(values[there]) * scale[:, np.newaxis]
     inside = back @ turned[:, kept]
@@ -287,7 +297,18 @@ class Residuals:
                 information[number] += block.T @ block
                 start += widths[number]
         for (key, effect, _), part, own in zip(asked, parts, information, strict=True):
-            self._scores[key] = (effect, self._test(own, moment[part], cross[:, part]))
+            least = self._least_own_share(effect)
+            self._scores[key] = (effect, self._test(own, moment[part], cross[:, part], least))
+
+    def _least_own_share(self, effect: Effect) -> float:
+        """Of a block's weighted squares; less is the noise of the angles it is written at."""
+        order = effect.electrical_order(self.observations)
+        if order == 0.0:
+            return LEAST_OWN_SHARE
+        solution = self.solution
+        sigma = (solution.capture_sigma_arcsec or 0.0, solution.reference_sigma_arcsec or 0.0)
+        in_phase = TIMES_THE_NOISE * (order * max(sigma) * RAD_PER_ARCSEC) ** 2
+        return float(np.clip(in_phase, LEAST_OWN_SHARE, MOST_OWN_SHARE))
 
     def _whitened_side_by_side(
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
@@ -312,10 +333,10 @@ class Residuals:
         noise.whiten_in_place(found)
         return found, numbers
 
-    def _test(self, information: Matrix, moment: Matrix, cross: Matrix) -> Score:
+    def _test(self, information: Matrix, moment: Matrix, cross: Matrix, least: float) -> Score:
         projected = information - cross.T @ self._inverse @ cross
         moment = moment - cross.T @ (self._inverse @ self._left_moment)
-        projected, moment = own_directions(information, projected, moment)
+        projected, moment = own_directions(information, projected, moment, least)
         # What the model explains of the columns to within rounding is not theirs.
         alive = np.diag(projected) > 1e-9 * np.maximum(np.diag(information), 1e-300)
         kept = np.where(alive[:, None] & alive[None, :], projected, 0.0)
@@ -360,6 +381,26 @@ class Residuals:
                 own = own + columns @ score.coefficients
             found.append(of_rows.precise(own))
         return (found[0], found[1]), -back[layout.shared : layout.shared + layout.runs]
+
+    def projected_columns(
+        self, effect: Effect, nonlinear: Nonlinear, score: Score
+    ) -> tuple[Matrix | None, Matrix | None]:
+        """Whitened columns of a scored effect less what the model makes of them, by channel."""
+        layout = self._layout
+        back = self._inverse @ score.cross
+        found: list[Matrix | None] = []
+        for columns, design, places in zip(
+            self.whitened_columns(effect, nonlinear),
+            self._designs,
+            (layout.capture(), layout.reference()),
+            strict=True,
+        ):
+            if design is None:
+                found.append(None)
+                continue
+            own = -design.model(back[places])
+            found.append(own if columns is None else columns + own)
+        return found[0], found[1]
 
     def solution_with(self, effect: Effect, nonlinear: Nonlinear, score: Score) -> Solution:
         """The solution of the model with one effect more, its columns held where they are.

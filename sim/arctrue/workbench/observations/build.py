@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
-from arctrue.base.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers.masked_row import MaskedRow
@@ -170,10 +170,8 @@ def _reference_rows(
 ) -> ReferenceRows:
     target = np.radians(columns.target_deg)
     run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
+    # From counts alone: target + error would bring the noise of ε into the phase.
     electrical = electrical_rad(columns.head1_counts, facts)
-    if electrical is None and facts.counts_per_rev is not None and facts.grating_lines is not None:
-        reading_turns = columns.target_deg / 360.0 + columns.error_arcsec / ARCSEC_PER_TURN
-        electrical = 2.0 * np.pi * np.mod(reading_turns * facts.grating_lines, 1.0)
     time = columns.time_s
     reading, seen = _reference_reading(facts, columns)
     errors = (columns.error_arcsec - float(np.mean(columns.error_arcsec))) * RAD_PER_ARCSEC

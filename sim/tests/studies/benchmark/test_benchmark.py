@@ -15,7 +15,8 @@ from click.testing import CliRunner
 
 from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
-from arctrue.report.benchmark_page import INDEPENDENCE, MOST_FAILURES, benchmark_page
+from arctrue.report.benchmark_page import MOST_FAILURES, benchmark_page
+from arctrue.report.benchmark_sets_page import INDEPENDENCE
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
 from arctrue.studies.benchmark.cases import (
@@ -29,6 +30,7 @@ from arctrue.studies.benchmark.diagnosis import answer_of
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import FILE as FROZEN
 from arctrue.studies.benchmark.frozen import differing, freeze, frozen_digests, task_digest
+from arctrue.studies.benchmark.independent.world import HIDDEN, independent_worlds
 from arctrue.studies.benchmark.intervals import (
     Rate,
     calibration_error,
@@ -239,9 +241,10 @@ def test_rates_count_what_they_say() -> None:
     assert "Commit `1234567890`, source `a`" in text
     assert f"scored by `{files_digest(SCORING)}`; numpy 2." in text
     assert "| false name | ≤ 1 | **14.3 (0.4 … 57.9) of 7** |" in text
-    assert "| false name or falsely adequate | ≤ 1; in each world ≤ 2 |" in text
-    assert "≥ 90; white ≥ 97 |" in text
-    assert "oracle sees of the catalogue | ≥ 90; white ≥ 97 | **33.3 (0.8 … 90.6) of 3** |" in text
+    assert "oracle sees of the catalogue | ≥ 90 | **33.3 (0.8 … 90.6) of 3** |" in text
+    # The interval of 2 of 7 begins at 3.7 %, above 2 %.
+    by_world = "| white | **28.6 (3.7 … 71.0) of 7** | **33.3 (0.8 … 90.6) of 3** | "
+    assert by_world + "false name 1, falsely adequate 1, silent 1 |" in text
     assert "state no probability" in text
     assert "All 4 sets whose outcome is none that a set should come to, or of which" in text
     assert "right (latency, and beside it vibration). `arctrue benchmark set FOLDER" in text
@@ -259,9 +262,11 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     failed = judged("error", effect("latency"), error="RuntimeError: no such matrix")
     text = benchmark_page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
-    assert "is stated: **0.100** (goal ≤ 0.03)" in text
+    assert "| calibration error, simulated | ≤ 0.03 | **0.100** (0.100 … 0.100) |" in text
+    # One answer, right: the constant is surer than it is. log 0.9 − log 0.999.
+    assert "constant, simulated | > 0 | **-0.104** (-0.104 … -0.104) |" in text
     assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
-    assert "expected calibration error (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
+    assert "calibration error, simulated (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
     assert "error (error: RuntimeError: no such matrix). `arctrue benchmark set FOLDER" in text
     stranger = judged("unknown", effect("flat_track", "stranger"), probability={"unknown": 1.0})
     assert "1.000 of all that the oracle sees. " in benchmark_page(
@@ -350,7 +355,7 @@ def test_reason_of_a_case_stands_beside_its_failure_and_stays(tmp_path: Path) ->
     stale = "*Looked into when latency, and beside it vibration was said: A line is left by the lag"
     assert f"(adequate). `{failed.command()}` {stale}" in text
     assert text.count(command) == 2
-    assert "why it fails: 2 of 3 have been looked into." in text
+    assert "makes the set again; 2 of 3 have been looked into." in text
 
 
 def test_reasons_in_the_tree_are_sentences() -> None:
@@ -364,8 +369,8 @@ def test_tier_of_cases_holds_sets_that_can_be_made(tmp_path: Path) -> None:
     tasks = plan.tasks("arctrue")
     assert len(tasks) == plan.sets == len({task["seed"] for task in tasks}) == len(kept_cases())
     for task in tasks:
-        assert task["world"] in WORLDS
-        assert task["content"] in CONTENTS
+        assert task["world"] in WORLDS or task["world"] in independent_worlds()
+        assert task["content"] in (*CONTENTS, HIDDEN)
     # What was hidden is still hidden, so that the case is the one that was kept.
     (first, *_), (case, *_) = tasks, kept_cases()
     names = [item["effect"] for item in make_set({**first, "samples": 200}).truth["effects"]]

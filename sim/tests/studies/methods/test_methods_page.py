@@ -19,14 +19,25 @@ def test_page_and_json_agree() -> None:
     assert page == methods_page(FOUND), "arctrue methods --page docs/methods.md --json ..."
 
 
-def test_a_third_head_pays_for_blind_orders_and_a_fourth_for_the_axis() -> None:
-    """What the page's last section claims, from the figures."""
-    rms = {one["name"]: one["rms_arcsec"] for one in FOUND["methods"]}
-    assert rms["four_heads_least_squares"] < 0.1 * rms["three_heads_least_squares"]
-    assert rms["three_heads_least_squares"] > 0.8 * rms["two_heads_least_squares"]
-    pair, third, _, _ = FOUND["places"]
+def test_the_page_says_what_the_figures_say() -> None:
+    """What the last section claims, from the figures."""
+    by_name = {one["name"]: one for one in FOUND["methods"]}
+    rms = {name: one["rms_arcsec"] for name, one in by_name.items()}
+    later = {name: one["rms_later_arcsec"] for name, one in by_name.items()}
+    mean = "mean_of_four_calibrated"
+    assert rms[mean] < 0.05
+    assert abs(later[mean] - rms[mean]) < 0.005
+    assert all(later[name] > 0.5 for name, one in by_name.items() if one["output"] == "head 1")
+    assert rms["four_heads_least_squares"] < 0.5 * rms["three_heads_least_squares"]
+    pair, third, _, listed, every, _ = FOUND["places"]
     assert pair["worst_gain_to_128"] is None
-    assert third["worst_gain_to_128"] < 3.0
+    assert third["worst_gain_to_128"] is not None
+    assert round(listed["worst_gain_to_128"], 1) == 1.2
+    assert round(every["worst_gain_to_128"], 1) == 11.2
+    # The issue: 3 to 4″ at rest, and more by the order that is unknown.
+    least = [min(one["u_arcsec"]) for one in FOUND["own_places"]]
+    assert least == sorted(least)
+    assert 2.0 < least[0] < 5.0
 
 
 def test_the_picture_is_written(tmp_path: Path) -> None:
@@ -44,7 +55,6 @@ def test_every_method_is_on_the_page() -> None:
 CITED_FOR = {
     "TDR": {3, 4},
     "EDA": {5, 18, 19, 20, 21},
-    "VEDA": {7},
 }
 
 

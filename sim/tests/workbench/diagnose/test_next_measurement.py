@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from sim.tests.workbench.small_sets import measurement_set
 
 from arctrue.measurement import MeasurementSet
 from arctrue.studies.benchmark.diagnosis import diagnosed
@@ -171,14 +172,16 @@ def test_planned_rows_are_like_those_that_the_simulator_measures(plan) -> None: 
 
 @pytest.mark.parametrize("condition", [*SIMPLE_CONDITIONS, settling_condition(5.0, True)])
 def test_every_condition_has_a_measurement_of_its_own(condition) -> None:  # type: ignore[no-untyped-def]
-    asked = measurement_for_parts(ProductOfParts.of(condition, (2.0,), "disc"))
+    # One run at one speed and temperature.
+    bare = observations_of(measurement_set(runs=1, turns=1, reference=False))
+    asked = measurement_for_parts(ProductOfParts.of(condition, (2.0,), "disc"), bare)
     assert asked.kind == OF_PARTS[condition.part][0]
 
 
 def test_a_wave_without_condition_asks_for_what_moves_its_frame() -> None:
-    always = ALWAYS
+    always, faces = ALWAYS, observations_of(measurement_set(runs=1, turns=1, cycles=1))
     kinds = [
-        measurement_for_parts(ProductOfParts.of(always, orders, frame)).kind  # type: ignore[arg-type]
+        measurement_for_parts(ProductOfParts.of(always, orders, frame), faces).kind  # type: ignore[arg-type]
         for orders, frame in (((0.5,), "stator"), ((3.0,), "reference"), ((3.0,), "disc"))
     ]
     assert kinds == ["turns", "polygon_reindexed", None]

@@ -36,6 +36,8 @@ def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: 
     effect = SimpleNamespace(unspecific=False, step_at=("run", "instant") if step else None)
     return SimpleNamespace(
         name=name, gain=gain, delta_bic=gain, p_corrected=p, rank=1, evidence=object(), real=real,
+        regular=None,
+        moved_arcsec={"capture": gain**0.5},
         effect=effect, solution=SimpleNamespace(observations=SimpleNamespace(capture=None)),
     )  # fmt: skip
 
@@ -47,7 +49,7 @@ def _case(*items, beside: Decision | None = None) -> Case:  # type: ignore[no-un
         confirmed=lambda item: item.real,
         parts=[],
     )
-    case = Case(survey, {}, lambda item: survey, said_of)  # type: ignore[arg-type]
+    case = Case(survey, {}, lambda before, item: survey, said_of)  # type: ignore[arg-type]
     case.__dict__["beside"] = beside
     return case
 
@@ -157,7 +159,7 @@ def _again(*events) -> bool:  # type: ignore[no-untyped-def]
     found."""
     following = iter([*events[1:], None])
 
-    def with_first(_: object) -> object:
+    def with_first(before: object, _: object) -> object:
         item = next(following)
         return _case(*([] if item is None else [item])).survey
 

@@ -81,6 +81,7 @@ class DriveGearError(Effect):
         "lanes at the tooth count, when it is whole and the reference run has given its size"
     )
     defaults = {"multiples": [1], "below": [], "above": []}
+    multiples_setting = "multiples"
 
     @property
     def _lines(self) -> list[Line]:
@@ -93,6 +94,9 @@ class DriveGearError(Effect):
         if observations.reference is None:
             lacking.append("a reference run")
         return lacking
+
+    def declared_order(self, observations: Observations) -> float | None:
+        return observations.drive_gear_teeth
 
     def column_names(self, observations: Observations) -> list[str]:
         return [

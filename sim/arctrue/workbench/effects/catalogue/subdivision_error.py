@@ -85,6 +85,9 @@ class SubdivisionError(Effect):
         head1 = harmonic_columns(rows.electrical1_rad, self.integers("multiples"))
         return np.hstack([head1, np.zeros_like(head1)])
 
+    def electrical_order(self, observations: Observations) -> float:
+        return float(max(self.integers("multiples")) * (observations.grating_lines or 0))
+
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
         """The sum of all amplitudes.
 

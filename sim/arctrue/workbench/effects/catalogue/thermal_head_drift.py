@@ -30,6 +30,7 @@ class ThermalHeadDrift(ScalarEffect):
     compensation_note = "head 2 is not in the output; use α at the present temperature"
     parameter_name = "drift"
     parameter_unit = "arcsec/K"
+    in_parts = ("temperature", "head2")
 
     def missing(self, observations: Observations) -> list[str]:
         rows = observations.capture

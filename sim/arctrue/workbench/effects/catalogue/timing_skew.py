@@ -25,6 +25,7 @@ class TimingSkew(ScalarEffect):
     reference_sees = "nothing at standstill"
     told_apart_by = "runs at several speeds and in both directions"
     next_measurement = "runs in both directions at a speed that this set does not have"
+    in_parts = ("speed", "head2")
     plausible = "0.05 to 10 µs"
     parameter_units = {"skew": "us"}
     compensation_note = "head 1 alone goes to the output; correct the latch instead"

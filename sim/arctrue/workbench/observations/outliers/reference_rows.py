@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import Reference
+from arctrue.workbench.observations.display_step import display_step
 from arctrue.workbench.observations.outliers.single_rows import (
     LEAST_ROWS,
     LEAST_VISITS,
@@ -30,7 +31,9 @@ SAME_STATION_DEG = 1e-6
 
 def reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
     """Which rows are outliers, (rows,), and how far each lies from the rows it is compared with."""
-    least = rows.standard_uncertainty_arcsec or 0.0
+    # Rounding alone scatters by its step over √12, and readings that it makes alike tell no less.
+    rounding = display_step(rows.error_arcsec) / float(np.sqrt(12.0))
+    least = max(rows.standard_uncertainty_arcsec or 0.0, rounding)
     passes = passes_of(rows)
     number = np.zeros(rows.error_arcsec.size, dtype=np.int64)
     sense = np.ones(rows.error_arcsec.size, dtype=np.int64)

@@ -12,7 +12,10 @@ import pytest
 from click.testing import CliRunner
 
 from arctrue.cli import main
+from arctrue.report.benchmark_page import benchmark_page
+from arctrue.report.benchmark_sets_page import benchmark_sets_page
 from arctrue.studies.benchmark.independent.world import HIDDEN, NOTHING, independent_worlds
+from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.outcome import Judged
 from arctrue.studies.benchmark.plan import (
     CASES,
@@ -102,6 +105,22 @@ def test_a_design_that_cannot_tell_may_leave_it_open(
     assert judged(verdict, line(0.1, 2.0), verdicts=allowed).outcome == expected
 
 
+def test_an_answer_that_is_allowed_is_no_miss_of_a_name() -> None:
+    rates = {item.name: item for item in SCORES}
+    first = rates["right first, of what the oracle sees of the catalogue"]
+    unknown = rates["unknown, of visible strangers"]
+    stranger = {**line(0.1, 2.0), "kind": "stranger"}
+    allowed = ["ambiguous", "unknown"]
+    sets = [
+        judged({"verdict": verdict}, effect, verdicts=allowed)
+        for effect in (line(0.1, 2.0), stranger)
+        for verdict in ("ambiguous", "unknown", "cannot_tell")
+    ]
+    # Of the line only "cannot tell" counts, of the stranger that and "unknown".
+    assert first.of(sets) == Rate(0, 1)
+    assert unknown.of(sets) == Rate(1, 2)
+
+
 def test_what_is_allowed_for_something_is_not_for_nothing() -> None:
     allowed = {"verdicts": ["ambiguous", "unknown"], "names": ["vibration"]}
     assert judged({"verdict": "unknown"}, **allowed).outcome == "unknown, wrongly"
@@ -146,6 +165,34 @@ def test_worlds_fail_by_the_lower_end_of_their_interval_and_generators_stand_apa
         "white": (0, 1),
         "mount_log": (2, 6),
     }
+
+
+def test_page_tells_both_generators_and_every_world() -> None:
+    probability = {"periodic_error": 0.9, "none": 0.1}
+    false = judged({**named("hysteresis"), "probability": {"hysteresis": 0.9, "none": 0.1}})
+    right = judged({**named("periodic_error"), "probability": probability}, line(0.1, 2.0))
+    first = replace(right, task={**right.task, "world": "white", "content": "one"})
+    header = {
+        "plan": {"tier": "dev", "seed": 2, "sets": 7, "generator": "g", "scoring": "s"},
+        "code": {"arctrue": "a"},
+        "commit": "1234567890",
+        "subject": "arctrue",
+    }
+    text = benchmark_page(header, scored([*[false] * 2, *[right] * 4, first]))
+    assert "| | goal | all | simulated | independent |" in text
+    # 2 of 6 by Clopper and Pearson; the interval begins above 2 %.
+    assert "| mount_log | **33.3 (4.3 … 77.7) of 6** | 100.0 (39.8 … 100.0) of 4 | false" in text
+    assert "| calibration error, independent | ≤ 0.05 | **" in text
+    assert "| calibration error, simulated | ≤ 0.03 | **0.100**" in text
+    # Four of the second generator and one of the first.
+    assert "in limits: periodic_error 5 of 5." in text
+    sets = benchmark_sets_page()
+    for name, world in independent_worlds().items():
+        assert f"| {name} | {world.told} |" in sets
+    # What is worst stands first, also where it comes last in the plan.
+    silent = judged({"verdict": "cannot_tell"}, line(0.1, 2.0))
+    text = benchmark_page(header, scored([silent, false]))
+    assert text.index("false name (hysteresis)") < text.index("silent (cannot_tell)")
 
 
 def test_plans_of_the_second_generator_hold_every_world_and_nulls(tmp_path: Path) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from copy import copy
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,12 @@ class Cause:
     def __init__(self, size: float) -> None:
         """``size`` in ``unit``."""
         self.size = size
+
+    def scaled(self, factor: float) -> Self:
+        """The same cause, so many times as large."""
+        found = copy(self)
+        found.size = self.size * factor
+        return found
 
     def wound_rad(self, at: Conditions) -> Float | float:
         """By how much the disc lags behind the table."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 
 from arctrue.studies.benchmark.independent.causes.cause import (
@@ -66,6 +68,13 @@ class SubdivisionError(Cause):
             random.uniform(0, 2 * np.pi),
         )
 
+    def scaled(self, factor: float) -> Self:
+        """Offset, gain and phase together."""
+        found = super().scaled(factor)
+        found.offset, found.gain = self.offset * factor, self.gain * factor
+        found.phase_rad = self.phase_rad * factor
+        return found
+
     def signals(
         self, sine: Float, cosine: Float, head: int, label_rad: Float
     ) -> tuple[Float, Float]:
@@ -101,10 +110,10 @@ class Shaking(Cause):
         return cls(log_uniform(random, 0.1, 2.0), int(random.integers(1, 3)), hz, phases)
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """a·sin(2πft + φ of the run)."""
+        """a·sin(2πft + φ of the run); more runs than phases take these in turn."""
         if head != self.head:
             return 0.0
-        phase = 2 * np.pi * self.hz * at.time_s + self.phases_rad[at.run]
+        phase = 2 * np.pi * self.hz * at.time_s + self.phases_rad[at.run % self.phases_rad.size]
         found: Float = self.size * ARCSEC * np.sin(phase)
         return found
 
@@ -172,6 +181,12 @@ class Slip(Cause):
         """``instant_s`` of the session; the next run begins from the index again."""
         super().__init__(float(size))
         self.head, self.run, self.instant_s = head, run, instant_s
+
+    def scaled(self, factor: float) -> Self:
+        """Whole counts, one at least."""
+        found = super().scaled(factor)
+        found.size = float(np.sign(found.size) * max(1.0, np.ceil(abs(found.size))))
+        return found
 
     def slipped_counts(self, at: Conditions, head: int) -> Float | float:
         """From the instant to the end of the run."""

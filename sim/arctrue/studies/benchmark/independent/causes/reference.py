@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 
 from arctrue.studies.benchmark.independent.causes.cause import (
@@ -101,6 +103,12 @@ class Faces(Cause):
         """0.1 to 0.5″."""
         size = log_uniform(random, 0.1, 0.5)
         return cls(size, size * random.standard_normal(faces))
+
+    def scaled(self, factor: float) -> Self:
+        """Every face."""
+        found = super().scaled(factor)
+        found.faces_rad = self.faces_rad * factor
+        return found
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
         """One constant a face."""

@@ -26,7 +26,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     phase = random.uniform(0, 2 * np.pi)
     amplitude = sigma * log_uniform(random, 0.3, 5.0)
     order = float(random.integers(21, 80)) + random.uniform(0.2, 0.8)
-    hz = log_uniform(random, 20 / float(passes[2].time_s[-1]), 0.2 / step_s)
+    slowest_hz = 20 / float(passes[2].time_s[-1])
+    hz = log_uniform(random, slowest_hz, max(0.2 / step_s, 1.01 * slowest_hz))
     draws: list[Callable[[], Cause]] = [
         lambda: OldReading.drawn(random),
         lambda: Backlash.drawn(random),

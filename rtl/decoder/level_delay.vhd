@@ -1,0 +1,70 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # level_delay
+--
+-- Delays the levels of a head's A, B and Z together by 0 to 255 clocks, which takes out how much later the electronics of
+-- another head are: 100 ns at 90 degrees a second are 0.032 arcsec.
+--
+-- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` acts 2 clocks later; levels are
+-- left out or repeated with it, so change it only while the table stands.
+--
+-- **Number formats.** delay u8.0 clocks.
+--
+-- There is no reset: after power-up, or a larger delay, so many clocks show older levels.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+entity level_delay is
+  generic (
+    WIDTH : positive := 3
+  );
+  port (
+    clock   : in    std_ulogic;
+    delay   : in    u_unsigned(7 downto 0);               -- clocks
+    levels  : in    std_ulogic_vector(WIDTH - 1 downto 0);
+    delayed : out   std_ulogic_vector(WIDTH - 1 downto 0) -- the levels of `delay` clocks ago
+  );
+end entity level_delay;
+
+architecture rtl of level_delay is
+
+  type levels_of_clocks is array (0 to 255) of std_ulogic_vector(WIDTH - 1 downto 0);
+
+  signal memory      : levels_of_clocks                     := (others => (others => '0'));
+  signal stored      : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
+  signal before      : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
+  signal is_none     : std_ulogic                           := '1';
+  signal is_one      : std_ulogic                           := '0';
+
+begin
+
+  -- From two clocks on, a word that was written before it is read.
+  delayed <= levels when is_none = '1' else
+             before when is_one = '1' else
+             stored;
+
+  remember : process (clock) is
+
+    variable place     : u_unsigned(7 downto 0) := (others => '0');
+    variable back      : u_unsigned(7 downto 0) := (others => '0');
+    variable read_from : u_unsigned(7 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      read_from                 := place - back;
+      stored                    <= memory(to_integer(read_from));
+      memory(to_integer(place)) <= levels;
+      place                     := place + 1;
+
+      before  <= levels;
+      is_none <= delay ?= 0;
+      is_one  <= delay ?= 1;
+      back    := delay - 1;
+    end if;
+
+  end process remember;
+
+end architecture rtl;

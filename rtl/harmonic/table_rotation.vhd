@@ -1,0 +1,224 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # table_rotation
+--
+-- The cosine of an angle of the first quadrant from a table of its tangents: it takes the place of cordic_rotation, with the
+-- same ports and latency, with 39 % of the look-up tables of a lane and less than half of the error. No multiplier and no
+-- block memory is used. The paper rotates a vector; this is another way to the cosine of equation (9).
+--
+-- **Latency.** 15 clocks, as cordic_rotation; 8 of them work, the angle waits for the others. One angle per clock.
+--
+-- **Number formats.** folded 22 bits, 2⁻²⁴ turn; value s1.20; slope u3.8 a turn; cosine s1.18.
+--
+-- **Table.** The quadrant has 128 intervals of 2¹⁵ units. In the interval with the middle m and the half width h (rad) the cosine
+-- is the straight line (1 − h²/4)·cos m − sin m·z, |z| ≤ h, through the middle of the tangent and the chord. The table holds its
+-- value at the beginning of the interval and its slope.
+--
+-- **Product.** The slope times the 10 upper bits of the 15 that say where the angle is in the interval, in five rows: a row
+-- adds 0, 1, 2 or 3 slopes to a quarter of the row before it, cut off. The table's values contain the mean of
+-- what is cut off: half a unit of the 10 bits, and half a unit of the last row.
+--
+-- **Error**, of a cosine of size 1, with the rounding to s1.16 that follows: line h²/4 = 9.5·10⁻⁶; sine for its angle h³/6 = 4·10⁻⁸;
+-- slope rounded 2⁻⁹·2⁻¹⁰ = 1.9·10⁻⁶; 5 bits of the angle 2π·2⁻²⁰ = 6.0·10⁻⁶; value rounded 2⁻²¹ = 4.8·10⁻⁷; rows 2⁻²⁰ = 9.6·10⁻⁷; fold
+-- 2π·2⁻²⁴ = 3.8·10⁻⁷; rounding 2⁻¹⁷ = 7.7·10⁻⁶: together at most 2.7·10⁻⁵. Swept over all 2²⁴ phases: 2.1·10⁻⁵.
+--
+-- There is no reset: it would only touch angles on their way.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+  use ieee.math_real.all;
+
+  use work.cordic_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity table_rotation is
+  port (
+    clock  : in    std_ulogic;
+    folded : in    u_unsigned(PHASE_WIDTH - 3 downto 0);                                -- 2⁻²⁴ turn
+    cosine : out   u_signed(COSINE_WIDTH + GUARD_WIDTH - 1 downto 0) := (others => '0') -- s1.18
+  );
+end entity table_rotation;
+
+architecture rtl of table_rotation is
+
+  constant ADDRESS_WIDTH  : positive := 7;
+  constant OFFSET_WIDTH   : positive := folded'length - ADDRESS_WIDTH; -- place in an interval
+  constant ROWS           : positive := 5;
+  constant DIGITS_WIDTH   : positive := 2 * ROWS;                      -- of the place, that the rows multiply
+  constant SLOPE_FRACTION : positive := 8;
+  constant SLOPE_WIDTH    : positive := SLOPE_FRACTION + 3;
+  constant VALUE_FRACTION : positive := 20;
+  constant VALUE_WIDTH    : positive := VALUE_FRACTION + 2;
+  -- Every row but the first drops two fraction bits of the product.
+  constant ROW_FRACTION   : positive := SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1);
+  -- The last row is below 4 slopes.
+  constant ROW_WIDTH      : positive := SLOPE_WIDTH + 2;
+
+  constant WORKING : positive := ROWS + 3;
+  constant WAITING : positive := CORDIC_ITERATIONS - 1 - WORKING;
+
+  subtype table_address is natural range 0 to 2 ** ADDRESS_WIDTH - 1;
+
+  subtype slope_count is u_unsigned(SLOPE_WIDTH - 1 downto 0);
+
+  subtype row_count is u_unsigned(ROW_WIDTH - 1 downto 0);
+
+  subtype value_count is u_signed(VALUE_WIDTH - 1 downto 0);
+
+  subtype place is u_unsigned(ADDRESS_WIDTH + DIGITS_WIDTH - 1 downto 0);
+
+  type slope_table is array (table_address) of slope_count;
+
+  type value_table is array (table_address) of value_count;
+
+  type slope_line is array (natural range <>) of slope_count;
+
+  type row_line is array (natural range <>) of row_count;
+
+  type digits_line is array (natural range <>) of u_unsigned(DIGITS_WIDTH - 1 downto 0);
+
+  type address_line is array (natural range <>) of u_unsigned(ADDRESS_WIDTH - 1 downto 0);
+
+  type place_line is array (natural range <>) of place;
+
+  -- Angle of the middle of an interval, rad.
+  function middle_of (address : table_address) return real is
+  begin
+
+    return (real(address) + 0.5) * MATH_PI_OVER_2 / 2.0 ** ADDRESS_WIDTH;
+
+  end function middle_of;
+
+  -- Of the cosine, without its sign, in 2**-SLOPE_FRACTION a turn.
+  function slope_of (address : table_address) return real is
+  begin
+
+    return round(MATH_2_PI * sin(middle_of(address)) * 2.0 ** SLOPE_FRACTION);
+
+  end function slope_of;
+
+  function slopes_of_all return slope_table is
+
+    variable table : slope_table;
+
+  begin
+
+    for address in table'range loop
+      table(address) := to_unsigned(natural(slope_of(address)), SLOPE_WIDTH);
+    end loop;
+
+    return table;
+
+  end function slopes_of_all;
+
+  -- The lines at the beginnings of their intervals.
+  function values_of_all return value_table is
+
+    -- Half of an interval and half a unit of the digits, turns
+    constant REACH : real := 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH);
+    constant UNIT  : real := 2.0 ** (OFFSET_WIDTH - DIGITS_WIDTH - 1 - PHASE_WIDTH);
+    constant SCALE : real := 1.0 - (MATH_2_PI * REACH) ** 2 / 4.0;
+
+    variable table  : value_table;
+    variable begins : real;
+
+  begin
+
+    for address in table'range loop
+      begins         := SCALE * cos(middle_of(address)) + slope_of(address) / 2.0 ** SLOPE_FRACTION * (REACH - UNIT);
+      begins         := begins - 2.0 ** (-ROW_FRACTION - 1);
+      table(address) := to_signed(integer(round(begins * 2.0 ** VALUE_FRACTION)), VALUE_WIDTH);
+    end loop;
+
+    return table;
+
+  end function values_of_all;
+
+  constant SLOPES : slope_table := slopes_of_all;
+  constant VALUES : value_table := values_of_all;
+
+begin
+
+  -- The amplitude comes at a clock of its own: no other width or latency fits.
+  assert COSINE_WIDTH = 18 and WAITING >= 1
+    report "table_rotation: built for a cosine of 18 bits and 10 clocks at least; choose ROTATION = cordic"
+    severity failure;
+
+  look_up : process (clock) is
+
+    -- Registers in the order of the way
+    variable waits        : place_line(1 to WAITING)       := (others => (others => '0'));
+    variable first_slope  : slope_count                    := (others => '0');
+    variable first_digits : u_unsigned(DIGITS_WIDTH - 1 downto 0) := (others => '0');
+    variable first_address : u_unsigned(ADDRESS_WIDTH - 1 downto 0) := (others => '0');
+    variable slope        : slope_line(0 to ROWS - 1)      := (others => (others => '0'));
+    variable triple       : row_line(0 to ROWS - 1)        := (others => (others => '0'));
+    variable digits       : digits_line(0 to ROWS - 1)     := (others => (others => '0'));
+    variable address      : address_line(0 to ROWS - 1)    := (others => (others => '0'));
+    variable row          : row_line(1 to ROWS)            := (others => (others => '0'));
+    variable value        : value_count                    := (others => '0');
+
+    variable before     : row_count;
+    variable multiple   : row_count;
+    variable product    : value_count;
+    variable difference : value_count;
+
+  begin
+
+    if rising_edge(clock) then
+      -- The last register first: a variable is read before it takes its new value.
+      product    := signed(shift_left(resize(row(ROWS), VALUE_WIDTH), VALUE_FRACTION - ROW_FRACTION));
+      difference := value - product;
+      cosine     <= difference(difference'high downto VALUE_FRACTION - (COSINE_WIDTH - 2 + GUARD_WIDTH));
+
+      value := VALUES(to_integer(address(ROWS - 1)));
+
+      for i in ROWS - 1 downto 0 loop
+        before := (others => '0');
+        if i > 0 then
+          before := shift_right(row(i), 2);
+        end if;
+
+        case digits(i)(1 downto 0) is
+
+          when "00" =>
+            multiple := (others => '0');
+
+          when "01" =>
+            multiple := resize(slope(i), ROW_WIDTH);
+
+          when "10" =>
+            multiple := shift_left(resize(slope(i), ROW_WIDTH), 1);
+
+          when others =>
+            multiple := triple(i);
+
+        end case;
+
+        row(i + 1) := before + multiple;
+
+        if i < ROWS - 1 then
+          slope(i + 1)   := slope(i);
+          triple(i + 1)  := triple(i);
+          digits(i + 1)  := shift_right(digits(i), 2);
+          address(i + 1) := address(i);
+        end if;
+      end loop;
+
+      slope(0)   := first_slope;
+      triple(0)  := resize(first_slope, ROW_WIDTH) + shift_left(resize(first_slope, ROW_WIDTH), 1);
+      digits(0)  := first_digits;
+      address(0) := first_address;
+
+      first_slope   := SLOPES(to_integer(waits(WAITING)(place'high downto DIGITS_WIDTH)));
+      first_address := waits(WAITING)(place'high downto DIGITS_WIDTH);
+      first_digits  := waits(WAITING)(DIGITS_WIDTH - 1 downto 0);
+
+      waits(2 to WAITING) := waits(1 to WAITING - 1);
+      waits(1)            := folded(folded'high downto folded'length - place'length);
+    end if;
+
+  end process look_up;
+
+end architecture rtl;

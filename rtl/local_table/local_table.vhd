@@ -1,0 +1,298 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # local_table
+--
+-- A correction that a sum of orders cannot hold: 4,096 points over the turn, or over one, two or four windows of 1/2 to 1/64 of
+-- it, with straight lines between them. Outside of every window the value is 0. Two banks hold points and place; `bank` travels with the
+-- angle, so that each angle meets one bank in all of its stages. The register map fixes the formats.
+--
+-- **Latency.** LOCAL_TABLE_LATENCY = 17 clocks from `angle` and `bank` to `value`, one angle per clock: 4 to the window, 5 to the
+-- place in it (phase_lane), 3 for the points, 5 for the line.
+--
+-- **Number formats.** angle and starts u24.0 counts, below counts_per_rev; step u0.48 window a count,
+-- round(2⁴⁸·2^width / counts_per_rev); a point s(17 − F).F counts; value s13.22 counts, exact for the place that the line is read at.
+--
+-- **Windows.** The first enabled window that holds the angle gives the value; windows should not overlap. The points of window j
+-- are the j-th half or quarter of all. The last point of a window is followed by its first.
+--
+-- **Error.** The place is rounded to 2⁻²⁴ window, its step is off by 2⁻⁴⁹ window a count, and 12 bits of the place between two
+-- points are used. Against the exact line the value is off by at most the largest difference of two neighbouring points
+-- times 2⁻¹³ + 2⁻¹³ with one window, and 2⁻¹² more with two or four.
+--
+-- **Size.** 924 LUT, 459 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys). The longest path, which window holds the angle, has
+-- 6.6 ns by the estimate.
+--
+-- **Writing.** A point is written to the bank that `write_bank` names. A point that is written while it is read may give the old or
+-- the new value.
+--
+-- There is no reset: it would only touch angles on their way.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.local_table_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity local_table is
+  port (
+    clock          : in    std_ulogic;
+    angle          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
+    bank           : in    std_ulogic;                                    -- which bank this angle meets
+    counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
+    -- Place of the windows, by bank
+    bank0_place    : in    local_place;
+    bank1_place    : in    local_place;
+    -- Points
+    write_enable   : in    std_ulogic;                                    -- pulse: write a point
+    write_bank     : in    std_ulogic;
+    write_address  : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);    -- which point
+    write_data     : in    u_signed(LOCAL_POINT_WIDTH - 1 downto 0);      -- counts, s(17 − F).F
+    value          : out   u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0') -- counts, s13.22
+  );
+end entity local_table;
+
+architecture rtl of local_table is
+
+  subtype point is u_signed(LOCAL_POINT_WIDTH - 1 downto 0);
+
+  -- Every second point of both banks: the two neighbours of a place come from one memory each.
+  type half_of_points is array (0 to 2 ** LOCAL_INDEX_WIDTH - 1) of point;
+
+  subtype half_index is u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
+
+  subtype angle_count is u_unsigned(ANGLE_WIDTH - 1 downto 0);
+
+  type angles is array (1 to LOCAL_WINDOWS) of angle_count;
+
+  type differences is array (1 to LOCAL_WINDOWS) of u_signed(ANGLE_WIDTH downto 0);
+
+  type places is array (0 to 1) of local_place;
+
+  constant LINE_WIDTH : positive := LOCAL_INDEX_WIDTH; -- bits of the place between two points
+
+  function starts_of (place : local_place) return angles is
+  begin
+
+    return (place.start1, place.start2, place.start3, place.start4);
+
+  end function starts_of;
+
+  -- Whether an offset from its start lies within a window of 2**-width turn.
+  function is_inside (
+    offset : angle_count;
+    width  : u_unsigned(2 downto 0);
+    turn   : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)
+  ) return std_ulogic is
+  begin
+
+    return shift_left(resize(offset, ANGLE_WIDTH + 7), to_integer(width)) ?< turn;
+
+  end function is_inside;
+
+  function number_of (bit : std_ulogic) return natural is
+  begin
+
+    if bit = '1' then
+      return 1;
+    end if;
+    return 0;
+
+  end function number_of;
+
+  signal place_of_bank : places;
+  signal offset        : angle_count := (others => '0');
+  signal step          : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);
+  signal in_window     : u_unsigned(PHASE_WIDTH - 1 downto 0);
+
+  -- Bank and window of the angles on their way, by stage
+  signal banks     : std_ulogic_vector(1 to LOCAL_TABLE_LATENCY - 1) := (others => '0');
+  signal even_word : point                                          := (others => '0');
+  signal odd_word  : point                                          := (others => '0');
+  signal even_read : half_index                                     := (others => '0');
+  signal odd_read  : half_index                                     := (others => '0');
+
+begin
+
+  place_of_bank <= (bank0_place, bank1_place);
+  step          <= place_of_bank(number_of(banks(4))).step;
+
+  place_in_window : entity work.phase_lane
+    port map (
+      clock        => clock,
+      angle        => offset,
+      phase_step   => step,
+      phase_offset => (others => '0'),
+      phase        => in_window
+    );
+
+  even_points : process (clock) is
+
+    -- A variable: as a signal it would be 73,728 signals to the simulator.
+    variable memory : half_of_points := (others => (others => '0'));
+    variable word   : point          := (others => '0');
+
+  begin
+
+    if rising_edge(clock) then
+      even_word <= word;
+      word      := memory(to_integer(even_read));
+      if write_enable = '1' and write_address(0) = '0' then
+        memory(to_integer(write_bank & write_address(LOCAL_INDEX_WIDTH - 1 downto 1))) := write_data;
+      end if;
+    end if;
+
+  end process even_points;
+
+  odd_points : process (clock) is
+
+    variable memory : half_of_points := (others => (others => '0'));
+    variable word   : point          := (others => '0');
+
+  begin
+
+    if rising_edge(clock) then
+      odd_word <= word;
+      word     := memory(to_integer(odd_read));
+      if write_enable = '1' and write_address(0) = '1' then
+        memory(to_integer(write_bank & write_address(LOCAL_INDEX_WIDTH - 1 downto 1))) := write_data;
+      end if;
+    end if;
+
+  end process odd_points;
+
+  follow : process (clock) is
+
+    -- Registers; the number is the clock after `angle` in which they hold.
+    variable difference1 : differences                                  := (others => (others => '0'));
+    variable offset2     : angles                                       := (others => (others => '0'));
+    variable offset3     : angles                                       := (others => (others => '0'));
+    variable inside3     : std_ulogic_vector(1 to LOCAL_WINDOWS)        := (others => '0');
+    variable starts      : angles;
+    -- Window, and whether there is one, from clock 4 on
+    variable window      : u_unsigned(1 downto 0);
+    variable windows     : u_unsigned(2 * LOCAL_TABLE_LATENCY - 1 downto 0) := (others => '0');
+    variable are_inside  : std_ulogic_vector(4 to LOCAL_TABLE_LATENCY - 1) := (others => '0');
+    variable window9     : u_unsigned(1 downto 0);
+    variable index       : u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
+    variable following   : u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
+    variable part        : u_unsigned(LINE_WIDTH - 1 downto 0);
+    variable place       : local_place;
+    -- Place between two points, and whether the first of them is an odd one
+    variable part10      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
+    variable part11      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
+    variable part12      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
+    variable part13      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
+    variable odd         : std_ulogic_vector(10 to 12)                  := (others => '0');
+    variable first13     : point                                        := (others => '0');
+    variable rise13      : u_signed(LOCAL_POINT_WIDTH downto 0)         := (others => '0');
+    variable first14     : point                                        := (others => '0');
+    variable rise14      : u_signed(LOCAL_POINT_WIDTH downto 0)         := (others => '0');
+    variable part14      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
+    variable first15     : point                                        := (others => '0');
+    variable product15   : u_signed(LOCAL_POINT_WIDTH + LINE_WIDTH + 1 downto 0) := (others => '0');
+    variable sum16       : u_signed(LOCAL_POINT_WIDTH + LINE_WIDTH - 1 downto 0) := (others => '0');
+
+  begin
+
+    if rising_edge(clock) then
+      -- 17: the fraction of the points, and 0 outside of the windows.
+      place := place_of_bank(number_of(banks(16)));
+      value <= (others => '0');
+      if are_inside(16) = '1' then
+        value <= shift_left(resize(sum16, LOCAL_VALUE_WIDTH), 6 - 2 * to_integer(place.fraction));
+      end if;
+
+      -- 16 to 13: the line. It stays between its two points, so the sum has no more bits than they.
+      sum16     := resize(shift_left(resize(first15, product15'length), LINE_WIDTH) + product15, sum16'length);
+      first15   := first14;
+      product15 := rise14 * signed('0' & part14);
+      first14   := first13;
+      rise14    := rise13;
+      part14    := part13;
+      if odd(12) = '1' then
+        first13 := odd_word;
+        rise13  := resize(even_word, LOCAL_POINT_WIDTH + 1) - odd_word;
+      else
+        first13 := even_word;
+        rise13  := resize(odd_word, LOCAL_POINT_WIDTH + 1) - even_word;
+      end if;
+      part13 := part12;
+
+      -- 12 and 11: the memories.
+      part12 := part11;
+      part11 := part10;
+      odd(11 to 12) := odd(10 to 11);
+
+      -- 10: which points. The window is in the upper bits where there are several.
+      place   := place_of_bank(number_of(banks(9)));
+      window9 := windows(2 * 9 + 1 downto 2 * 9);
+
+      case to_integer(place.windows) is
+
+        when 0 =>
+          index     := in_window(23 downto 12);
+          part      := in_window(11 downto 0);
+          following := index + 1;
+
+        when 1 =>
+          index     := window9(0) & in_window(23 downto 13);
+          part      := in_window(12 downto 1);
+          following := window9(0) & (in_window(23 downto 13) + 1);
+
+        when others =>
+          index     := window9 & in_window(23 downto 14);
+          part      := in_window(13 downto 2);
+          following := window9 & (in_window(23 downto 14) + 1);
+
+      end case;
+
+      part10  := part;
+      odd(10) := index(0);
+      if index(0) = '0' then
+        even_read <= banks(9) & index(LOCAL_INDEX_WIDTH - 1 downto 1);
+        odd_read  <= banks(9) & following(LOCAL_INDEX_WIDTH - 1 downto 1);
+      else
+        odd_read  <= banks(9) & index(LOCAL_INDEX_WIDTH - 1 downto 1);
+        even_read <= banks(9) & following(LOCAL_INDEX_WIDTH - 1 downto 1);
+      end if;
+
+      -- 4: the first window that holds the angle.
+      windows    := shift_left(windows, 2);
+      are_inside := (or inside3) & are_inside(4 to LOCAL_TABLE_LATENCY - 2);
+      window     := "00";
+      offset     <= offset3(1);
+
+      for number in LOCAL_WINDOWS downto 1 loop
+        if inside3(number) = '1' then
+          window := to_unsigned(number - 1, 2);
+          offset <= offset3(number);
+        end if;
+      end loop;
+
+      windows(2 * 4 + 1 downto 2 * 4) := window;
+
+      -- 3 to 1: how far the angle is from each start, and whether that is within the window.
+      place := place_of_bank(number_of(banks(2)));
+
+      for number in 1 to LOCAL_WINDOWS loop
+        inside3(number) := place.enable(number - 1) and is_inside(offset2(number), place.width, counts_per_rev);
+        offset3(number) := offset2(number);
+        offset2(number) := u_unsigned(difference1(number)(ANGLE_WIDTH - 1 downto 0));
+        if difference1(number)(ANGLE_WIDTH) = '1' then
+          offset2(number) := u_unsigned(difference1(number)(ANGLE_WIDTH - 1 downto 0)) + counts_per_rev(ANGLE_WIDTH - 1 downto 0);
+        end if;
+      end loop;
+
+      starts := starts_of(place_of_bank(number_of(bank)));
+
+      for number in 1 to LOCAL_WINDOWS loop
+        difference1(number) := signed(resize(angle, ANGLE_WIDTH + 1)) - signed(resize(starts(number), ANGLE_WIDTH + 1));
+      end loop;
+
+      banks <= bank & banks(1 to LOCAL_TABLE_LATENCY - 2);
+    end if;
+
+  end process follow;
+
+end architecture rtl;

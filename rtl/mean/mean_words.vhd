@@ -1,0 +1,141 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # mean_words
+--
+-- Stores the words of the weighted mean twice: offsets, weights and the choice of carrier and of the heads that are
+-- used. The active words are those of the angles; the processor writes the idle ones, and `swap_comes` makes them
+-- active with the same angle as the coefficients of the lanes. Afterwards the idle words are the same.
+--
+-- **Words.** 0 to 3: offset of head 1 to 4; 4 to 7: weight of head 1 to 4; 8: choice, carrier (head number - 1) in bits 1
+-- to 0 and a bit a head that is used from bit 4 on. Only the bits of the formats are stored, and no words of
+-- heads that are not built: those read as 0. A carrier that is not built is head 1.
+--
+-- **Writing.** Pulse `write_enable` with address and data; the word is written, and `write_acknowledge` pulses,
+-- 2 clocks later, or when `hold_writes` is over: hold it while a swap waits, so that a swap takes over all
+-- acknowledged writes and no other. Start no other write before.
+--
+-- **Latency.** 1 clock from `swap_comes` to the new active words; `next_words` are those of the next clock. 1 clock
+-- from `read_address` to `read_data`, the idle word with its sign extended.
+--
+-- **Number formats.** offset u24.4 counts, weight s1.16. Flat words hold, from the low bits on: offsets of all heads, then
+-- weights, then used heads, then the carrier.
+--
+-- **Reset** drops a pending write. It keeps the words, as the banks of the lanes. At power-up head 1 is carrier and used
+-- alone: the output is that of head 1.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity mean_words is
+  generic (
+    HEADS : positive range 2 to HEADS_MAX := 2
+  );
+  port (
+    clock             : in    std_ulogic;
+    reset             : in    std_ulogic;
+    write_enable      : in    std_ulogic;                     -- pulse
+    write_address     : in    u_unsigned(3 downto 0);         -- the word's number
+    write_data        : in    std_ulogic_vector(31 downto 0); -- the word
+    write_acknowledge : out   std_ulogic := '0';              -- pulse: written
+    hold_writes       : in    std_ulogic;                     -- a swap is asked for, waits or takes effect
+    read_address      : in    u_unsigned(3 downto 0);         -- the word's number
+    read_data         : out   std_ulogic_vector(31 downto 0); -- the idle word
+    swap_comes        : in    std_ulogic;                     -- the idle words are active from the next clock on
+    is_written        : out   std_ulogic;                     -- an idle word changes with the next clock
+    active_words      : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see above
+    idle_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0); -- see above
+    next_words        : out   std_ulogic_vector(HEADS * (HEAD_OFFSET_WIDTH + HEAD_WEIGHT_WIDTH + 1) + 1 downto 0)  -- see above
+  );
+end entity mean_words;
+
+architecture rtl of mean_words is
+
+  constant WEIGHTS_FIRST : positive := HEADS * HEAD_OFFSET_WIDTH;
+  constant USED_FIRST    : positive := WEIGHTS_FIRST + HEADS * HEAD_WEIGHT_WIDTH;
+  constant CARRIER_FIRST : positive := USED_FIRST + HEADS;
+
+  subtype all_words is std_ulogic_vector(CARRIER_FIRST + 1 downto 0);
+
+  constant HEAD1_ALONE : all_words := std_ulogic_vector(shift_left(to_unsigned(1, all_words'length), USED_FIRST));
+
+  signal active    : all_words                      := HEAD1_ALONE;
+  signal idle      : all_words                      := HEAD1_ALONE;
+  signal pending   : std_ulogic                     := '0';
+  signal address   : u_unsigned(3 downto 0)         := (others => '0');
+  signal data      : std_ulogic_vector(31 downto 0) := (others => '0');
+  signal write_now : std_ulogic;
+
+begin
+
+  write_now    <= pending and not hold_writes and not swap_comes and not reset;
+  is_written   <= write_now;
+  active_words <= active;
+  idle_words   <= idle;
+  next_words   <= idle when swap_comes = '1' else
+                  active;
+
+  store : process (clock) is
+
+    variable word : std_ulogic_vector(31 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      if swap_comes = '1' then
+        active <= idle;
+      end if;
+
+      word := (others => '0');
+
+      for head in 0 to HEADS - 1 loop
+        if address = head and write_now = '1' then
+          idle((head + 1) * HEAD_OFFSET_WIDTH - 1 downto head * HEAD_OFFSET_WIDTH) <= data(HEAD_OFFSET_WIDTH - 1 downto 0);
+        end if;
+        if address = HEADS_MAX + head and write_now = '1' then
+          idle(WEIGHTS_FIRST + (head + 1) * HEAD_WEIGHT_WIDTH - 1 downto WEIGHTS_FIRST + head * HEAD_WEIGHT_WIDTH)
+          <= data(HEAD_WEIGHT_WIDTH - 1 downto 0);
+        end if;
+        if read_address = head then
+          word(HEAD_OFFSET_WIDTH - 1 downto 0) := idle((head + 1) * HEAD_OFFSET_WIDTH - 1 downto head * HEAD_OFFSET_WIDTH);
+        end if;
+        if read_address = HEADS_MAX + head then
+          word := std_ulogic_vector(resize(u_signed(
+            idle(WEIGHTS_FIRST + (head + 1) * HEAD_WEIGHT_WIDTH - 1 downto WEIGHTS_FIRST + head * HEAD_WEIGHT_WIDTH)
+          ), 32));
+        end if;
+      end loop;
+
+      if read_address = 2 * HEADS_MAX then
+        word(1 downto 0)             := idle(CARRIER_FIRST + 1 downto CARRIER_FIRST);
+        word(HEADS + 3 downto 4)     := idle(CARRIER_FIRST - 1 downto USED_FIRST);
+      end if;
+      read_data <= word;
+
+      if address = 2 * HEADS_MAX and write_now = '1' then
+        idle(CARRIER_FIRST - 1 downto USED_FIRST) <= data(HEADS + 3 downto 4);
+        idle(CARRIER_FIRST + 1 downto CARRIER_FIRST) <= data(1 downto 0) when u_unsigned(data(1 downto 0)) < HEADS else "00";
+      end if;
+
+      write_acknowledge <= write_now;
+      if write_now = '1' then
+        pending <= '0';
+      end if;
+
+      if write_enable = '1' then
+        pending <= '1';
+        address <= write_address;
+        data    <= write_data;
+      end if;
+
+      if reset = '1' then
+        pending           <= '0';
+        write_acknowledge <= '0';
+      end if;
+    end if;
+
+  end process store;
+
+end architecture rtl;

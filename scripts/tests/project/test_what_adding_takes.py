@@ -1,0 +1,111 @@
+"""Adding one of a kind edits the files that CONTRIBUTING names, and no others: tried in copies.
+
+A cause and an effect: ``sim/tests/table/test_registry.py``, ``test_effect_check.py``.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from scripts import bitstream
+from scripts.bitstream_constraints import check_pins, ports_of
+from scripts.generate_python import python_registers
+from scripts.netlist import SOURCE_FOLDERS, write_netlist
+from scripts.register_block import write_register_block
+from scripts.register_map import REGISTERS, compile_registers
+from scripts.register_words import ENTITY, register_words
+
+ROOT = Path(__file__).resolve().parents[3]
+CORE = Path("rtl/core/arctrue_core.vhd")
+TABLE = re.compile(r"^\| (?P<kind>an? \w+) \| (?P<number>\d) \| (?P<files>.+?) \|", re.MULTILINE)
+
+NEW_REGISTER = """
+    reg {
+        name = "Added";
+        desc = "A register of the test.";
+        field {sw=r; hw=w; desc="Lanes.";} value[6:0];
+    } added_by_test @ 0x0FC;
+"""
+CONNECTION = """  hwif_in.added_by_test.value.next_q <= std_ulogic_vector(to_unsigned(LANES, 7));
+"""
+BEFORE_REGISTER = "    regfile head {\n"
+BEFORE_CONNECTION = "  status_capturing    <= capture_busy;\n"
+
+
+def documented(kind: str) -> set[str]:
+    """The files that CONTRIBUTING names for ``kind``; their number is the one beside them."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    (row,) = (found for found in TABLE.finditer(text) if found["kind"] == kind)
+    files = set(re.findall(r"`([^`]+)`", row["files"]))
+    assert len(files) == int(row["number"]), f"CONTRIBUTING: {kind}"
+    return files
+
+
+def edited(folder: Path, path: Path, before: str, added: str) -> Path:
+    """A copy of a file of the tree with ``added`` put before a text that is there once."""
+    text = (ROOT / path).read_text(encoding="utf-8")
+    assert text.count(before) == 1, f"{path}: expected once: {before}"
+    copy = folder / path.name
+    copy.write_text(text.replace(before, added + before), encoding="utf-8")
+    return copy
+
+
+def test_a_register_takes_two_files(tmp_path: Path) -> None:
+    """Block, Python names, bench and core are made of the two that are edited."""
+    sources, made = tmp_path / "sources", tmp_path / "made"
+    sources.mkdir()
+    made.mkdir()
+    register_map = edited(sources, REGISTERS, BEFORE_REGISTER, NEW_REGISTER)
+    core = edited(sources, CORE, BEFORE_CONNECTION, CONNECTION)
+    assert {str(REGISTERS), str(CORE)} == documented("a register")
+
+    block = compile_registers(register_map, block_only=True)
+    write_register_block(block, made)
+    (made / f"{ENTITY}.vhd").write_text(register_words(block), encoding="utf-8")
+    names = python_registers(compile_registers(register_map))
+    assert "ADDED_BY_TEST_ADDRESS: Final = 0x000FC" in names
+    # The last folder wins: the copies in place of the files of the tree.
+    folders = (*SOURCE_FOLDERS, ROOT / "tb", made, sources)
+    generics = {"LANES": 2, "CAPTURE_DEPTH": 2}
+    built = write_netlist(core.stem, tmp_path / "core", generics=generics, folders=folders)
+    assert "added_by_test" in built.read_text(encoding="utf-8")
+    bench = write_netlist(ENTITY, tmp_path / "bench", folders=folders)
+    assert re.search(r"input\s+\[31:0\] added_by_test\b", bench.read_text(encoding="utf-8"))
+
+
+def test_a_board_takes_two_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its pins and its processor's side, both found by the board's name."""
+    constraints, firmware = tmp_path / "constraints", tmp_path / "firmware"
+    shutil.copytree(ROOT / "constraints", constraints)
+    shutil.copytree(ROOT / "firmware", firmware)
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    added = {
+        "constraints/<board>.xdc": constraints / "added.xdc",
+        "firmware/board/boards/<board>.h": firmware / "board" / "boards" / "added.h",
+    }
+    assert set(added) == documented("a board")
+    for name, path in added.items():
+        shutil.copy(ROOT / name.replace("<board>", "pynq_z2"), path)
+
+    monkeypatch.setattr(bitstream, "CONSTRAINTS", constraints)
+    assert "added" in bitstream.boards()
+    check_pins(added["constraints/<board>.xdc"], ports_of("arctrue_zynq_top"))
+    out = tmp_path / "out"
+    command = ["make", "-C", str(firmware), "BOARD=added", f"OUT={out}", f"{out}/board_settings.h"]
+    subprocess.run(command, check=True, capture_output=True, timeout=60)
+    header = (out / "board_settings.h").read_text(encoding="utf-8")
+    assert header == added["firmware/board/boards/<board>.h"].read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("kind", ["a cause", "an effect"])
+def test_a_cause_and_an_effect_are_one_file(kind: str) -> None:
+    """Where CONTRIBUTING says that they go there are only such files, and their package."""
+    (pattern,) = documented(kind)
+    folder = (ROOT / pattern).parent
+    assert len(list(folder.glob("*.py"))) > 10
+    assert not [path for path in folder.iterdir() if path.is_dir() and path.name != "__pycache__"]

@@ -1,0 +1,72 @@
+"""Which head has moved between two calibrations, by the offsets of all counters.
+
+A head that moves along the scale by δ changes its own offset by δ; an axis that moves by c changes
+that of every head by Im(c·e^{jp})·ρ. Four heads show three changes against head 1's: any one head
+together with some c explains them, but only the true one with a small c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.calibration.head_weights import translation_columns
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MovedHead:
+    """One explanation: ``head`` (1, 2, …; 0: none) moved, and the axis by x and y, arcseconds."""
+
+    head: int
+    moved_arcsec: float
+    axis_arcsec: tuple[float, float]
+    left_arcsec: float
+    """RMS of what the explanation leaves of the changes."""
+
+    @property
+    def axis_moved_arcsec(self) -> float:
+        """How far the axis would have moved, at the disc's radius."""
+        return float(np.hypot(*self.axis_arcsec))
+
+
+def moved_heads(
+    changes_arcsec: Sequence[float] | Float,
+    places_rad: Float,
+    radius_ratios: Float,
+    *,
+    axis_limit_arcsec: float,
+    noise_arcsec: float,
+) -> list[MovedHead]:
+    """What explains the changes of all offsets (heads,) with an axis that moved within its limit.
+
+    ``noise_arcsec``: standard uncertainty of a change, with the index's repeatability; an
+    explanation may leave four of these. No moved head is an explanation too, and then the only one.
+    """
+    changes = np.asarray(changes_arcsec, dtype=np.float64)
+    heads = changes.size
+    # Columns: the zero of all readings, the axis along y and x.
+    common = np.column_stack((np.ones(heads), translation_columns(places_rad, radius_ratios)))
+    found = []
+    for head in range(heads + 1):
+        own = np.zeros((heads, 1))
+        if head:
+            own[head - 1] = 1.0
+        design = np.hstack((common, own)) if head else common
+        values = np.linalg.lstsq(design, changes)[0]
+        left = float(np.sqrt(np.mean((changes - design @ values) ** 2)))
+        one = MovedHead(
+            head,
+            float(values[3]) if head else 0.0,
+            (float(values[2]), float(values[1])),
+            left,
+        )
+        if left <= 4.0 * noise_arcsec and one.axis_moved_arcsec <= axis_limit_arcsec:
+            if head == 0:
+                return [one]
+            found.append(one)
+    return found

@@ -1,0 +1,83 @@
+"""Model of the entity ``local_table``: points over the turn or over windows of it, with lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.gateware.phase_lane import phase_lane
+from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PHASE_WIDTH
+
+POINTS = 4096
+FRACTIONS = (4, 6, 8, 10)
+VALUE_FRACTION = 22
+LINE_WIDTH = 12
+"""Bits of the place between two points."""
+LATENCY = 17
+"""Clocks."""
+WIDTHS = range(7)
+
+
+@dataclass(frozen=True, eq=False)
+class LocalTable:
+    """One bank of the table, as words of the register map.
+
+    ``starts``: counts, where each of the one, two or four windows begins; ``width``: a window is
+    2^−width turn; ``fraction``: F, fraction bits of a point; ``points``: int64 (4096,).
+    """
+
+    counts_per_rev: int
+    starts: tuple[int, ...]
+    width: int
+    fraction: int
+    points: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a table that the gateware cannot hold."""
+        if len(self.starts) not in (1, 2, 4):
+            raise ValueError(f"{len(self.starts)} windows; expected one, two or four")
+        if any(not 0 <= start < self.counts_per_rev for start in self.starts):
+            raise ValueError(
+                f"starts {self.starts}: expected 0 to {self.counts_per_rev - 1} counts"
+            )
+        if self.width not in WIDTHS or self.fraction not in FRACTIONS:
+            raise ValueError(
+                f"a window of 2^-{self.width} turn with {self.fraction} fraction bits: expected "
+                f"2^-0 to 2^-6 turn and one of {FRACTIONS}"
+            )
+        if self.points.shape != (POINTS,) or np.abs(self.points + 0.5).max() > 2**17:
+            raise ValueError(f"points: expected {POINTS} words of 18 bits")
+
+    @property
+    def step(self) -> int:
+        """round(2⁴⁸·2^width / counts_per_rev): window a count, u0.48."""
+        turn = self.counts_per_rev
+        return ((1 << (PHASE_STEP_WIDTH + self.width + 1)) + turn) // (2 * turn)
+
+
+def line_bound(table: LocalTable) -> float:
+    """Largest error against the exact lines, in counts: see the head of the entity."""
+    each = table.points.reshape(len(table.starts), -1)
+    rise = np.abs(np.roll(each, -1, axis=1) - each).max() / 2.0**table.fraction
+    places = 2.0**-13 + 2.0**-13 + (0.0 if len(table.starts) == 1 else 2.0**-12)
+    return float(rise * places)
+
+
+def local_table(angle: ArrayLike, table: LocalTable) -> NDArray[np.int64]:
+    """The correction in 2⁻²² count, of ``angle`` in counts below counts_per_rev; (angles,)."""
+    angles = np.asarray(angle, dtype=np.int64)
+    offsets = (angles[:, np.newaxis] - np.array(table.starts)) % table.counts_per_rev
+    inside = offsets << table.width < table.counts_per_rev
+    window = np.argmax(inside, axis=1)
+    place = phase_lane(offsets[np.arange(angles.size), window], table.step, 0).astype(np.int64)
+    number = POINTS // len(table.starts)
+    below = PHASE_WIDTH - (number - 1).bit_length()
+    index = place >> below
+    part = (place & ((1 << below) - 1)) >> (below - LINE_WIDTH)
+    first = table.points[window * number + index]
+    second = table.points[window * number + (index + 1) % number]
+    line = (first << LINE_WIDTH) + (second - first) * part
+    value = line << (VALUE_FRACTION - LINE_WIDTH - table.fraction)
+    return np.where(inside.any(axis=1), value, 0)

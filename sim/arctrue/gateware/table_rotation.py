@@ -1,0 +1,84 @@
+"""Model of the entity ``table_rotation``: the cosine from a table of its tangents."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.generated.number_formats import COSINE_WIDTH, PHASE_WIDTH
+
+FOLDED_WIDTH = PHASE_WIDTH - 2
+ADDRESS_WIDTH = 7
+OFFSET_WIDTH = FOLDED_WIDTH - ADDRESS_WIDTH
+ROWS = 5
+DIGITS_WIDTH = 2 * ROWS
+SLOPE_FRACTION = 8
+VALUE_FRACTION = 20
+ROW_FRACTION = SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1)
+"""Fraction bits of the last row: every one but the first drops two."""
+
+
+@dataclass(frozen=True, eq=False)
+class TangentTable:
+    """What the entity works out at elaboration; both int32, (128,).
+
+    ``slopes``: −dcos/dturn of the intervals in 2⁻⁸ a turn; ``values``: the lines at the beginnings
+    of the intervals, 2⁻²⁰.
+    """
+
+    slopes: NDArray[np.int32]
+    values: NDArray[np.int32]
+
+
+@functools.cache
+def tangent_table() -> TangentTable:
+    """The lines (1 − h²/4)·cos m − sin m·z of the 128 intervals."""
+    middles = (np.arange(1 << ADDRESS_WIDTH) + 0.5) * (np.pi / 2) / (1 << ADDRESS_WIDTH)
+    slopes = np.floor(2 * np.pi * np.sin(middles) * 2.0**SLOPE_FRACTION + 0.5)
+    reach_turn = 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
+    half_unit_turn = 2.0 ** (OFFSET_WIDTH - DIGITS_WIDTH - 1 - PHASE_WIDTH)
+    scale = 1 - (2 * np.pi * reach_turn) ** 2 / 4
+    values = scale * np.cos(middles) + slopes / 2.0**SLOPE_FRACTION * (reach_turn - half_unit_turn)
+    values -= 2.0 ** (-ROW_FRACTION - 1)
+    rounded = np.floor(values * 2.0**VALUE_FRACTION + 0.5)
+    return TangentTable(slopes.astype(np.int32), rounded.astype(np.int32))
+
+
+def error_bound() -> float:
+    """The largest error of a lane's cosine, of size 1: the sum of those in the entity's head.
+
+    The line, the sine taken for its angle, the slope, the bits of the angle left out, the value,
+    the rows, the fold and the rounding to s1.16.
+    """
+    half_width = 2 * np.pi * 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
+    return float(
+        half_width**2 / 4
+        + half_width**3 / 6
+        + 2.0 ** (-SLOPE_FRACTION - 1) * 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
+        + 2 * np.pi * 2.0 ** (OFFSET_WIDTH - DIGITS_WIDTH - 1 - PHASE_WIDTH)
+        + 2.0 ** (-VALUE_FRACTION - 1)
+        + 2.0 ** (-ROW_FRACTION - 1)
+        + 2 * np.pi * 2.0**-PHASE_WIDTH
+        + 2.0 ** -(COSINE_WIDTH - 1)
+    )
+
+
+def table_rotation(folded: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The cosine in 2⁻¹⁸: two bits more than the lane's cosine has.
+
+    ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any shape; the result has the same shape.
+    """
+    table = tangent_table()
+    address = folded >> OFFSET_WIDTH
+    digits = (folded >> (OFFSET_WIDTH - DIGITS_WIDTH)) & ((1 << DIGITS_WIDTH) - 1)
+    slope = table.slopes.take(address)
+    row = np.zeros_like(folded)
+    for place in range(ROWS):
+        row >>= 2
+        row += ((digits >> (2 * place)) & 3) * slope
+    value = table.values.take(address) - (row << (VALUE_FRACTION - ROW_FRACTION))
+    cosine: NDArray[np.int32] = value >> (VALUE_FRACTION - COSINE_WIDTH)
+    return cosine

@@ -1,0 +1,132 @@
+"""Injection at the detection bound: is what a diagnosis says it would have found, found?
+
+A set with nothing in it is diagnosed, and says of each effect the smallest size that it would have
+found in 95 % of such sets. A cause of that size, by the RMS in every channel at least, is put into
+the same experiment, the noise is drawn anew, and the set is diagnosed again.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.measurement import MeasurementSet, read_measurement_set, write_measurement_set
+from arctrue.studies.benchmark.diagnosis import diagnosed
+from arctrue.studies.benchmark.independent.injection import INJECTIONS, rms_arcsec
+from arctrue.studies.benchmark.independent.scene import made
+from arctrue.studies.benchmark.intervals import Rate, rate
+from arctrue.studies.campaign import Campaign, Task
+from arctrue.workbench.diagnose.report import diagnosis_data
+from arctrue.workbench.model.model import default_model
+
+WORK = "arctrue.studies.benchmark.bound:run_bound"
+PROMISED = 0.95
+"""Share of such sets in which an effect of the stated size is said to be found."""
+QUIET = ("adequate", "cannot_tell")
+
+
+def bound_campaign(
+    folder: Path, effects: Sequence[str], times: int, samples: int, seed: int
+) -> Campaign:
+    """``times`` injections of each effect, the effects in turn."""
+    tasks: list[Task] = [
+        {
+            "effect": effect,
+            "seed": int(np.random.SeedSequence([seed, number]).generate_state(1)[0]),
+            "samples": samples,
+        }
+        for number in range(times)
+        for effect in effects
+    ]
+    facts = {"bound": {"times": times, "samples": samples, "seed": seed}}
+    return Campaign(WORK, tasks, folder, facts)
+
+
+def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
+    """One injection of ``effect``: the stated bound, the size put in, and what was said.
+
+    ``bound_rms_arcsec`` is None where the set with nothing in it states no bound of the effect,
+    because it cannot be tested or because the set is not said to be quiet.
+    """
+    effect = str(task["effect"])
+    injection = INJECTIONS[effect]
+    random = np.random.default_rng([task["seed"], 3])
+    scene = injection.scene(random, task["samples"])
+    before = _said(made(scene, random)[0])
+    stated = (before["covers"] or {}).get("smallest", {}).get(effect)
+    if before["verdict"] not in QUIET or stated is None:
+        return {"bound_rms_arcsec": None, "verdict": before["verdict"]}
+    cause = injection.cause(random, scene)
+    bound = {name: float(value) for name, value in stated["rms_arcsec"].items()}
+    cause = cause.scaled(factor_to_bound(bound, rms_arcsec(scene, cause)))
+    after = _said(made(replace(scene, causes=[cause]), random)[0])
+    names = [after.get("named"), *(after.get("class") or []), *(after.get("negligible") or [])]
+    return {
+        "bound_rms_arcsec": bound,
+        "size": float(f"{cause.size:.7g}"),
+        "verdict": after["verdict"],
+        "named": after.get("named"),
+        "class": list(after.get("class") or []),
+        "found": after["verdict"] not in QUIET or effect in names,
+        "by_name": effect in names,
+    }
+
+
+def factor_to_bound(bound: Mapping[str, float], own: Mapping[str, float]) -> float:
+    """By what a cause is multiplied so that it shows the bound at least in every channel.
+
+    A channel counts in which the cause shows a thousandth of its largest RMS, and that the bound
+    has; ValueError where there is none.
+    """
+    shown = {name: value for name, value in own.items() if value > 1e-3 * max(own.values())}
+    factors = [bound[name] / value for name, value in shown.items() if bound.get(name)]
+    if not factors:
+        raise ValueError(f"the bound is of {sorted(bound)}, the cause shows in {sorted(shown)}")
+    return max(factors)
+
+
+def _said(measurement: MeasurementSet) -> dict[str, Any]:
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "set"
+        write_measurement_set(folder, measurement)
+        _, found = diagnosed(read_measurement_set(folder))
+    return diagnosis_data(found, default_model().names())
+
+
+@dataclass(frozen=True, slots=True)
+class BoundScore:
+    """How often an effect of the stated size was found."""
+
+    effect: str
+    found: Rate
+    """Anything is said to be there, or the effect is listed as negligible."""
+    by_name: Rate
+    """The effect is named, in the class, or listed as negligible."""
+
+    @property
+    def kept(self) -> bool:
+        """The interval of 95 % does not lie below what is promised."""
+        return self.found.interval[1] >= PROMISED
+
+
+def bound_scores(results: Iterable[tuple[Task, Mapping[str, Any]]]) -> list[BoundScore]:
+    """Each effect's rates over the sets that state a bound of it, in the order of INJECTIONS."""
+    by_effect: dict[str, list[Mapping[str, Any]]] = {}
+    for task, result in results:
+        stated = by_effect.setdefault(task["effect"], [])
+        if result["bound_rms_arcsec"] is not None:
+            stated.append(result)
+    return [
+        BoundScore(
+            effect,
+            rate([item["found"] for item in by_effect[effect]]),
+            rate([item["by_name"] for item in by_effect[effect]]),
+        )
+        for effect in INJECTIONS
+        if effect in by_effect
+    ]

@@ -1,0 +1,222 @@
+"""The best places of three and four heads: orders seen well, and a mean that outlives any one head.
+
+Three heads see the disc where the axis is at rest; four see it by their parity while the axis moves
+at every order. The worst gain of orders 1 to N is made least among places at which the mean is
+quieter than one head, for four heads also with any one of them missing. Order 1 of the disc is not
+in the mean; for four heads orders 2 to N count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.calibration.head_weights import (
+    WeightsRefusedError,
+    mean_weights,
+    order_factor,
+    weights_without_each,
+)
+from arctrue.calibration.heads_gain import MotionOrders, order_gain
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+LEAST_DEG = 20.0
+"""Two read heads of the paper's size do not stand closer."""
+STEP_DEG = 4.0
+"""Of the search over all places; the best of them are moved by less."""
+BEST = 100
+"""So many places of the first search are moved."""
+MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
+STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
+"""Good places that are known, which the search begins from as well."""
+NOISE_LIMIT = 0.85
+"""Of the mean with any head missing: the issue's places have 0.82."""
+_BLOCK = 4096
+
+
+@dataclass(frozen=True)
+class PlacesChoice:
+    """How good one set of places is for orders to ``most_order``."""
+
+    places_deg: tuple[float, ...]
+    most_order: int
+    motion: MotionOrders
+    worst_gain: float
+    worst_order: int
+    gain: tuple[float, ...]
+    """Noise of every order from 1 on over that of one head."""
+    mean_gain: tuple[float, ...]
+    """The same as the mean sees the order: what its lanes add to its noise."""
+    mean_noise: float
+    """Of one reading on the mean, over that of one head; inf: there is no such mean."""
+    noise_without: tuple[float, ...]
+    """With each head missing; inf: there is no mean."""
+
+
+def motion_of(heads: int) -> MotionOrders:
+    """What may be unknown of the axis: with four heads all of its motion, else nothing."""
+    return "every" if heads == 4 else ()
+
+
+def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoice:
+    """Judge given places, two to four."""
+    places = np.radians(places_deg)
+    motion = motion_of(len(places_deg))
+    orders = np.arange(1, most_order + 1)
+    gain = order_gain(places, orders, motion)
+    counted = _counted(len(places_deg), most_order)
+    worst = int(counted[np.argmax(gain[counted - 1])])
+    weights = _noise(places)
+    without = tuple(
+        np.inf if isinstance(one, WeightsRefusedError) else float(np.linalg.norm(one))
+        for one in weights_without_each(places, noise_limit=np.inf)
+    )
+    return PlacesChoice(
+        places_deg,
+        most_order,
+        motion,
+        float(gain[worst - 1]),
+        worst,
+        tuple(gain.tolist()),
+        ()
+        if weights is None
+        else tuple((gain * np.abs(order_factor(weights, places, orders))).tolist()),
+        np.inf if weights is None else float(np.linalg.norm(weights)),
+        without,
+    )
+
+
+def _seen_by_mean(gain: Float, weights: Float, places: Float, orders: Integer) -> tuple[float, ...]:
+    factor = np.abs(order_factor(weights, places, orders))
+    # No mean sees order 1, whatever its gain.
+    return tuple(np.where(factor < 1e-9, 0.0, gain * factor).tolist())
+
+
+def best_places(
+    heads: int, most_order: int, *, noise_limit: float = NOISE_LIMIT, least_deg: float = LEAST_DEG
+) -> list[PlacesChoice]:
+    """The best places found, best first, no two alike.
+
+    Raises ValueError for another number of heads than three or four, or where no places of the
+    search keep the mean below ``noise_limit``.
+    """
+    if heads not in (3, 4):
+        raise ValueError(f"heads: expected 3 or 4, found {heads}; two heads have one angle α")
+    grid = np.arange(STEP_DEG, 360.0, STEP_DEG)
+    sets = np.array([(0.0, *rest) for rest in combinations(grid.tolist(), heads - 1)])
+    sets = sets[_allowed(sets, noise_limit, least_deg)]
+    if sets.size == 0:
+        raise ValueError(f"no places of {heads} heads have a mean below {noise_limit:g}")
+    worst = _worst_gain(sets, most_order)
+    best = sets[np.argsort(worst, kind="stable")[:BEST]]
+    best = np.array([*best.tolist(), *STARTS_DEG[heads]])
+    for step in MOVES_DEG:
+        best = _moved(best, step, most_order, noise_limit, least_deg)
+    worst = _worst_gain(best, most_order)
+    found: list[PlacesChoice] = []
+    ways = _allowed(best, noise_limit, least_deg)
+    for index in np.argsort(np.where(ways, worst, np.inf), kind="stable")[: ways.sum()]:
+        places = tuple(np.round(best[index], 1).tolist())
+        if all(_unlike(places, one.places_deg) for one in found):
+            found.append(judged_places(places, most_order))
+    # The places are rounded to what can be mounted.
+    return sorted(found, key=lambda one: one.worst_gain)
+
+
+def as_plain(heads: int, most_orders: Sequence[int], given_deg: tuple[float, ...] | None) -> Any:
+    """``given_deg`` and the three best places for orders to each of ``most_orders``."""
+    return [
+        {
+            "heads": heads,
+            "most_order": most,
+            "given": None if given_deg is None else asdict(judged_places(given_deg, most)),
+            "best": [asdict(one) for one in best_places(heads, most)[:3]],
+        }
+        for most in most_orders
+    ]
+
+
+def _counted(heads: int, most_order: int) -> Integer:
+    return np.arange(2 if heads == 4 else 1, most_order + 1)
+
+
+def _worst_gain(sets_deg: Float, most_order: int) -> Float:
+    heads = sets_deg.shape[1]
+    orders = _counted(heads, most_order)
+    worst = [
+        order_gain(np.radians(sets_deg[start : start + _BLOCK]), orders, motion_of(heads)).max(-1)
+        for start in range(0, len(sets_deg), _BLOCK)
+    ]
+    return np.concatenate(worst)
+
+
+def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[np.bool_]:
+    """Room between the heads, and a mean below the limit with all and without any one."""
+    turned = np.sort(np.mod(sets_deg, 360.0), axis=1)
+    apart = np.diff(np.column_stack((turned, turned[:, :1] + 360.0)), axis=1)
+    room = apart.min(axis=1) >= least_deg
+    places, heads = np.radians(sets_deg), sets_deg.shape[1]
+    triples = [list(one) for one in combinations(range(heads), 3)]
+    noise = np.max([_noise_of_three(places[:, triple]) for triple in triples], axis=0)
+    # Four heads have no more noise than any three of them.
+    return np.asarray(room & (noise <= noise_limit))
+
+
+def _noise_of_three(places_rad: Float) -> Float:
+    """√Σw² of three heads, (sets,): w₁ ∝ sin(p₃ − p₂) and in turn."""
+    first, second, third = places_rad.T
+    shares = np.sin(np.stack((third - second, first - third, second - first)))
+    total = shares.sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        noise = np.linalg.norm(shares, axis=0) / np.abs(total)
+    return np.where(np.abs(total) > 1e-9, noise, np.inf)
+
+
+def _moved(
+    sets_deg: Float, step_deg: float, most_order: int, noise_limit: float, least_deg: float
+) -> Float:
+    """Each set with one or more heads moved by a step where that is better, until none is."""
+    heads = sets_deg.shape[1]
+    moves = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * (heads - 1))).reshape(heads - 1, -1).T
+    moves = np.column_stack((np.zeros(len(moves)), moves)) * step_deg
+    best = sets_deg.copy()
+    for _ in range(6):
+        tried = (best[:, None, :] + moves[None, :, :]).reshape(-1, heads)
+        worst = np.where(
+            _allowed(tried, noise_limit, least_deg), _worst_gain(tried, most_order), np.inf
+        ).reshape(len(best), -1)
+        chosen = np.argmin(worst, axis=1)
+        # No set ever becomes one that is not allowed: standing still is among the moves.
+        moved = best + moves[chosen]
+        if np.array_equal(moved, best):
+            break
+        best = moved
+    return best
+
+
+def _noise(places: Float) -> Float | None:
+    try:
+        return mean_weights(places, noise_limit=np.inf)
+    except WeightsRefusedError:
+        return None
+
+
+def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    """Not the same places, nor the same counted from another head or the other way round."""
+    return not any(
+        np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
+        for way in (_steps(one), _steps(one)[::-1])
+        for shift in range(len(one))
+    )
+
+
+def _steps(places_deg: tuple[float, ...]) -> Float:
+    turned = np.sort(np.mod(places_deg, 360.0))
+    return np.diff(np.append(turned, turned[0] + 360.0))

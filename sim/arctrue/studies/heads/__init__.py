@@ -1,0 +1,1 @@
+"""What the calibrated mean of four heads shows that two heads cannot: fresh turns, no fit."""

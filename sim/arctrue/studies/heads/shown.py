@@ -1,0 +1,331 @@
+"""The rows of docs/heads.md, as plain values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.progress import ReportStep
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
+from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.heads_gain import MotionOrders, order_gain
+from arctrue.calibration.heads_least_squares import HeadsSettings, heads_least_squares
+from arctrue.calibration.mean_banks import mean_banks
+from arctrue.calibration.moved_head import moved_heads
+from arctrue.studies.heads.bench import (
+    COUNTS_PER_REV,
+    PLACES_DEG,
+    TWO_DEG,
+    U_MOUNTING_ARCSEC,
+    Bench,
+    mean_left_arcsec,
+    rms,
+    two_heads_left_arcsec,
+)
+from arctrue.table import (
+    DISC_RADIUS_M,
+    Cause,
+    DiscEccentricity,
+    RotaryTable,
+    TableState,
+)
+from arctrue.table.causes.ball_pass import BallPass
+from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
+from arctrue.table.causes.radial_motion import RadialMotion
+
+Float = NDArray[np.float64]
+
+BALLS = BallPass(4.37, 0.25e-6)
+HUB_SHIFT = DiscEccentricity(2e-6, 0.8)
+"""Heat moves the disc's centre on the axis."""
+AXIS_SHIFT = RadialMotion(0, 2e-6 * np.exp(0.8j))
+AXIS: tuple[Cause, ...] = (
+    BALLS,
+    RadialMotion.along(2, 0.1e-6, 0.6, 1.0),
+    RadialMotion(3, 0.05e-6 + 0j),
+)
+RADIUS_TOLERANCE_M = 1e-4
+MOVED_ARCSEC = 100.0
+AXIS_LIMIT_M = 5e-6
+FINE_ORDERS = 500
+FINE_PLACES_DEG = (0.0, 112.1, 174.8, 297.8)
+"""The least RMS gain of orders 2 to 500, motion unknown at every order, of 18,000 drawn places."""
+TURNS_SHOWN = (1, 3, 10, 30, 100, 1000)
+
+
+def shown(
+    *,
+    samples_a_turn: int = 12_000,
+    fine_orders: int = FINE_ORDERS,
+    fine_turns: int = 10,
+    seed: int = 1,
+    progress: ReportStep | None = None,
+) -> dict[str, Any]:
+    """Every row; ``samples_a_turn`` and ``fine_orders`` make a smaller one for a test."""
+    say: ReportStep = progress or (lambda _: None)
+    bench = Bench(samples_a_turn=samples_a_turn, seed=seed)
+    two = replace(bench, places_deg=TWO_DEG)
+    say("ball pass")
+    found: dict[str, Any] = {
+        "schema": 1,
+        "places_deg": list(PLACES_DEG),
+        "samples_a_turn": samples_a_turn,
+        "seed": seed,
+        "ball_pass": _ball_pass(bench, two),
+    }
+    say("the hub moves")
+    found["hub_shift"] = [
+        _hub_shift(replace(bench, radius_tolerance_m=tolerance), two)
+        for tolerance in (0.0, RADIUS_TOLERANCE_M)
+    ]
+    say("a head is missing")
+    found["missing"] = _missing(bench)
+    say("a head moves")
+    found["moved"] = [_moved(bench, head) for head in range(1, 5)]
+    say("the error function")
+    found["error_function"] = _error_function(bench, fine_orders, fine_turns)
+    say("what each cause leaves")
+    found["budget"] = _budget(bench)
+    return found
+
+
+def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
+    """Calibrated with the axis moving, read on another turn."""
+    moving, pair = replace(bench, axis=AXIS), replace(two, axis=AXIS)
+    coefficients = moving.mean()
+    quiet, angle = bench.turn(5, AXIS[1:], noise=False)
+    balls, _ = bench.turn(5, AXIS, noise=False)
+    with_noise, _ = bench.turn(5, AXIS)
+    # What whole counts do is taken off: the rounding of four readings is larger than what is left.
+    exact = [_exact(bench, 5, causes) for causes in (AXIS[1:], AXIS)]
+    change = (exact[1] - exact[0]) * (ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV)
+    assert coefficients.extension is not None
+    assert coefficients.extension.mean is not None
+    weights = np.array(coefficients.extension.mean.weights) / 65536.0
+    counts, true = pair.turn(5, AXIS)
+    noiseless, _ = pair.turn(5, AXIS, noise=False)
+    left = mean_left_arcsec(coefficients, with_noise, angle)
+    return {
+        "on_head1_rms_arcsec": rms(change[0]),
+        "on_mean_rms_arcsec": rms(weights @ change),
+        "attenuation": rms(change[0]) / rms(weights @ change),
+        "two_heads_without_noise_rms_arcsec": rms(two_heads_left_arcsec(pair, noiseless, true)),
+        "two_heads_rms_arcsec": rms(two_heads_left_arcsec(pair, counts, true)),
+        "mean_without_noise_rms_arcsec": rms(mean_left_arcsec(coefficients, balls, angle)),
+        "mean_without_balls_rms_arcsec": rms(mean_left_arcsec(coefficients, quiet, angle)),
+        "mean_rms_arcsec": rms(left),
+        "mean_of_20_rms_arcsec": rms(left.reshape(-1, 20).mean(axis=1)),
+    }
+
+
+def _exact(bench: Bench, number: int, causes: tuple[Cause, ...]) -> Float:
+    """Readings in counts, neither noise nor rounding, at the angles of :meth:`Bench.turn`."""
+    _, angle = bench.turn(number, causes, noise=False)
+    table: RotaryTable = bench.table(*causes)
+    state = TableState.at_rest(angle)
+    return np.stack([table.reading_rad(h, state) for h in range(4)]) / table.count_rad
+
+
+def _hub_shift(bench: Bench, two: Bench) -> dict[str, Any]:
+    """Calibrated before the hub moves by 2 µm, the axis being at rest; not again."""
+    coefficients = bench.mean(())
+    assert coefficients.extension is not None
+    assert coefficients.extension.mean is not None
+    change = _exact(bench, 5, (HUB_SHIFT,)) - _exact(bench, 5, ())
+    change *= ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
+    weights = np.array(coefficients.extension.mean.weights) / 65536.0
+    counts, angle = bench.turn(5, (HUB_SHIFT,), noise=False)
+    before, _ = bench.turn(5, (), noise=False)
+    pair, true = two.turn(5, (HUB_SHIFT,), noise=False)
+    return {
+        "radius_tolerance_m": bench.radius_tolerance_m,
+        "on_head1_rms_arcsec": rms(change[0]),
+        "on_mean_rms_arcsec": _change_of_mean(coefficients, bench, change, weights),
+        "mean_before_rms_arcsec": rms(mean_left_arcsec(coefficients, before, angle)),
+        "mean_after_rms_arcsec": rms(mean_left_arcsec(coefficients, counts, angle)),
+        "two_heads_after_rms_arcsec": rms(two_heads_left_arcsec(two, pair, true)),
+    }
+
+
+def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Float) -> float:
+    """RMS of what the shift changes of the output, without whole counts of the readings.
+
+    The carrier takes the shift into its lanes, too.
+    """
+    counts, _ = bench.turn(5, (), noise=False)
+    mean = coefficients.extension.mean
+    carrier = counts[mean.carrier - 1] - mean.offsets[mean.carrier - 1] // 16
+    unit = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
+    moved = np.rint(change[mean.carrier - 1] / unit).astype(np.int64)
+    lanes = (coefficients.error_counts(carrier + moved) - coefficients.error_counts(carrier)) * unit
+    return float(np.sqrt(np.mean((weights @ change - np.asarray(lanes)) ** 2)))
+
+
+def _missing(bench: Bench) -> list[dict[str, Any]]:
+    """The same fresh turn by the sets of all heads and of three."""
+    coefficients = replace(bench, axis=AXIS).mean()
+    assert coefficients.extension is not None
+    counts, angle = bench.turn(6, AXIS)
+    noiseless, _ = bench.turn(6, AXIS, noise=False)
+    rows = []
+    whole = mean_left_arcsec(coefficients, counts, angle)
+    for one in (coefficients, *coefficients.extension.without):
+        assert one.extension is not None
+        assert one.extension.mean is not None
+        weights = np.array(one.extension.mean.weights) / 65536.0
+        left = mean_left_arcsec(one, counts, angle)
+        rows.append(
+            {
+                "missing": one.extension.mean.missing,
+                "carrier": one.extension.mean.carrier,
+                "weights": weights.tolist(),
+                "noise": float(np.linalg.norm(weights)),
+                "rms_arcsec": rms(left),
+                "without_noise_rms_arcsec": rms(mean_left_arcsec(one, noiseless, angle)),
+                "lanes_rms_arcsec": float(np.linalg.norm(one.amplitudes_counts) / np.sqrt(2.0))
+                * ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV,
+                "zero_apart_arcsec": float(left.mean() - whole.mean()),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def _moved(bench: Bench, head: int) -> dict[str, Any]:
+    """A head moves by 100″ along the scale and the axis by 2 µm between two turns."""
+    before = bench.estimate(())
+    moved = [0.0] * 4
+    moved[head - 1] = MOVED_ARCSEC
+    later = replace(bench, moved_arcsec=tuple(moved), axis=(AXIS_SHIFT,))
+    # The counters go on: a head that moves reads so much more, from the same index as before.
+    counts, angle = later.turn(3, (AXIS_SHIFT,))
+    old, _ = bench.turn(3, ())
+    captured = later.captured(3)
+    offsets = np.array([float(np.mean(h - captured.heads[0])) for h in captured.heads])
+    unit = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
+    now = offsets * unit
+    apart = now - before.offsets_rad * ARCSEC_PER_RAD
+    apart = (apart + 648_000.0) % 1_296_000.0 - 648_000.0
+    limit = AXIS_LIMIT_M / DISC_RADIUS_M * ARCSEC_PER_RAD
+    found = moved_heads(
+        apart,
+        before.places_rad,
+        before.radius_ratios,
+        axis_limit_arcsec=limit,
+        noise_arcsec=0.1,
+    )
+    disc = before.on_disc()
+    left_before = mean_left_arcsec(mean_banks(disc, COUNTS_PER_REV)[0], old, angle)
+    wrong = mean_left_arcsec(mean_banks(disc, COUNTS_PER_REV)[0], counts, angle)
+    zero = None
+    if len(found) == 1:
+        shift = np.zeros(4)
+        shift[found[0].head - 1] = found[0].moved_arcsec * RAD_PER_ARCSEC
+        mended = replace(
+            disc, places_rad=disc.places_rad + shift, offsets_rad=disc.offsets_rad + shift
+        )
+        right = mean_left_arcsec(mean_banks(mended, COUNTS_PER_REV)[0], counts, angle)
+        zero = float(right.mean() - left_before.mean())
+    return {
+        "head": head,
+        "found": [one.head for one in found],
+        "moved_arcsec": found[0].moved_arcsec if found else None,
+        "wrong_by_arcsec": float(wrong.mean() - left_before.mean()),
+        "zero_after_arcsec": zero,
+    }
+
+
+def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
+    """The disc's error to a high order, from averaged turns, against the truth; 2σ at one angle."""
+    places = FINE_PLACES_DEG
+    random = np.random.default_rng([bench.seed, 13])
+    further = np.arange(10, orders + 1)
+    rough = GraduationHarmonics(
+        tuple(further.tolist()),
+        tuple((0.02 * RAD_PER_ARCSEC * random.rayleigh(size=further.size)).tolist()),
+        tuple(random.uniform(-np.pi, np.pi, further.size).tolist()),
+    )
+    fine = replace(bench, places_deg=places)
+    rows = []
+    asked = np.arange(1, orders + 1)
+    cases: tuple[tuple[str, MotionOrders, tuple[Cause, ...]], ...] = (
+        ("motion unknown at every order", "every", AXIS),
+        ("axis known to be at rest", (), ()),
+    )
+    for title, motion, axis in cases:
+        counts, _ = fine.turn(1, (rough, *axis), turns)
+        size = fine.samples_a_turn
+        # Each sample of a turn comes at the same angle: sums over the turns are one finer turn.
+        turn = counts.reshape(4, turns, size) - (
+            np.arange(turns, dtype=np.int64)[:, None] * COUNTS_PER_REV
+        )
+        total = turn.sum(axis=1)
+        part_of = COUNTS_PER_REV * turns
+        estimate = heads_least_squares(
+            [WholeTurns(0, 1, total[0], total[1], part_of / size, 0, tuple(total[2:]))],
+            part_of,
+            np.radians(places).tolist(),
+            HeadsSettings(asked, motion, U_MOUNTING_ARCSEC, U_MOUNTING_ARCSEC, 0.0),
+        )
+        at = np.arange(4 * orders + 4) * np.float64(2.0 * np.pi / (4 * orders + 4))
+        wrong = estimate.on_disc().under_head(0, at) - _true_error(fine, rough, at)
+        # Order 1 holds the axis' forward circle, and the mean does not need it.
+        lines = np.fft.rfft(wrong)
+        lines[:2] = 0.0
+        gain = order_gain(np.radians(places), asked[1:], motion)
+        counts_arcsec = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV / np.sqrt(12.0)
+        noise = np.hypot(bench.noise_arcsec, counts_arcsec)
+        per_turn = float(noise * np.sqrt(2.0 / size * float(np.sum(gain**2))))
+        rows.append(
+            {
+                "title": title,
+                "orders": orders,
+                "turns": turns,
+                "left_2_sigma_arcsec": 2.0 * rms(np.fft.irfft(lines, wrong.size)),
+                "expected_2_sigma_arcsec": 2.0 * per_turn / np.sqrt(turns),
+                "by_turns": {str(n): 2.0 * per_turn / np.sqrt(n) for n in TURNS_SHOWN},
+            }
+        )
+    return {"places_deg": list(places), "rows": rows}
+
+
+def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) -> Float:
+    """g at readings of head 1, from the table itself."""
+    table = bench.table(rough)
+    angle = reading_rad.copy()
+    for _ in range(12):
+        angle += reading_rad - table.reading_rad(0, TableState.at_rest(angle))
+    return np.asarray((reading_rad - angle) * ARCSEC_PER_RAD)
+
+
+def _budget(bench: Bench) -> list[dict[str, Any]]:
+    """Standard uncertainties of the mean's angle, each cause alone; the axis moves by 2 µm."""
+    coefficients = bench.mean(())
+    assert coefficients.extension is not None
+    assert coefficients.extension.mean is not None
+    weights = np.array(coefficients.extension.mean.weights) / 65536.0
+    noise = float(np.linalg.norm(weights))
+    count = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
+    moved = 2e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
+    eccentric = 36e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
+    radius = RADIUS_TOLERANCE_M / np.sqrt(3.0) / DISC_RADIUS_M
+    skew_s = 10e-9
+    rectangular = 1.0 / np.sqrt(12.0)
+    rows: tuple[tuple[str, float], ...] = (
+        ("noise of one sample, 0.1″ a head", bench.noise_arcsec * noise),
+        ("whole counts of the heads", count * rectangular * noise),
+        ("whole counts of the output", count * rectangular),
+        ("weights in s1.16, 285″ between the heads", 2**-17 / np.sqrt(3.0) * 285.0),
+        ("offsets in u24.4", count / 16.0 * rectangular * noise),
+        ("zero: index marks ± 1 count", count / np.sqrt(3.0) * noise),
+        (
+            "places ± 10″, the axis moves by 2 µm",
+            10.0 * RAD_PER_ARCSEC * moved * noise / np.sqrt(2),
+        ),
+        ("radii ± 0.1 mm not known, the axis moves by 2 µm", radius * moved * noise / np.sqrt(2)),
+        ("radii ± 0.1 mm not known, order 1 of the disc", radius * eccentric * noise / np.sqrt(2)),
+        ("skew of 10 ns between the heads at 90°/s", skew_s * 90.0 * 3600.0 * noise),
+    )
+    return [{"cause": cause, "u_arcsec": float(u)} for cause, u in rows]

@@ -1,0 +1,67 @@
+"""Conditions that went together: what grows with one of them grows with the other as well.
+
+A run that warms evenly cannot tell what the temperature does from what the time does, however sure
+it is that something drifts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from arctrue.workbench.diagnose.candidate import Candidate, delta_bic
+from arctrue.workbench.effects.product_of_parts import (
+    Frame,
+    ProductOfParts,
+    recorded_conditions,
+)
+from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.design_matrix import Term
+
+ALIKE = 0.98
+"""Canonical correlation of the columns, the model projected out: 4 % of the gain of the one would
+be left beside the other, so that only a gain above 150 could tell by it at a near tie of 6."""
+FRAMES: tuple[Frame, ...] = ("disc", "stator", "head1", "head2", "reference")
+
+
+def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
+    """The same error growing with another condition of the set, where the rows show both alike.
+
+    None where ``best`` does not say its parts, or where the rows tell: its twice log likelihood is
+    ``near_tie`` or more ahead. The likeliest of several.
+    """
+    evidence, parts = best.evidence, best.effect.in_parts
+    frame = next((name for name in FRAMES if name in parts), None)
+    if evidence is None or frame is None:
+        return None
+    orders = tuple(float(name.partition(":")[2]) for name in parts if name.startswith("order:"))
+    base = evidence.base
+    found: list[Candidate] = []
+    for condition in recorded_conditions(base.observations):
+        form = ProductOfParts.of(condition, orders, frame)
+        if condition.part in parts or form.missing(base.observations):
+            continue
+        score = base.score(form, {})
+        if score.rank != evidence.score.rank or score.gain < evidence.score.gain - near_tie:
+            continue
+        alike = canonical_correlations(base, best.term, Term(form, {}))
+        if alike.size < score.rank or float(np.min(alike)) < ALIKE:
+            continue
+        gain = best.gain * score.gain / max(evidence.score.gain, 1e-300)
+        found.append(
+            replace(
+                best,
+                effect=form,
+                nonlinear={},
+                gain=gain,
+                trials=1.0,
+                solution=base.solution_with(form, {}, score),
+                delta_bic=delta_bic(gain, score.rank, 1.0, best.rows),
+                lacking_variety=[],
+                level_trials=None,
+                asked=None,
+                evidence=replace(evidence, score=score),
+            )
+        )
+    return max(found, key=lambda item: item.gain, default=None)

@@ -1,0 +1,261 @@
+"""Regular causes that a forward search finds in a dense reference: lines, by the error they take.
+
+Rows that are left out and predicted from their neighbours cannot show a line far above their
+scatter; the search predicts whole blocks of the record, and its lines have passed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.forward.events import Step
+from arctrue.workbench.inference.forward.of_solution import records_of
+from arctrue.workbench.inference.forward.record import Record
+from arctrue.workbench.inference.forward.search import Line, LineSearch, search_record
+from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
+from arctrue.workbench.inference.solution import Solution
+
+SAME_LINE = 1.5
+"""Of 1/span: a line over the angle is so wide over time, at about one speed."""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A step of the reference's error."""
+
+    size_arcsec: float
+    time_s: float | None
+    turns: float | None
+    """Place, where there is no time."""
+
+    def data(self) -> dict[str, float | None]:
+        """As JSON."""
+        return {"size_arcsec": self.size_arcsec, "time_s": self.time_s, "turns": self.turns}
+
+    def words(self) -> str:
+        """When, and by how much."""
+        where = f"{self.time_s:.5g} s" if self.time_s is not None else f"{self.turns:.5g} turns"
+        return f"something jumped at {where} by {_angle(self.size_arcsec)}"
+
+
+def _angle(arcsec: float) -> str:
+    """In degrees where arcseconds are many."""
+    return f"{arcsec:.3g}″" if abs(arcsec) < MANY_ARCSEC else f"{arcsec / 3600.0:.3g}°"
+
+
+MANY_ARCSEC = 600.0
+
+
+@dataclass(frozen=True)
+class Band:
+    """Rates of a record up to which lines were looked for."""
+
+    in_time: bool
+    highest: float
+
+
+@dataclass(frozen=True, eq=False)
+class RegularCause:
+    """Lines that one cause makes: one line, or several multiples of what the set declares."""
+
+    effect: Effect
+    nonlinear: Nonlinear
+    lines: tuple[Line, ...]
+    """The largest first."""
+    in_time: bool
+    turns_s: float | None
+    """Speed at which an order is a frequency; None where they differ."""
+
+    @property
+    def taken_arcsec(self) -> float:
+        """RMS over all rows of what the other blocks' prediction takes away."""
+        return float(np.sqrt(sum(line.taken_arcsec**2 for line in self.lines)))
+
+    @property
+    def trials(self) -> float:
+        """Places that its p pays for."""
+        return float(len(self.lines)) if self.lines[0].multiple else self.lines[0].independent
+
+    def period_s(self, line: Line) -> float | None:
+        """Of one of its lines, where it is known."""
+        if self.in_time:
+            return 1.0 / line.rate
+        return None if self.turns_s is None else 1.0 / (line.rate * self.turns_s)
+
+    def data(self) -> dict[str, Any]:
+        """As JSON."""
+        return {
+            "effect": self.effect.name,
+            "taken_arcsec": self.taken_arcsec,
+            "lines": [
+                {
+                    "order": None if self.in_time else line.rate,
+                    "frequency_hz": line.rate if self.in_time else None,
+                    "period_s": self.period_s(line),
+                    "multiple": line.multiple,
+                    "amplitude_arcsec": line.amplitude_arcsec,
+                    "taken_arcsec": line.taken_arcsec,
+                    "share_predicted": line.share,
+                    "periods": line.periods,
+                }
+                for line in self.lines
+            ],
+        }
+
+    def words(self) -> str:
+        """Its name, what it takes away and its lines, the largest first."""
+        lines = ", ".join(
+            f"{line.amplitude_arcsec:.3g}″ at {self._where(line)}" for line in self.lines
+        )
+        return f"{self.effect.name} {self.taken_arcsec:.3g}″ RMS ({lines})"
+
+    def _where(self, line: Line) -> str:
+        period_s = self.period_s(line)
+        seconds = None if period_s is None else f"{period_s:.4g} s"
+        if self.in_time and seconds is not None:
+            return seconds
+        order = f"order {line.rate:.5g}"
+        return order if seconds is None else f"{seconds}, {order}"
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What a dense reference shows beside a model, whatever its verdict."""
+
+    causes: tuple[RegularCause, ...] = ()
+    """By the error that they take away, the largest first."""
+    steps: tuple[Jump, ...] = ()
+    """What jumped once, listed apart: blocks cannot judge it."""
+    whiteness_p: float | None = None
+    """Of Ljung and Box, with all lines and steps in the model; None where nothing was searched."""
+    bands: tuple[Band, ...] = ()
+    """Rates that were searched."""
+
+    def without(self, one: RegularCause | None) -> Findings:
+        """What is left with one of the causes in the model."""
+        return replace(self, causes=tuple(item for item in self.causes if item is not one))
+
+    def searched(self, nonlinear: Nonlinear) -> bool:
+        """A line there was looked for: if it is none of the causes, it is no line."""
+        in_time = bool(nonlinear["in_time"])
+        rate = nonlinear["frequency" if in_time else "order"]
+        if nonlinear["in_capture"]:
+            return False
+        return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
+
+    @property
+    def not_noise(self) -> bool:
+        """Something is there that is no line: a step, or what no kind of noise makes white.
+
+        A third of the family-wise level each for lines, steps and whiteness.
+        """
+        white = self.whiteness_p is None or self.whiteness_p >= FAMILY_WISE / 3.0
+        return bool(self.steps) or not white
+
+    def data(self) -> dict[str, Any]:
+        """As JSON."""
+        return {
+            "regular": [cause.data() for cause in self.causes],
+            "steps": [step.data() for step in self.steps],
+            "whiteness_p": self.whiteness_p,
+        }
+
+    def sentences(self) -> list[str]:
+        """In words, a sentence each."""
+        found = []
+        if self.causes:
+            words = "; ".join(cause.words() for cause in self.causes)
+            found.append(f"Regular in the reference, by the error that goes with it: {words}.")
+        if self.steps:
+            words = "; ".join(step.words() for step in self.steps)
+            found.append(f"Once, which no other part of the record can confirm: {words}.")
+        return found
+
+
+def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
+    """Search every record of a model's reference for regular lines."""
+    expected = _expected(solution, effects)
+    unknown = next((kind() for kind in effects.values() if kind.search_kind == "line"), None)
+    if unknown is None:
+        return Findings()
+    declared = None
+    if expected is not None:
+        declared = expected.declared_order(solution.observations)
+    causes: list[RegularCause] = []
+    whiteness: list[float] = []
+    rows = solution.observations.reference
+    timed = rows is not None and rows.time_s is not None
+    bands: list[Band] = []
+    steps: list[Jump] = []
+    for record in records_of(solution, declared):
+        found = search_record(record)
+        whiteness.append(found.whiteness_p)
+        bands.append(Band(record.in_time, record.highest))
+        if not steps:
+            steps = [_jump(step, record, timed=timed) for step in found.steps]
+        turns_s = record.turns_on_the_clock if timed else None
+        causes += [
+            item
+            for item in _causes(found, expected, unknown, turns_s)
+            if not any(_is_same(item, other, record) for other in causes)
+        ]
+    causes.sort(key=lambda item: -item.taken_arcsec)
+    # Over time and over the angle the same rows are looked at: what either finds white is.
+    return Findings(tuple(causes), tuple(steps), max(whiteness, default=None), tuple(bands))
+
+
+def _jump(step: Step, record: Record, *, timed: bool) -> Jump:
+    if not timed:
+        return Jump(step.size_arcsec, None, step.place)
+    return Jump(step.size_arcsec, float(record.measured[step.row]), None)
+
+
+def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:
+    """An effect that the model lacks and whose order the set declares."""
+    present = {term.effect.name for term in solution.terms}
+    for name, kind in effects.items():
+        if name not in present and kind.multiples_setting is not None:
+            effect = kind()
+            if effect.declared_order(solution.observations) is not None:
+                return effect
+    return None
+
+
+def _causes(
+    found: LineSearch, expected: Effect | None, unknown: Effect, timed_turns_s: float | None
+) -> list[RegularCause]:
+    record = found.record
+    turns_s = None if record.in_time else timed_turns_s
+    causes = [
+        RegularCause(unknown, _place(line, record), (line,), record.in_time, turns_s)
+        for line in found.lines
+        if line.multiple is None
+    ]
+    of_declared = tuple(line for line in found.lines if line.multiple is not None)
+    if of_declared and expected is not None and expected.multiples_setting is not None:
+        multiples = sorted({line.multiple for line in of_declared if line.multiple is not None})
+        form = type(expected)(**{expected.multiples_setting: multiples})
+        causes.append(RegularCause(form, {}, of_declared, record.in_time, turns_s))
+    return causes
+
+
+def _is_same(item: RegularCause, other: RegularCause, record: Record) -> bool:
+    """A line over time is one that was found over the angle."""
+    if not item.in_time or other.in_time or other.turns_s is None:
+        return False
+    rates = [line.rate * other.turns_s for line in other.lines]
+    return nearest(rates, item.lines[0].rate) * record.span < SAME_LINE
+
+
+def _place(line: Line, record: Record) -> dict[str, float]:
+    return {
+        "order": 0.0 if record.in_time else line.rate,
+        "frequency": line.rate if record.in_time else 0.0,
+        "in_time": float(record.in_time),
+        "in_capture": 0.0,
+    }

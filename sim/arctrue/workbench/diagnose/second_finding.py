@@ -1,0 +1,130 @@
+"""What is left with the named effect in the model, as a finding of its own.
+
+An effect of the catalogue has one size everywhere. Where a machine's differs from place to place,
+what is left is the effect's own prediction times a factor of the place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.inference.design_matrix import channel_prediction
+from arctrue.workbench.inference.left import CHANNELS, Left
+from arctrue.workbench.inference.scan import STATION_DECIMALS
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+ANGLE_BINS = 36
+"""Places of a capture: 10° each."""
+LEAST_OF_LEFT = 0.5
+"""Of the mean square that is left above the noise: with more, the variation is most of it."""
+WITHIN_PLACES = 0.5
+"""Of the effect's mean square, what changes within the places: with less, its size at a place and
+anything else that stands there are the same."""
+STANDARD_ERRORS = 5.0
+"""Of χ² over the places, 2·10⁻⁷ for one look: no trial of other groupings has to be charged."""
+
+
+@dataclass(frozen=True)
+class SecondFinding:
+    """What is left, by channel, and what it looks like."""
+
+    left_arcsec: Mapping[str, float]
+    noise_arcsec: Mapping[str, float]
+    channel: str | None = None
+    """In which the effect differs from place to place; None where it is not that."""
+    variation: float = 0.0
+    """Standard deviation of the factor by which it differs; 0.2 is ±20 %."""
+    description: str | None = None
+    """Best product of parts, in words."""
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        channels = [self.channel] if self.channel is not None else list(self.left_arcsec)
+        left = " and ".join(
+            f"{name} {self.left_arcsec[name]:.3g}″ RMS (noise {self.noise_arcsec[name]:.2g}″)"
+            for name in channels
+        )
+        if self.channel is not None:
+            return f"And it differs from place to place by ±{100.0 * self.variation:.0f} %: {left}."
+        what = "no known effect explains" if self.description is None else self.description
+        return f"With it in the model something is left: {left}; {what}."
+
+
+def second_finding(
+    left: Left, *, unknown: bool, description: str | None = None
+) -> SecondFinding | None:
+    """Of a model whose last term is the named effect; None where nothing sure is left.
+
+    ``unknown``: the verdict beside the named effect says that something is left.
+    """
+    for channel, noise in left.noise_arcsec.items():
+        found = _variation(left, channel, noise)
+        if found is not None:
+            return SecondFinding(left.rms_arcsec, left.noise_arcsec, channel, found)
+    if not unknown:
+        return None
+    return SecondFinding(left.rms_arcsec, left.noise_arcsec, description=description)
+
+
+def _variation(left: Left, channel: str, noise_arcsec: float) -> float | None:
+    """Standard deviation of the factor of the place in one channel; None where it is not sure."""
+    solution = left.solution
+    capture = channel == CHANNELS[0]
+    observations = solution.observations
+    if capture:
+        residual, rows = solution.capture_residual_arcsec(), observations.capture
+        place = None if rows is None else np.floor(_turn(rows.angle_rad) * ANGLE_BINS)
+    else:
+        residual, stations = solution.reference_residual_arcsec(), observations.reference
+        # Rounded before it goes round: 0 and a turn are one place.
+        place = None if stations is None else np.round(_turn(stations.target_rad), STATION_DECIMALS)
+    if place is None or residual is None or noise_arcsec <= 0.0:
+        return None
+    size = solution.part(len(solution.terms) - 1)
+    own = np.zeros(solution.coefficients.size)
+    own[size] = solution.coefficients[size]
+    predicted = channel_prediction(
+        solution.terms, own, observations, solution.context, capture=capture
+    )
+    _, group = np.unique(place, return_inverse=True)
+    return varies(predicted, residual, group.reshape(-1), noise_arcsec)
+
+
+def _turn(angle_rad: Float) -> Float:
+    return np.asarray(np.mod(np.round(angle_rad / (2.0 * np.pi), 9), 1.0))
+
+
+def varies(predicted: Float, residual: Float, place: Integer, noise: float) -> float | None:
+    """Scatter over the places of the factor between what is left and what was predicted there.
+
+    Shapes (rows,); None where it is no more than noise, or not most of what is left.
+    """
+    predicted, residual = predicted - predicted.mean(), residual - residual.mean()
+    inside, rest = _within(predicted, place), _within(residual, place)
+    weight = np.bincount(place, weights=inside**2)
+    total = float(weight.sum())
+    if total <= WITHIN_PLACES * float(predicted @ predicted):
+        return None
+    told = weight > 0.0
+    product = np.bincount(place, weights=inside * rest)[told]
+    square = float(np.sum(product**2 / weight[told]))
+    places = int(told.sum())
+    beyond = square - places * noise**2
+    excess = float(residual @ residual) - residual.size * noise**2
+    if beyond < STANDARD_ERRORS * np.sqrt(2.0 * places) * noise**2:
+        return None
+    if beyond < LEAST_OF_LEFT * excess:
+        return None
+    return float(np.sqrt(beyond / total))
+
+
+def _within(values: Float, place: Integer) -> Float:
+    count = np.maximum(np.bincount(place), 1)
+    return np.asarray(values - (np.bincount(place, weights=values) / count)[place])

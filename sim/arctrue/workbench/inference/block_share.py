@@ -1,0 +1,108 @@
+"""How much of an effect's own error the other blocks of the rows predict.
+
+Rows left out one by one are told by their neighbours wherever rows are dense or the noise is slow:
+that tests interpolation. Here the runs, or the cycles of a reference, are cut into a few long
+blocks. The model is projected out of the effect's columns over all rows; then block b alone gives
+coefficients c_b, and the other blocks c₋b. The share is
+
+    1 − (Σ |A_b(c_b − c₋b)|² − its mean by noise)/(Σ |A_b·c_b|² − its mean by noise)
+
+over whitened rows A_b: 1 for an effect that is the same everywhere, 0 for noise of any spectrum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.runs import run_spans
+from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
+from arctrue.workbench.observations import CaptureRows, ReferenceRows
+
+BLOCKS = 6
+"""Long ones: between the 4 that a majority needs and the 8 beyond which a block is short."""
+KNOWN_ELSEWHERE = 0.75
+"""A direction of which one block has more of the information than this happens there alone: the
+others cannot predict it (their own error would be 3 times that of the block)."""
+MOST_ERRORS = 2.0
+"""Half of the effect's own error must be so many standard deviations of what noise alone makes of
+the disagreement; below it, blocks cannot judge: 2.3 % of true effects would be refused."""
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class BlockShare:
+    """Of an effect's own error, what the other blocks predict."""
+
+    share: float
+    own: float
+    """χ² of its own error in the directions that several blocks know."""
+
+
+def block_share(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> BlockShare | None:
+    """``residuals`` of the model without the effect; None where blocks cannot judge it."""
+    score = residuals.score(effect, nonlinear)
+    observations = residuals.observations
+    size = score.moment.size
+    information, moment = np.zeros((BLOCKS, size, size)), np.zeros((BLOCKS, size))
+    for columns, left, rows in zip(
+        residuals.projected_columns(effect, nonlinear, score),
+        (residuals.capture_whitened, residuals.reference_whitened),
+        (observations.capture, observations.reference),
+        strict=True,
+    ):
+        if columns is None or left is None or rows is None:
+            continue
+        block = blocks_of(rows)
+        for number in range(BLOCKS):
+            inside = block == number
+            own = columns[inside]
+            information[number] += own.T @ own
+            moment[number] += own.T @ left[inside]
+    return share_of(information, moment)
+
+
+def share_of(information: Float, moment: Float) -> BlockShare | None:
+    """From the normal matrices (blocks, q, q) and moments (blocks, q) of the blocks."""
+    values, vectors = np.linalg.eigh(information.sum(axis=0))
+    told = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
+    if not told.any():
+        return None
+    # In these coordinates the information of all blocks together is 1.
+    into = vectors[:, told] / np.sqrt(values[told])
+    total = into.T @ moment.sum(axis=0)
+    own = mean_own = disagreement = mean_disagreement = variance = 0.0
+    for of_block, told_by_block in zip(information, moment, strict=True):
+        share, basis = np.linalg.eigh(into.T @ of_block @ into)
+        judged = (share > RANK_TOLERANCE) & (share < KNOWN_ELSEWHERE)
+        share, basis = share[judged], basis[:, judged]
+        here = basis.T @ (into.T @ told_by_block)
+        elsewhere = (basis.T @ total - here) / (1.0 - share)
+        own += float(np.sum(here**2 / share))
+        mean_own += share.size
+        disagreement += float(np.sum(share * (here / share - elsewhere) ** 2))
+        expected = 1.0 / (1.0 - share)
+        mean_disagreement += float(np.sum(expected))
+        variance += 2.0 * float(np.sum(expected**2))
+    signal = own - mean_own
+    if signal < 2.0 * MOST_ERRORS * np.sqrt(variance) or signal < 0.5 * float(total @ total):
+        return None
+    return BlockShare(1.0 - (disagreement - mean_disagreement) / signal, signal)
+
+
+def blocks_of(rows: CaptureRows | ReferenceRows) -> Integer:
+    """Number of the block of each row, 0 … BLOCKS − 1: pieces of every run, or whole cycles."""
+    cycle = rows.cycle if isinstance(rows, ReferenceRows) else None
+    if cycle is not None:
+        names, number = np.unique(cycle, return_inverse=True)
+        if names.size >= BLOCKS:
+            return np.asarray(number.reshape(-1) * BLOCKS // names.size, dtype=np.int64)
+    found = np.zeros(rows.run.size, dtype=np.int64)
+    for first, last in run_spans(rows.run):
+        found[first:last] = np.arange(last - first) * BLOCKS // max(last - first, 1)
+    return found

@@ -1,0 +1,92 @@
+"""The records in which regular lines are looked for: what a fitted model leaves of a reference."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.inference.design_matrix import block_columns, row_blocks
+from arctrue.workbench.inference.forward.record import Record, record_of
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.law import reference_clock, stretch_starts
+from arctrue.workbench.observations.one_speed import coordinate, speed_turns_s
+from arctrue.workbench.observations.rows import ReferenceRows
+
+Float = NDArray[np.float64]
+
+LEAST_ROWS = 200
+"""A record with fewer rows has 40 independent rates at most, of which the model takes some: what it
+shows, the other searches find."""
+LEAST_STRETCH_ROWS = 50
+"""Ten periods of the shortest line that is looked for."""
+SAME_STATION_RAD = 1e-6
+FROM_ONE_SIDE = 0.5
+"""Share of rows that must each have a place of their own: a station visited again and again shows
+scatter, and no line."""
+
+
+def records_of(solution: Solution, declared: float | None) -> list[Record]:
+    """Over the angle, and over time where one speed does not make both the same; none for stations.
+
+    ``declared``: order of which multiples are expected.
+    """
+    rows = solution.observations.every_reference_row
+    if rows is None or "reference" in solution.unknown_noise or not _is_dense(rows):
+        return []
+    clock = reference_clock(rows)
+    starts = stretch_starts(clock, rows.run)
+    stretch = np.zeros(clock.size, dtype=np.int64)
+    stretch[starts[1:]] = 1
+    if rows.direction is not None:
+        # What changes with the direction of approach is no step in time.
+        stretch[1:] |= np.diff(rows.direction) != 0.0
+    stretch = np.cumsum(stretch)
+    size = np.bincount(stretch)
+    kept = size[stretch] >= LEAST_STRETCH_ROWS
+    if np.count_nonzero(kept) < LEAST_ROWS:
+        return []
+    stretch = np.unique(stretch[kept], return_inverse=True)[1]
+    clock, columns, residual = clock[kept], *(part[kept] for part in _left(solution, rows))
+    found = []
+    for in_time in (False, True):
+        place = coordinate(rows, in_time=in_time)
+        if place is None or float(np.ptp(place)) <= 0.0:
+            continue
+        record = record_of(
+            clock,
+            place[kept],
+            stretch,
+            residual,
+            columns,
+            in_time=in_time,
+            declared=None if in_time else declared,
+        )
+        if record.span * record.highest < 1.0:
+            continue
+        found.append(record)
+        one_speed = not in_time and speed_turns_s(rows, record.highest) is not None
+        if one_speed or record.whole_orders_only:
+            # Over time, what depends on the direction on one turn would be lines beside its orders.
+            break
+    return found
+
+
+def _is_dense(rows: ReferenceRows) -> bool:
+    """A log rather than stations that are visited again and again."""
+    if rows.run.size < LEAST_ROWS or rows.faces is not None:
+        return False
+    station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) / SAME_STATION_RAD).astype(np.int64)
+    side = np.zeros(station.size) if rows.direction is None else rows.direction
+    own = np.unique(np.stack([station, side.astype(np.int64)]), axis=1).shape[1]
+    return bool(own > FROM_ONE_SIDE * station.size)
+
+
+def _left(solution: Solution, rows: ReferenceRows) -> tuple[Float, Float]:
+    """Columns of the model on every row, and what the model leaves."""
+    columns = np.empty((rows.run.size, sum(solution.widths)))
+    for block in row_blocks(rows.run.size):
+        columns[block] = block_columns(
+            solution.terms, solution.widths, rows.part(block), solution.context
+        )
+    left = rows.measured_arcsec - columns @ solution.coefficients
+    return columns, np.asarray(left - solution.reference_offset_arcsec)

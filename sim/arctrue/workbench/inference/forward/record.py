@@ -1,0 +1,201 @@
+"""What a model leaves of one channel, averaged to rows that a search can go over many times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.noise.kernel_fit import Rows
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+MOST_ROWS = 1600
+"""A longer record is averaged to so many rows: a fit of the noise then takes 20 ms."""
+ROWS_A_PERIOD = 4.0
+"""Fewest averaged rows in a period that is looked for: their mean keeps 90 % of its amplitude
+(sinc 1/4), which the columns allow for."""
+APART = 500.0
+"""Longest stretches between two stretches on the common clock: noise with a decay time of ten
+stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation."""
+SAME_COLUMNS = 1e-4
+"""Of the largest singular value: what the base has less of is not its own (orders of the disc on a
+short arc are a few slow curves)."""
+WHOLE_TURN = 0.1
+"""A record that goes round the turn once, within this share, shows whole orders only: a line beside
+one differs from it by less than a period."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Averaged rows of one channel with the base that is fitted beside every line."""
+
+    clock: Float
+    """Of the noise: time or row number, with stretches far apart; shape (rows,)."""
+    measured: Float
+    """The same as it was measured, shape (rows,)."""
+    place: Float
+    """In which lines are regular: turns or seconds, shape (rows,)."""
+    width: Float
+    """Way or time over which each row is averaged, shape (rows,)."""
+    readings: Float
+    """Readings that each row is the mean of, shape (rows,)."""
+    residual_arcsec: Float
+    base: Float
+    """Orthonormal columns: the model's, a constant of each stretch, a drift; shape (rows, k)."""
+    stretch: Integer
+    """Number of the stretch of each row."""
+    step: float
+    """Median step of the clock."""
+    clock_span: float
+    """Longest stretch on the clock."""
+    span: float
+    """Of the place, from end to end."""
+    longest: float
+    """Of the place, the longest stretch."""
+    in_time: bool
+    declared: float | None = None
+    """Rate whose multiples are expected, as the tooth count of the drive is."""
+
+    @property
+    def whole_orders_only(self) -> bool:
+        """Lines are looked for at whole orders: the record is one turn."""
+        return not self.in_time and abs(self.span - 1.0) < WHOLE_TURN
+
+    @property
+    def highest(self) -> float:
+        """Highest rate that is looked for."""
+        steps = np.abs(np.diff(self.place))[np.diff(self.stretch) == 0]
+        return float(1.0 / (ROWS_A_PERIOD * max(np.median(steps), 1e-300)))
+
+    @property
+    def independent(self) -> float:
+        """Rates up to the highest that the record tells apart."""
+        return max(self.highest * self.span, 1.0)
+
+    @cached_property
+    def turns_on_the_clock(self) -> float:
+        """Way of the place a unit of the clock, in the mean over the record."""
+        same = np.diff(self.stretch) == 0
+        ways, times = np.abs(np.diff(self.place))[same], np.diff(self.clock)[same]
+        return float(np.sum(ways) / np.sum(times))
+
+    def on_the_clock(self, rate: float) -> float:
+        """Periods a unit of the clock of a line that is regular in the place."""
+        return rate * self.turns_on_the_clock
+
+    def line_columns(self, rate: float) -> Float:
+        """cos and sin at one rate, as the average over each row shows them; shape (rows, 2)."""
+        return self.columns(np.array([rate]))
+
+    def columns(self, rates: Float) -> Float:
+        """The same of several rates, cos and sin of each side by side; shape (rows, 2·rates)."""
+        phase = 2.0 * np.pi * np.outer(self.place - self.place[0], rates)
+        kept = np.sinc(np.outer(self.width, rates))
+        found = np.empty((self.place.size, 2 * rates.size))
+        found[:, 0::2] = kept * np.cos(phase)
+        found[:, 1::2] = kept * np.sin(phase)
+        return found
+
+    def rows(self, further: Float | None = None) -> Rows:
+        """For a fit of the noise, with the base and what ``further`` has beside it."""
+        blocks = [self.residual_arcsec[:, np.newaxis], self.base]
+        if further is not None:
+            blocks.append(further)
+        return Rows(self.clock, self.readings, np.hstack(blocks), self.step, self.clock_span)
+
+
+def record_of(
+    clock: Float,
+    place: Float,
+    stretch: Integer,
+    residual_arcsec: Float,
+    columns: Float,
+    *,
+    in_time: bool,
+    declared: float | None = None,
+    most_rows: int = MOST_ROWS,
+) -> Record:
+    """Average rows that follow each other within a stretch; ``columns`` are the model's.
+
+    Rows must be sorted by stretch and, within one, by the clock.
+    """
+    block = -(-clock.size // most_rows)
+    cuts = _blocks(stretch, block)
+    count = np.diff(np.append(cuts, clock.size)).astype(np.float64)
+
+    def mean(values: Float) -> Float:
+        sums = np.add.reduceat(values, cuts, axis=0)
+        return np.asarray(sums / (count if values.ndim == 1 else count[:, np.newaxis]))
+
+    number, middle, where = stretch[cuts], mean(clock), mean(place)
+    within = np.diff(number) == 0
+    steps = np.diff(middle)[within]
+    spans = [_span(middle[number == item]) for item in np.unique(number)]
+    ways = [_span(where[number == item]) for item in np.unique(number)]
+    longest = max(spans)
+    apart = np.cumsum(np.concatenate([[0.0], np.where(within, 0.0, 1.0)])) * APART * longest
+    starts = np.array([middle[number == item][0] for item in np.unique(number)])
+    _, place_of_start = np.unique(number, return_inverse=True)
+    even = middle - starts[place_of_start] + apart
+    each = np.abs(np.diff(place, append=place[-1]))
+    each[np.append(np.diff(stretch) != 0, True)] = 0.0
+    width = mean(each) * np.where(count > 1, count, 0.0)
+    return Record(
+        clock=np.ascontiguousarray(even),
+        measured=middle,
+        place=where,
+        width=width,
+        readings=count,
+        residual_arcsec=mean(residual_arcsec),
+        base=_base(mean(columns), number, middle),
+        stretch=number,
+        step=float(np.median(steps)),
+        clock_span=longest,
+        span=_span(where),
+        longest=max(ways),
+        in_time=in_time,
+        declared=declared,
+    )
+
+
+def _blocks(stretch: Integer, block: int) -> Integer:
+    """First rows of blocks of so many rows, none across two stretches."""
+    new = np.flatnonzero(np.diff(stretch) != 0) + 1
+    bounds = [0, *new.tolist(), stretch.size]
+    pieces = [
+        np.arange(start, max(end - block // 2, start + 1), block) for start, end in pairwise(bounds)
+    ]
+    return np.concatenate(pieces)
+
+
+def _span(values: Float) -> float:
+    return float(np.ptp(values))
+
+
+def _base(columns: Float, stretch: Integer, clock: Float) -> Float:
+    """The model's columns, a constant of each stretch and a drift, made orthonormal."""
+    constants = (stretch[:, np.newaxis] == np.unique(stretch)[np.newaxis]).astype(np.float64)
+    constants /= np.sqrt(constants.sum(axis=0))
+    drift = (clock - clock.mean()) / max(_span(clock), 1e-300)
+    return orthonormal([constants, drift[:, np.newaxis], columns])
+
+
+def orthonormal(blocks: Sequence[Float]) -> Float:
+    """Orthonormal columns that span each block beside those before it."""
+    found = np.zeros((blocks[0].shape[0], 0))
+    for block in blocks:
+        own = block - found @ (found.T @ block)
+        norms = np.linalg.norm(block, axis=0)
+        own = own[:, norms > 0.0] / norms[norms > 0.0]
+        if own.shape[1] == 0:
+            continue
+        vectors, values, _ = np.linalg.svd(own, full_matrices=False)
+        kept = vectors[:, values > SAME_COLUMNS * max(float(values[0]), 1.0)]
+        found = np.hstack([found, kept])
+    return found

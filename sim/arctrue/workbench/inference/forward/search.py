@@ -1,0 +1,496 @@
+"""Adds one regular line after the other to what a model leaves, and orders them by size.
+
+Each step scans all rates with the noise that is estimated without a further line, and with white
+noise alone: a line far above the scatter of neighbouring rows is otherwise taken for slow noise,
+whole. What stands out is tried with the noise estimated anew on both sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
+from arctrue.workbench.inference.forward.record import Record, orthonormal
+from arctrue.workbench.inference.forward.tests_of_a_line import (
+    Coherence,
+    coherence,
+    gain_beside_an_oscillator,
+    nearest,
+    needed_gain,
+    periods_in,
+)
+from arctrue.workbench.noise.kernel import KernelNoise
+from arctrue.workbench.noise.kernel_fit import (
+    KernelFit,
+    Rows,
+    best_fit,
+    fit_from,
+    usual_starts,
+    with_oscillator,
+)
+from arctrue.workbench.noise.whiteness import whiteness
+
+Float = NDArray[np.float64]
+
+LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
+"""Fewer periods in a record are a slow change of unknown form: 3 where the period is declared."""
+TRIED = 3
+"""Highest places of each scan that are tried."""
+OVERSAMPLED = 3.0
+"""Rates a 1/span in a scan: the highest place between two of them keeps 91 % of its gain
+(sinc² 1/6)."""
+APART = 1.5
+"""Of 1/span: places of a scan nearer to a higher one are its side lobe."""
+MOST_LINES = 16
+MOST_MULTIPLE = 8
+"""Highest multiple of a declared period that is asked for."""
+OSCILLATOR_GAIN = 7.0
+"""Log likelihood that a line must gain beside an oscillator at its frequency. In 24 logs of a
+resonance that keeps its phase for a sixth of the log 65 places pass all other tests, and none gains
+more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q``); in the logs of all other
+kinds of noise no place passes the other tests, or it gains 5 at most."""
+PREDICTED_SHARE = 0.5
+"""Of a line's own error, what the other blocks must predict."""
+NOT_WHITE = 1e-4
+"""p of Ljung and Box below which the noise gets an oscillator of its own before a line is named."""
+COLUMNS_TOGETHER = 400
+
+
+@dataclass(frozen=True)
+class Line:
+    """One regular line that passed every test."""
+
+    rate: float
+    """Periods a turn, or Hz."""
+    amplitude_arcsec: float
+    phase_rad: float
+    """Of the amplitude's cosine at the first row's place."""
+    taken_arcsec: float
+    """Root mean square over all rows of what its prediction from other blocks takes away."""
+    share: float
+    """Of its own error, what the other blocks predict; 1 where one turn cannot say."""
+    gain: float
+    """Log likelihood when it was added, the noise estimated on both sides."""
+    oscillator_gain: float
+    periods: float
+    independent: float
+    """Rates among which it was found."""
+    multiple: int | None = None
+    """Of the declared rate; None: it is none of its multiples."""
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A place that stood out and failed a test."""
+
+    rate: float
+    gain: float
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class LineSearch:
+    """What a forward search found in one record."""
+
+    record: Record
+    lines: tuple[Line, ...]
+    """By the error they take away, the largest first."""
+    noise: KernelFit
+    """With all lines in the model."""
+    whiteness_p: float
+    """Of Ljung and Box, of the whitened residuals with all lines and steps in the model."""
+    steps: tuple[Step, ...] = ()
+    """What jumped once, the largest gain first."""
+    rejected: tuple[Rejected, ...] = field(default=(), repr=False)
+    """Of the last step."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    rate: float
+    gain: float
+    oscillator_gain: float
+    coherence: Coherence
+    fit: KernelFit
+    why: str | None
+
+
+def search_record(record: Record) -> LineSearch:
+    """Lines, then steps beside them; lines once more where there are steps."""
+    found = search_lines(record)
+    lines = record.columns(np.array([line.rate for line in found.lines]))
+    steps = search_steps(record, lines, found.noise)
+    if not steps:
+        return found
+    columns = np.hstack([step_column(record, step.row) for step in steps])
+    beside = replace(record, base=orthonormal([record.base, columns]))
+    return replace(search_lines(beside), steps=tuple(steps))
+
+
+def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) -> LineSearch:
+    """Every line that the record shows; a place that failed is tried again after each addition.
+
+    ``oscillator_gain`` is there for its own calibration.
+    """
+    rates: list[float] = []
+    found: list[_Tried] = []
+    noise: KernelNoise | None = None
+    rejected: list[Rejected] = []
+    while True:
+        others = record.columns(np.array(rates))
+        without = noise_beside(record, others, noise)
+        if len(rates) >= MOST_LINES:
+            break
+        level = level_of(record.rows(others), without.noise)
+        tried = [
+            _tried(record, rate, rates, without, level)
+            for rate in _places(record, rates, without, level)
+        ]
+        best, rejected = None, []
+        for item in sorted(tried, key=lambda item: -item.gain):
+            judged = item
+            if item.why is None:
+                judged = _judged(record, item, others, without, level, oscillator_gain)
+            if judged.why is None:
+                best = judged
+                break
+            rejected.append(Rejected(judged.rate, judged.gain, judged.why))
+        if best is None:
+            break
+        found.append(best)
+        rates.append(best.rate)
+        rates = _moved(record, rates, best.fit.noise)
+        noise = best.fit.noise
+    return _ordered(record, rates, found, without, rejected)
+
+
+def noise_beside(record: Record, others: Float, near: KernelNoise | None = None) -> KernelFit:
+    """The noise beside some columns, with an oscillator where its residuals are not white."""
+    rows = record.rows(others)
+    starts = usual_starts(rows)
+    if near is not None:
+        starts.append(near.without_oscillators())
+    found = best_fit(rows, starts)
+    if whiteness_of(rows, found.noise) >= NOT_WHITE:
+        return found
+    wider = best_fit(rows, _with_resonance(rows, [found, *(fit_from(rows, at) for at in starts)]))
+    # Variance, decay and frequency have to be worth a logarithm of the rows, each by half.
+    worth = 1.5 * float(np.log(rows.clock.size))
+    return wider if wider.score > found.score + worth else found
+
+
+def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoise]:
+    """Each with an oscillator where its own whitened residuals have a broad peak, no line."""
+    variance = max(float(np.mean(rows.left() ** 2)) / 10.0, 1e-30)
+    for fit in fits:
+        noise = fit.noise
+        if noise.smooth:
+            # Without its exponential: the slopes are then exact.
+            parts = tuple(part for part in noise.parts if part.kind == "smooth")
+            noise = KernelNoise(noise.white, parts)
+        level = level_of(rows, fit.noise)
+        frequency = float(level.frequency[int(np.argmax(level.excess))])
+        yield with_oscillator(noise, rows, frequency, variance)
+
+
+def whiteness_of(rows: Rows, noise: KernelNoise) -> float:
+    """p of Ljung and Box of the whitened residuals."""
+    found = whiteness(_whitened_left(rows, noise))
+    return 1.0 if found is None else found.autocorrelation_p
+
+
+def _whitened_left(rows: Rows, noise: KernelNoise) -> Float:
+    whitened = rows.factor(noise).whiten(rows.values)
+    own, columns = whitened[:, 0], whitened[:, 1:]
+    return np.asarray(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """How much more than white noise the whitened residuals have around each frequency."""
+
+    frequency: Float
+    """On the clock."""
+    excess: Float
+    """Over the noise that is taken, 1 or more."""
+
+    def at(self, record: Record, rate: float) -> float:
+        """By which a gain at a rate is divided."""
+        return float(np.interp(record.on_the_clock(rate), self.frequency, self.excess))
+
+
+def level_of(rows: Rows, noise: KernelNoise) -> Level:
+    """Where the noise has a shape that its parts cannot take, gains are measured by what is there.
+
+    Median of the periodogram of the whitened residuals over NEIGHBOURS ordinates, over that of
+    white noise, ln 2: a line in the midst moves no median.
+    """
+    left = _whitened_left(rows, noise)
+    power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
+    wide = min(NEIGHBOURS, power.size // 2 * 2 - 1)
+    edges = np.pad(power, wide // 2, mode="reflect")
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(edges, wide), axis=-1)
+    frequency = np.arange(1, power.size + 1) / (left.size * rows.step)
+    return Level(frequency, np.maximum(middle / np.log(2.0), 1.0))
+
+
+NEIGHBOURS = 41
+"""Their median scatters by a sixth (1/√41)."""
+
+
+def _places(
+    record: Record, rates: Sequence[float], without: KernelFit, level: Level
+) -> Iterator[float]:
+    """Rates that stand out, with the noise as it is and with white noise alone."""
+    others = record.columns(np.array(rates))
+    rows = record.rows(others)
+    white = KernelNoise(max(float(np.mean(rows.left() ** 2 * rows.readings)), 1e-30))
+    grid = _grid(record)
+    multiples = _multiples(record)
+    kept: list[float] = []
+    for noise in (without.noise, white):
+        gains = scan(record, grid, others, noise)
+        gains[_near(grid, rates, record)] = 0.0
+        of_multiples = scan(record, multiples, others, noise)
+        of_multiples[_near(multiples, rates, record)] = 0.0
+        places = [*_highest(grid, gains, record), *_highest(multiples, of_multiples, record)]
+        for rate in places:
+            moved = rate
+            if not record.whole_orders_only:
+                moved = _refined(record, rate, others, noise)
+            if nearest([*rates, *kept], moved) * record.span >= SAME_PLACE:
+                kept.append(moved)
+    for rate in kept:
+        if nearest(rates, rate) * record.span < 1.0:
+            continue
+        gain = float(scan(record, np.array([rate]), others, without.noise)[0])
+        least = LITTLE * _needed(record, rate, gain) * level.at(record, rate)
+        if gain > least or _takes_much(record, others, record.line_columns(rate)):
+            yield rate
+
+
+LITTLE = 0.5
+"""Of the gain that is needed: with less, noise estimated anew beside a small line does not help."""
+SAME_PLACE = 0.1
+"""Of 1/span: two scans found the same line."""
+
+
+def _grid(record: Record) -> Float:
+    lowest = LEAST_PERIODS / record.span
+    lowest = max(lowest, 1.0 / record.longest)
+    if record.whole_orders_only:
+        return np.arange(np.ceil(lowest), np.floor(record.highest) + 1.0)
+    count = max(int((record.highest - lowest) * record.span * OVERSAMPLED), 1)
+    return np.linspace(lowest, record.highest, count)
+
+
+def _multiples(record: Record) -> Float:
+    if record.declared is None:
+        return np.zeros(0)
+    found = record.declared * np.arange(1, MOST_MULTIPLE + 1)
+    lowest = max(DECLARED_PERIODS / record.span, 1.0 / record.longest)
+    return np.asarray(found[(found >= lowest) & (found <= record.highest)])
+
+
+def _near(grid: Float, rates: Sequence[float], record: Record) -> NDArray[np.bool_]:
+    found = np.zeros(grid.size, dtype=bool)
+    for rate in rates:
+        found |= np.abs(grid - rate) * record.span < 1.0
+    return found
+
+
+def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Float:
+    """Log likelihood that each rate would gain, the noise held; shape (rates,)."""
+    found = np.zeros(rates.size)
+    if rates.size == 0:
+        return found
+    rows = record.rows(others)
+    factor = rows.factor(noise)
+    whitened = factor.whiten(rows.values)
+    vectors, values, _ = np.linalg.svd(whitened[:, 1:], full_matrices=False)
+    model = vectors[:, values > 1e-9 * values[0]]
+    own = whitened[:, 0] - model @ (model.T @ whitened[:, 0])
+    together = COLUMNS_TOGETHER // 2
+    for start in range(0, rates.size, together):
+        part = slice(start, start + together)
+        columns = factor.whiten(record.columns(rates[part]))
+        before = np.einsum("ij,ij->j", columns, columns)
+        columns -= model @ (model.T @ columns)
+        cosine, sine = columns[:, 0::2], columns[:, 1::2]
+        cc, ss, cs = (
+            np.einsum("ij,ij->j", left, right)
+            for left, right in ((cosine, cosine), (sine, sine), (cosine, sine))
+        )
+        c, s = cosine.T @ own, sine.T @ own
+        determinant = cc * ss - cs**2
+        there = determinant > OWN_SHARE * before[0::2] * before[1::2]
+        square = c**2 * ss - 2.0 * c * s * cs + s**2 * cc
+        np.divide(0.5 * square, determinant, out=found[part], where=there)
+    return found
+
+
+OWN_SHARE = 1e-3
+"""Of the squares of a line's columns: what the base leaves less of is the base's."""
+
+
+def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
+    """The highest places, each apart from higher ones."""
+    left = gains.copy()
+    found: list[float] = []
+    while len(found) < TRIED and left.size and float(left.max()) > 0.0:
+        at = int(np.argmax(left))
+        found.append(float(grid[at]))
+        left[np.abs(grid - grid[at]) * record.span < APART] = 0.0
+    return found
+
+
+def _refined(record: Record, rate: float, others: Float, noise: KernelNoise) -> float:
+    """The highest place around a rate, within half of 1/span."""
+    wide = 0.5 / record.span
+    for _ in range(2):
+        grid = rate + np.linspace(-wide, wide, 11)
+        rate = float(grid[int(np.argmax(scan(record, grid, others, noise)))])
+        wide /= 5.0
+    return rate
+
+
+def _moved(record: Record, rates: Sequence[float], noise: KernelNoise) -> list[float]:
+    """Each line moved to its highest place beside all others, one after the other."""
+    if record.whole_orders_only:
+        return list(rates)
+    found = list(rates)
+    for at, rate in enumerate(rates):
+        others = record.columns(np.array(found[:at] + found[at + 1 :]))
+        found[at] = _refined(record, rate, others, noise)
+    return found
+
+
+def _takes_much(record: Record, others: Float, line: Float) -> bool:
+    before = record.rows(others).left()
+    after = record.rows(np.hstack([others, line])).left()
+    return float(after @ after) < (1.0 - MUCH) * float(before @ before)
+
+
+MUCH = 0.05
+"""Of the squares of what is left: a line that takes less leaves the noise about as it was."""
+
+
+def _multiple_of(record: Record, rate: float) -> int | None:
+    """Which multiple of the declared rate it is, as far as the record tells."""
+    if record.declared is None:
+        return None
+    times = round(rate / record.declared)
+    near = abs(rate - times * record.declared) * record.span
+    return times if 1 <= times <= MOST_MULTIPLE and near < 0.5 else None
+
+
+def _needed(record: Record, rate: float, gain: float) -> float:
+    declared = _multiple_of(record, rate) is not None
+    independent = float(_multiples(record).size) if declared else record.independent
+    return needed_gain(gain, max(independent, 1.0))
+
+
+def _tried(
+    record: Record, rate: float, rates: Sequence[float], without: KernelFit, level: Level
+) -> _Tried:
+    """What a line gains with the noise estimated anew beside it."""
+    others = record.columns(np.array(rates))
+    line = record.line_columns(rate)
+    rows = record.rows(np.hstack([others, line]))
+    starts = [without.noise]
+    if _takes_much(record, others, line):
+        # The noise without it is far from the noise beside it.
+        starts += usual_starts(rows)
+    grown = best_fit(rows, starts)
+    if not record.whole_orders_only:
+        moved = _refined(record, rate, others, grown.noise)
+        if nearest(rates, moved) * record.span >= 1.0:
+            rate, line = moved, record.line_columns(moved)
+            grown = fit_from(record.rows(np.hstack([others, line])), grown.noise)
+    gain = (grown.score - without.score) / level.at(record, rate)
+    declared = _multiple_of(record, rate) is not None
+    tried = _Tried(rate, gain, 0.0, Coherence(1.0, 0.0), grown, None)
+    needed = _needed(record, rate, gain)
+    if gain <= needed:
+        return replace(tried, why=f"gains {gain:.1f} of {needed:.1f}")
+    periods = periods_in(record, rate)
+    if periods < (DECLARED_PERIODS if declared else LEAST_PERIODS):
+        return replace(tried, why=f"{periods:.1f} periods")
+    return tried
+
+
+def _judged(
+    record: Record,
+    tried: _Tried,
+    others: Float,
+    without: KernelFit,
+    level: Level,
+    oscillator_gain: float,
+) -> _Tried:
+    """Whether it is the same in all blocks, and more than an oscillator that noise drives."""
+    if record.whole_orders_only:
+        # Neighbouring orders cannot be split on one turn, so that neither test can say anything.
+        return tried
+    rate, line = tried.rate, record.line_columns(tried.rate)
+    found = coherence(record, line, others, tried.fit.noise, periods_in(record, rate))
+    tried = replace(tried, coherence=found)
+    if found.share <= PREDICTED_SHARE:
+        return replace(tried, why=f"other blocks predict {found.share:.2f} of it")
+    excess = level.at(record, rate)
+    beside = gain_beside_an_oscillator(
+        record, line, others, rate, without, tried.fit, oscillator_gain * excess
+    )
+    tried = replace(tried, oscillator_gain=beside / excess)
+    if tried.oscillator_gain <= oscillator_gain:
+        return replace(tried, why=f"gains {tried.oscillator_gain:.1f} beside an oscillator")
+    return tried
+
+
+def _ordered(
+    record: Record,
+    rates: Sequence[float],
+    tried: Sequence[_Tried],
+    fit: KernelFit,
+    rejected: Sequence[Rejected],
+) -> LineSearch:
+    """Lines with their figures beside all others, by the error that they take away."""
+    columns = record.columns(np.array(rates))
+    rows = record.rows(columns)
+    whitened = rows.factor(fit.noise).whiten(rows.values)
+    found = np.linalg.lstsq(whitened[:, 1:], whitened[:, 0], rcond=1e-10)[0]
+    lines = []
+    for at, rate in enumerate(rates):
+        others = record.columns(np.array([other for other in rates if other != rate]))
+        line = record.line_columns(rate)
+        periods = periods_in(record, rate)
+        own = found[record.base.shape[1] + 2 * at :][:2]
+        cosine, sine = own
+        seen = Coherence(1.0, float(np.sqrt(np.mean((line @ own) ** 2))))
+        if not record.whole_orders_only:
+            seen = coherence(record, line, others, fit.noise, periods)
+        lines.append(
+            Line(
+                rate=rate,
+                amplitude_arcsec=float(np.hypot(cosine, sine)),
+                phase_rad=float(np.arctan2(-sine, cosine)),
+                taken_arcsec=seen.taken_arcsec,
+                share=seen.share,
+                gain=tried[at].gain,
+                oscillator_gain=tried[at].oscillator_gain,
+                periods=periods,
+                independent=record.independent,
+                multiple=_multiple_of(record, rate),
+            )
+        )
+    lines.sort(key=lambda line: -line.taken_arcsec)
+    return LineSearch(
+        record,
+        tuple(lines),
+        fit,
+        whiteness_of(rows, fit.noise),
+        rejected=tuple(rejected),
+    )

@@ -1,0 +1,133 @@
+"""What a line has to pass before it is believed, beyond its likelihood ratio."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.inference.forward.record import Record
+from arctrue.workbench.noise.kernel import KernelNoise
+from arctrue.workbench.noise.kernel_fit import KernelFit, fit_from, with_oscillator
+
+Float = NDArray[np.float64]
+
+FAMILY_WISE = 0.01
+"""Probability that noise alone gives a record any line."""
+FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
+"""Blocks of a record, each a period at least, that predict one another."""
+
+
+def needed_gain(gain: float, independent: float) -> float:
+    """Log likelihood that a line must gain, which is found among so many independent rates.
+
+    Of a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the
+    probability M·√(π·Δ/3)·e^(−Δ): the highest maximum of a χ² field of two degrees of freedom
+    (Davies, Biometrika 74 (1987) 33; Baluev, MNRAS 385 (2008) 1279).
+    """
+    return float(np.log(independent / FAMILY_WISE) + 0.5 * np.log(np.pi * max(gain, 1.0) / 3.0))
+
+
+@dataclass(frozen=True)
+class Coherence:
+    """How much of a line's own error the other blocks of a record predict."""
+
+    share: float
+    """Of the error that the line has in each block by itself; 1: all of it."""
+    taken_arcsec: float
+    """Root mean square over all rows of the error that the prediction takes away."""
+
+
+def coherence(
+    record: Record, columns: Float, others: Float, noise: KernelNoise, periods: float
+) -> Coherence:
+    """Of a line with these columns beside ``others``: each block predicted by the other blocks.
+
+    Base and other lines are fitted to all rows. c_b is the line's coefficients in block b by
+    itself, c₋ those in all other blocks, both at once with the covariance of the noise, so that
+    correlation across the edges counts. Share: 1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
+    """
+    rows = record.rows(np.hstack([others, columns]))
+    factor = rows.factor(noise)
+    whitened = factor.whiten(rows.values)
+    coefficients = np.linalg.lstsq(whitened[:, 1:], whitened[:, 0], rcond=1e-10)[0]
+    width = columns.shape[1]
+    # What the base and the other lines leave, the line itself left in.
+    left = rows.values[:, 0] - rows.values[:, 1:-width] @ coefficients[:-width]
+    count = int(np.clip(periods, 3, MOST_BLOCKS))
+    number = np.minimum(np.arange(left.size) * count // left.size, count - 1)
+    split = np.zeros((left.size, count * width))
+    for block in range(count):
+        own = number == block
+        split[own, block * width : (block + 1) * width] = columns[own]
+    both = factor.whiten(np.column_stack([left, split]))
+    gram, moment = both[:, 1:].T @ both[:, 1:], both[:, 1:].T @ both[:, 0]
+    own_square = missed = 0.0
+    for block in range(count):
+        here = slice(block * width, (block + 1) * width)
+        into = np.zeros((count * width, 2 * width))
+        for other in range(count):
+            at = width if other == block else 0
+            into[other * width : (other + 1) * width, at : at + width] = np.eye(width)
+        normal = into.T @ gram @ into
+        found = np.linalg.lstsq(normal, into.T @ moment, rcond=1e-12)[0]
+        elsewhere, here_alone = found[:width], found[width:]
+        inside = split[:, here]
+        own_square += float(np.sum((inside @ here_alone) ** 2))
+        missed += float(np.sum((inside @ (here_alone - elsewhere)) ** 2))
+    taken = own_square - missed
+    return Coherence(
+        taken / max(own_square, 1e-300),
+        float(np.sqrt(max(taken, 0.0) / np.sum(np.ones(left.size)))),
+    )
+
+
+def gain_beside_an_oscillator(
+    record: Record, line: Float, others: Float, rate: float, without: KernelFit, grown: KernelFit,
+    enough: float,
+) -> float:  # fmt: skip
+    """Log likelihood that a line gains where the noise has an oscillator at its frequency.
+
+    An oscillator that noise drives makes a line that loses its phase; it may keep it for a quarter
+    of the record. ``without`` and ``grown`` are the fits without and with the line. Above
+    ``enough`` it is a lower bound: the noise beside the line is then offered no oscillator.
+    """
+    rows = record.rows(others)
+    both = record.rows(np.hstack([others, line]))
+    found = 0.5 * (float(np.sum(rows.left() ** 2)) - float(np.sum(both.left() ** 2)))
+    variance = max(found / rows.clock.size, 1e-30)
+    rival = max(
+        (
+            fit_from(rows, with_oscillator(_kept(noise), rows, record.on_the_clock(rate), variance))
+            for noise in (without.noise, grown.noise)
+        ),
+        key=lambda found: found.log_likelihood,
+    )
+    rival_likelihood = max(rival.log_likelihood, without.log_likelihood)
+    if grown.log_likelihood - rival_likelihood > enough:
+        return grown.log_likelihood - rival_likelihood
+    with_both = fit_from(both, rival.noise)
+    return max(with_both.log_likelihood, grown.log_likelihood) - rival_likelihood
+
+
+def _kept(noise: KernelNoise) -> KernelNoise:
+    """Without parts that are nothing beside the others: the exact slopes have room for four."""
+    largest = max((part.variance for part in noise.parts), default=0.0)
+    parts = tuple(part for part in noise.parts if part.variance > NOTHING * largest)
+    return KernelNoise(noise.white, parts)
+
+
+NOTHING = 1e-5
+"""Of the largest part's variance."""
+
+
+def periods_in(record: Record, rate: float) -> float:
+    """Of a line, from end to end of the record."""
+    return rate * record.span
+
+
+def nearest(rates: Sequence[float], rate: float) -> float:
+    """Distance to the nearest of some rates; infinite where there is none."""
+    return min((abs(rate - other) for other in rates), default=float("inf"))

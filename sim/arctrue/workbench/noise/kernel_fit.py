@@ -1,0 +1,168 @@
+"""The noise of kernel parts that makes some rows most likely, from several starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from arctrue.workbench.noise.kernel import (
+    KernelFactor,
+    KernelNoise,
+    Part,
+    log_likelihood,
+    with_slopes,
+)
+
+Float = NDArray[np.float64]
+
+SMALLEST, LARGEST = 1e-8, 1e3
+"""Limits of a part's variance, in variances of the rows: noise that wanders may be far larger in
+the end than in the record."""
+SHORTEST_STEPS = 0.5
+"""Limits of a decay time: this many median steps, ..."""
+LONGEST_SPANS = 10.0
+"""... and so many spans, a random walk."""
+OSCILLATOR_SPANS = 0.25
+"""Most that an oscillator keeps its phase, in spans: it is no line."""
+SMOOTH_MUST_GAIN = 2.0
+"""Log likelihood by which smooth noise must be better than two exponentials: with as many
+parameters, odds of 7 to 1 keep the simpler one."""
+ENOUGH = 0.01
+"""Of log likelihood: a step of the search that gains less is the last."""
+STEPS = 60
+MOST_FREE = 5
+"""Columns of a noise of which all parts are fitted: an exponential, a smooth part, an oscillator.
+Beyond four, slopes are taken by differences, which is three times as slow."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """What the noise is fitted to: a clock, readings a row, and the values of each row."""
+
+    clock: Float
+    """Shape (rows,): rises."""
+    readings: Float
+    """Readings that each row is the mean of."""
+    values: Float
+    """Measured values first, then the columns fitted to them, shape (rows, 1 + k)."""
+    step: float
+    span: float
+    """Of the longest stretch, in the unit of the clock."""
+
+    def beside(self, columns: Float) -> Rows:
+        """The same with further columns."""
+        values = np.column_stack([self.values, columns])
+        return Rows(self.clock, self.readings, values, self.step, self.span)
+
+    def factor(self, noise: KernelNoise) -> KernelFactor:
+        """Of the covariance of the rows."""
+        return KernelFactor(self.clock, self.readings, noise)
+
+    def left(self) -> Float:
+        """Measured values less what the columns take in plain least squares."""
+        own, columns = self.values[:, 0], self.values[:, 1:]
+        if columns.shape[1] == 0:
+            return own
+        return np.asarray(own - columns @ np.linalg.lstsq(columns, own, rcond=1e-10)[0])
+
+
+@dataclass(frozen=True)
+class KernelFit:
+    """The most likely noise, and how likely it makes the rows."""
+
+    noise: KernelNoise
+    log_likelihood: float
+
+    @property
+    def score(self) -> float:
+        """Log likelihood, less what a smooth part has to be better by."""
+        return self.log_likelihood - (SMOOTH_MUST_GAIN if self.noise.smooth else 0.0)
+
+
+def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
+    """The maximum of the likelihood that is reached from ``start``.
+
+    Of noise with more than MOST_FREE columns, the last part alone is free and the others stay as
+    they are: it was added to a noise that is at its maximum.
+    """
+    low, high = _limits(rows, start)
+    whole = np.clip(start.logs, low, high)
+    free = list(range(whole.size))
+    if start.columns > MOST_FREE:
+        free = free[-2:]
+    begin, low, high = whole[free], low[free], high[free]
+
+    def noise_at(logs: Float) -> KernelNoise:
+        every = whole.copy()
+        every[free] = logs
+        return start.with_logs(every)
+
+    def cost(logs: Float) -> tuple[float, Float]:
+        value, slopes = with_slopes(rows.clock, rows.readings, rows.values, noise_at(logs), free)
+        return -value, -slopes
+
+    scale = max(abs(cost(begin)[0]), 1.0)
+    found = minimize(
+        cost,
+        begin,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(zip(low, high, strict=True)),
+        options={"maxiter": STEPS, "ftol": ENOUGH / scale, "gtol": 0.02},
+    )
+    noise = noise_at(np.asarray(found.x))
+    return KernelFit(noise, log_likelihood(rows.clock, rows.readings, rows.values, noise))
+
+
+def best_fit(rows: Rows, starts: Iterable[KernelNoise]) -> KernelFit:
+    """The best over several starts; smooth noise must be better by SMOOTH_MUST_GAIN."""
+    return max((fit_from(rows, start) for start in starts), key=lambda found: found.score)
+
+
+def usual_starts(rows: Rows) -> list[KernelNoise]:
+    """Two exponentials, and a smooth part with one, from what neighbours and the whole scatter."""
+    left = rows.left()
+    whole = max(float(np.mean(left**2)), 1e-30)
+    white = float(np.clip(0.5 * np.mean(np.diff(left) ** 2), 0.02 * whole, whole))
+    usual_readings = float(np.median(rows.readings))
+    slow = max(whole - white, 0.1 * whole)
+    short = np.sqrt(rows.step * rows.span)
+    fast, slower = short / 5.0, rows.span / 3.0
+    return [
+        KernelNoise(
+            0.5 * white * usual_readings,
+            (Part("exponential", 0.3 * slow, fast), Part("exponential", slow, slower)),
+        ),
+        KernelNoise(
+            0.5 * white * usual_readings,
+            (Part("exponential", 0.3 * slow, slower), Part("smooth", slow, 2.0 * short)),
+        ),
+    ]
+
+
+def with_oscillator(
+    noise: KernelNoise, rows: Rows, frequency: float, variance: float
+) -> KernelNoise:
+    """The same with an oscillator of this variance to begin with."""
+    decay = OSCILLATOR_SPANS * rows.span / 2.0
+    return KernelNoise(noise.white, (*noise.parts, Part("oscillator", variance, decay, frequency)))
+
+
+def _limits(rows: Rows, start: KernelNoise) -> tuple[Float, Float]:
+    variance = max(float(np.mean(rows.values[:, 0] ** 2)), 1e-30)
+    usual_readings = float(np.median(rows.readings))
+    low = [SMALLEST * variance * usual_readings]
+    high = [LARGEST * variance * usual_readings]
+    for part in start.parts:
+        low += [SMALLEST * variance, SHORTEST_STEPS * rows.step]
+        longest = LONGEST_SPANS
+        if part.kind == "smooth":
+            longest = 1.0
+        elif part.kind == "oscillator":
+            longest = OSCILLATOR_SPANS
+        high += [LARGEST * variance, longest * rows.span]
+    return np.log(low), np.log(high)

@@ -1,0 +1,107 @@
+"""Sets in which two conditions went together, and readings that a display has rounded."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import (
+    ALPHA,
+    ARCSEC,
+    COUNTS_PER_REV,
+    LINES,
+    paper_error,
+)
+
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.studies.benchmark.diagnosis import diagnosed
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.observations.display_step import display_step
+
+
+def _warming(seed: int, *, cools: bool = False) -> MeasurementSet:
+    """One run in which head 2 moves with the time, 1.2″ in all; the table warms by 3 K.
+
+    ``cools``: it warms and cools again, which tells the two apart.
+    """
+    random = np.random.default_rng(seed)
+    size, turns = 6000, 5
+    angle = 0.3 + np.arange(size) * 2.0 * np.pi * turns / size
+    time = np.arange(size) * 0.01
+    share = time / time[-1]
+    warm = 20.0 + 3.0 * (np.sin(np.pi * share) if cools else share)
+    readings = []
+    for offset, drift in ((0.0, 0.0), (ALPHA, 0.02)):
+        value = angle + offset + paper_error(angle + offset, warm, 1.0) * ARCSEC
+        value = value + drift * time * ARCSEC + random.normal(0.0, 0.1 * ARCSEC, size)
+        readings.append(np.round(value / (2.0 * np.pi) * COUNTS_PER_REV).astype(np.int64))
+    capture = Capture(np.zeros(size, dtype=np.int64), time, *readings, temperature_c=warm)
+    table = Table(
+        counts_per_rev=COUNTS_PER_REV,
+        grating_lines=LINES,
+        disc_diameter_mm=107.95,
+        head_separation_deg=33.0,
+    )
+    return MeasurementSet(table, capture, None, title="one run")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_run_that_warms_evenly_does_not_tell_temperature_from_time(seed: int) -> None:
+    _, found = diagnosed(_warming(seed))
+    assert found.verdict == "ambiguous"
+    assert found.effect_class == ["thermal_head_drift"]
+    assert found.described is not None
+    assert found.described.effect.parts == ["time", "head2"]  # type: ignore[attr-defined]
+    # As likely as each other, and the measurement is one in which they part.
+    share = found.probability["thermal_head_drift"], found.probability["unknown"]
+    assert share[0] == pytest.approx(share[1], abs=0.05)
+    assert found.measurement is not None
+    assert found.measurement.kind is not None
+    assert "time × head2" in found.measurement.words
+    assert "time" in " ".join(sentences(found))
+
+
+def test_a_run_that_warms_and_cools_tells_them_apart() -> None:
+    _, found = diagnosed(_warming(0, cools=True))
+    assert "thermal_head_drift" not in found.effect_class
+
+
+def _displayed(seed: int, step: float, reversal: float) -> MeasurementSet:
+    """24 stations up and down five times, 0.15″ of noise, shown in steps."""
+    random = np.random.default_rng(seed)
+    up = np.arange(24) * 15.0
+    target = np.tile(np.concatenate([up, up[::-1]]), 5)
+    side = np.tile(np.repeat([1, -1], 24), 5)
+    angle = np.radians(target)
+    error = 40.0 * np.cos(angle + 0.4) + 2.0 * np.cos(2.0 * angle) + 0.5 * reversal * side
+    error = np.round((error + random.normal(0.0, 0.15, angle.size)) / step) * step
+    reference = Reference(
+        target,
+        error,
+        run=np.zeros(angle.size, dtype=np.int64),
+        time_s=np.arange(angle.size) * 5.0,
+        cycle=np.repeat(np.arange(5), 48),
+        direction=side,
+    )
+    return MeasurementSet(Table(), None, reference, title="display")
+
+
+@pytest.mark.parametrize("step", [0.1, 0.5, 1.0])
+def test_readings_that_a_display_rounds_are_no_faulty_rows(step: float) -> None:
+    for seed in range(3):
+        observations, found = diagnosed(_displayed(seed, step, 0.0))
+        assert observations.masked == ()
+        assert found.verdict not in ("bad_data", "named", "ambiguous")
+    _, found = diagnosed(_displayed(0, step, 1.0))
+    assert found.named is not None
+    assert found.named.name == "hysteresis"
+    size = found.named.parameters()["reversal_error"]
+    # 240 rows of 0.15″ and of rounding: what is left of it in 24 means is 0.3 of a step/√12/√24.
+    assert abs(size.value) == pytest.approx(1.0, abs=0.06 + 0.1 * step)
+
+
+def test_the_step_of_a_display_is_found_and_noise_has_none() -> None:
+    values = np.random.default_rng(2).normal(0.0, 3.0, 300)
+    assert display_step(values) == 0.0
+    assert display_step(np.round(values * 2.0) / 2.0) == pytest.approx(0.5)
+    # Six decimals of a file are no display.
+    assert display_step(np.round(values, 6)) == 0.0

@@ -1,0 +1,50 @@
+"""A column of the electrical phase does not hold the noise that it would have to explain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.studies.benchmark.diagnosis import diagnosed
+
+LINES = 16_384
+COUNTS = 1 << 24
+SEEDS = 8
+
+
+def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> MeasurementSet:
+    """ε of orders 1 to 3 at equal stations, 0.15″ of noise; nothing else is there."""
+    random = np.random.default_rng(seed)
+    up = np.arange(stations) * 360.0 / stations
+    target = np.tile(np.concatenate([up, up[::-1]]), cycles)
+    angle = np.radians(target)
+    error = 40.0 * np.cos(angle + 0.4) + 2.0 * np.cos(2.0 * angle) + 0.5 * np.cos(3.0 * angle)
+    head = random.normal(0.0, 0.1, angle.size)
+    error = error + head
+    reading = (target + error / 3600.0) / 360.0 * COUNTS
+    reference = Reference(
+        target,
+        error + random.normal(0.0, 0.11, angle.size),
+        run=np.zeros(angle.size, dtype=np.int64),
+        time_s=np.arange(angle.size) * 4.0,
+        cycle=np.repeat(np.arange(cycles), 2 * stations),
+        direction=np.tile(np.repeat([1, -1], stations), cycles),
+        head1_counts=np.round(reading).astype(np.int64) if counts else None,
+    )
+    table = Table(grating_lines=LINES, counts_per_rev=COUNTS)
+    return MeasurementSet(table, None, reference, title="stations")
+
+
+@pytest.mark.parametrize("counts", [False, True])
+@pytest.mark.parametrize("stations", [3, 6, 12])
+def test_nothing_is_taken_for_a_subdivision_error(stations: int, counts: bool) -> None:
+    """0.1″ are a thousandth of a signal period: what is left of its wave is the noise itself."""
+    for seed in range(SEEDS):
+        _, found = diagnosed(_polygon(stations, seed, counts=counts))
+        assert "subdivision_error" not in found.effect_class
+        resembles = found.decision.resembles
+        assert resembles is None or resembles.name != "subdivision_error"
+        assert found.described is None
+        if not counts:
+            assert found.verdict == "cannot_tell" or "subdivision_error" in found.untestable

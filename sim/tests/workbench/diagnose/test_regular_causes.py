@@ -1,0 +1,125 @@
+"""What a diagnosis says of dense logs that are written here: the largest regular cause first."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations.build import observations_of
+from tests.workbench.noisy_logs import (
+    clock,
+    driven_oscillator,
+    ornstein_uhlenbeck,
+    with_lines,
+)
+
+EFFECTS = built_in()
+SIDEREAL_DEG_S = 360.0 / 86_164.1
+TEETH = 180.0
+WORM_S = 86_164.1 / TEETH
+ROWS, STEP_S = 1600, 1.2
+
+
+def _diagnosed(
+    time_s: np.ndarray, error: np.ndarray, *, teeth: float | None = None, speed: float = 1.0
+) -> Diagnosis:
+    """A guide star's log: the axis follows the sky at ``speed`` times its rate."""
+    reference = Reference(
+        target_deg=speed * SIDEREAL_DEG_S * time_s,
+        error_arcsec=error,
+        time_s=time_s,
+        run=np.zeros(time_s.size, dtype=np.int64),
+    )
+    measurement = MeasurementSet(Table(drive_gear_teeth=teeth), None, reference, title="star")
+    return diagnose(observations_of(measurement), default_model().terms(EFFECTS), EFFECTS)
+
+
+def _noise(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(seed)
+    time_s = clock(random, ROWS, STEP_S, "jitter")
+    noise = 0.8 * ornstein_uhlenbeck(random, time_s, 20.0) + 0.4 * random.normal(size=ROWS)
+    return time_s, noise
+
+
+def test_the_worm_is_named_before_smaller_lines() -> None:
+    """8″ of the worm, with its second multiple, 3″ of a gear before it, and 0.5″ of 6 s."""
+    time_s, noise = _noise(1)
+    lines = [(8.0, WORM_S), (1.5, WORM_S / 2.0), (3.0, 131.0), (0.5, 6.0)]
+    found = _diagnosed(time_s, with_lines(time_s, lines) + noise, teeth=TEETH)
+    assert found.named is not None
+    assert found.named.name == "drive_gear_error"
+    causes = found.findings.causes
+    assert [cause.effect.name for cause in causes[:2]] == ["drive_gear_error", "periodic_error"]
+    assert [line.multiple for line in causes[0].lines] == [1, 2]
+    assert causes[1].period_s(causes[1].lines[0]) == pytest.approx(131.0, rel=0.01)
+    # RMS of both sines of the worm: √((8² + 1.5²)/2); a tenth is OU noise of 0.8″ and 20 s.
+    assert causes[0].taken_arcsec == pytest.approx(np.sqrt((64.0 + 2.25) / 2.0), rel=0.1)
+    assert [item.name for item in found.beside][:1] == ["periodic_error"]
+    data = diagnosis_data(found, ["graduation_harmonics"])["findings"]
+    assert data["regular"][0]["lines"][0]["multiple"] == 1
+    assert any(
+        text.startswith("Regular in the reference") and "drive_gear_error" in text
+        for text in sentences(found)
+    )
+
+
+def test_without_a_tooth_count_the_largest_line_is_named() -> None:
+    time_s, noise = _noise(2)
+    lines = [(3.6, 122.0), (1.2, 81.0), (0.5, 6.0)]
+    found = _diagnosed(time_s, with_lines(time_s, lines) + noise)
+    assert found.named is not None
+    assert found.named.name == "periodic_error"
+    period = found.named.parameters()["period_time"].value
+    assert period == pytest.approx(122.0, rel=0.01)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
+    """Q 15 keeps its phase for a fifth of the log; neighbours predict it as well as a line."""
+    random = np.random.default_rng(seed)
+    time_s = clock(random, ROWS, STEP_S, "even")
+    error = 2.0 * driven_oscillator(random, time_s, 80.0, 15.0) + 0.3 * random.normal(size=ROWS)
+    found = _diagnosed(time_s, error)
+    assert found.findings.causes == ()
+    assert found.verdict != "adequate"
+    assert found.named is None
+
+
+def test_a_slow_curve_is_no_line() -> None:
+    """1.4 periods in the log."""
+    time_s, noise = _noise(5)
+    error = 5.0 * np.sin(2.0 * np.pi * 1.4 * time_s / time_s[-1]) + noise
+    found = _diagnosed(time_s, error)
+    assert found.findings.causes == ()
+    assert found.named is None or found.named.name != "periodic_error"
+
+
+def test_a_jump_is_reported_as_a_jump() -> None:
+    """3″ at 700 s, seven times the scatter of neighbours: not adequate, and no line."""
+    random = np.random.default_rng(6)
+    time_s = clock(random, ROWS, STEP_S, "even")
+    error = 0.4 * random.normal(size=ROWS) + np.where(time_s > 700.0, 3.0, 0.0)
+    found = _diagnosed(time_s, error)
+    assert found.verdict != "adequate"
+    assert found.findings.causes == ()
+    (jump,) = found.findings.steps
+    # One averaged row.
+    assert jump.time_s == pytest.approx(700.0, abs=2.0 * STEP_S)
+    assert jump.size_arcsec == pytest.approx(3.0, abs=0.1)
+    assert any("jumped at" in text for text in sentences(found))
+
+
+def test_white_noise_is_adequate_or_cannot_tell() -> None:
+    """Nothing is found; a log of one axis has too few columns for most effects."""
+    random = np.random.default_rng(7)
+    time_s = clock(random, ROWS, STEP_S, "even")
+    found = _diagnosed(time_s, 0.4 * random.normal(size=ROWS))
+    assert found.findings.causes == ()
+    assert found.findings.steps == ()
+    assert not found.findings.not_noise
+    assert found.verdict in ("adequate", "cannot_tell")

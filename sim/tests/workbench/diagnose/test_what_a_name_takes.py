@@ -1,0 +1,227 @@
+"""A name is given for what it takes away, and what is left is a finding of its own."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from sim.tests.workbench.reversal_sets import REVERSAL, VARIES, reversal_set
+from sim.tests.workbench.small_sets import measurement_set
+
+from arctrue.studies.benchmark.diagnosis import diagnosed
+from arctrue.workbench.diagnose.case import LACK_OF_FIT, Case
+from arctrue.workbench.diagnose.next_measurement import has_already, measurement_for_parts
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.diagnose.rules import (
+    LEAST_EXCESS,
+    LEAST_TAKEN,
+    RISES,
+    makes_it_worse,
+    said_of,
+    takes_little,
+)
+from arctrue.workbench.diagnose.second_finding import varies
+from arctrue.workbench.diagnose.survey import LEAST_HELD_OUT
+from arctrue.workbench.effects.product_of_parts import SIMPLE_CONDITIONS, ProductOfParts
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.block_share import BLOCKS, block_share, share_of
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+
+
+@pytest.mark.parametrize(("stations", "noise"), [(36, 0.05), (24, 0.01), (72, 0.1)])
+def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
+    stations: int, noise: float
+) -> None:
+    """Quiet repeats make a fifth of it as sure as the whole; it is a second finding."""
+    _, found = diagnosed(reversal_set(stations=stations, noise=noise))
+    assert found.named is not None
+    assert found.named.name == "hysteresis"
+    size = found.named.parameters()["reversal_error"].value
+    # Its places were drawn with a mean of 1: the mean of all stations is the size.
+    assert abs(size) == pytest.approx(REVERSAL, rel=0.02)
+    assert found.second is not None
+    assert found.second.channel == "reference"
+    assert found.second.variation == pytest.approx(VARIES, rel=0.1)
+    told = " ".join(sentences(found))
+    assert "differs from place to place by ±20 %" in told
+    assert diagnosis_data(found, [])["second_finding"]["variation"] == found.second.variation
+    # Both directions are in the set.
+    assert "other direction" not in told
+
+
+def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() -> None:
+    _, found = diagnosed(reversal_set(varies=0.0))
+    assert found.named is not None
+    assert found.second is None
+
+
+def test_the_variation_is_that_which_was_drawn() -> None:
+    """Against a direct draw: ±1 times (1 + δ of the place), 40 places, 6 visits each."""
+    random = np.random.default_rng(5)
+    place = np.repeat(np.arange(40), 6)
+    side = np.tile([1.0, -1.0], 120)
+    factor = random.normal(0.0, 0.3, 40)
+    noise = random.normal(0.0, 0.1, 240)
+    found = varies(side, factor[place] * side + noise, place, 0.1)
+    assert found is not None
+    # Scatter of a standard deviation of 40 draws is 11 %; here the draws themselves are known.
+    assert found == pytest.approx(float(np.sqrt(np.mean(factor**2))), rel=0.05)
+    assert varies(side, noise, place, 0.1) is None
+    # The same at each place: it is not the effect that differs, something stands there.
+    assert varies(factor[place], factor[place] + noise, place, 0.1) is None
+
+
+@pytest.mark.parametrize("condition", SIMPLE_CONDITIONS)
+def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: ignore[no-untyped-def]
+    """Two directions, two speeds, a warm run: none of them is asked for."""
+    whole = observations_of(measurement_set(turns=1, cycles=1))
+    for part in ("direction", "speed", "temperature"):
+        assert has_already(part, whole)
+    advice = measurement_for_parts(ProductOfParts.of(condition, (2.0,), "disc"), whole)
+    assert advice.kind not in ("direction", "speed", "warm")
+
+
+def _blocks(coefficients: np.ndarray, columns: np.ndarray, noise: float = 1.0, seed: int = 0):  # type: ignore[no-untyped-def]
+    """Normal matrices and moments of blocks with coefficients of their own, (blocks, q)."""
+    random = np.random.default_rng(seed)
+    block = np.arange(columns.shape[0]) * BLOCKS // columns.shape[0]
+    measured = np.sum(columns * coefficients[block], axis=1)
+    measured = measured + random.normal(0.0, noise, block.size)
+    parts = [columns[block == number] for number in range(BLOCKS)]
+    values = [measured[block == number] for number in range(BLOCKS)]
+    return (
+        np.array([part.T @ part for part in parts]),
+        np.array([part.T @ value for part, value in zip(parts, values, strict=True)]),
+    )
+
+
+def test_what_is_the_same_in_all_blocks_is_predicted_and_what_changes_is_not() -> None:
+    columns = np.random.default_rng(1).normal(size=(600, 2))
+    same = np.tile([0.6, -0.4], (BLOCKS, 1))
+    shares = [share_of(*_blocks(same, columns, seed=seed)) for seed in range(40)]
+    found = np.array([item.share for item in shares if item is not None])
+    assert found.size == 40
+    # χ² of the disagreement: 12 rows of freedom times 1.2 beside χ² of 300: σ 0.02 each.
+    assert float(found.mean()) == pytest.approx(1.0, abs=0.02)
+    assert float(found.min()) > LEAST_HELD_OUT
+    turning = 0.7 * np.array(
+        [[np.cos(angle), np.sin(angle)] for angle in np.arange(BLOCKS) * 2.0 * np.pi / BLOCKS]
+    )
+    for seed in range(10):
+        changing = share_of(*_blocks(turning, columns, seed=seed))
+        assert changing is not None
+        # The mean of the other five is a fifth of it, and against it.
+        assert changing.share < 0.0
+
+
+def test_blocks_do_not_judge_what_happens_once_or_is_weak() -> None:
+    columns = np.random.default_rng(1).normal(size=(600, 1))
+    once = columns.copy()
+    once[100:] = 0.0
+    assert share_of(*_blocks(np.full((BLOCKS, 1), 2.0), once)) is None
+    assert share_of(*_blocks(np.full((BLOCKS, 1), 0.1), columns)) is None
+
+
+def test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks() -> None:
+    """A resonance driven by noise, coherent over a few periods, beside a line of its frequency."""
+    frequency, size = 1.3, 0.6
+
+    def line(time, speed):  # type: ignore[no-untyped-def]
+        return size * np.cos(2.0 * np.pi * frequency * time)
+
+    def resonance(time, speed):  # type: ignore[no-untyped-def]
+        random = np.random.default_rng(int(abs(speed) * 1e3) + int(time[0]))
+        step, drive = time[1] - time[0], random.normal(size=time.size)
+        turn = 2.0 * np.pi * frequency * step
+        loss = np.exp(-0.5 * turn / 15.0)
+        shaken = np.zeros(time.size)
+        for row in range(2, time.size):
+            shaken[row] = (
+                2.0 * loss * np.cos(turn) * shaken[row - 1] - loss**2 * shaken[row - 2] + drive[row]
+            )
+        return size * shaken / shaken.std()
+
+    shares = []
+    for shape in (line, resonance):
+        made = measurement_set(head2_only=shape, reference=False, runs=2)
+        residuals = Residuals(
+            fit([Term(EFFECTS["graduation_harmonics"](), {})], observations_of(made))
+        )
+        place = {"frequency": frequency}
+        found = block_share(residuals, EFFECTS["vibration"](), place)
+        assert found is not None
+        shares.append(found.share)
+    assert shares[0] == pytest.approx(1.0, abs=0.05)
+    assert shares[1] < LEAST_HELD_OUT
+
+
+def _left(rms: float, noise: float = 0.1, reference: float = 0.1) -> SimpleNamespace:
+    rms_arcsec = {"capture": rms, "reference": reference}
+
+    def mean_log_ratio(before) -> float:  # type: ignore[no-untyped-def]
+        return float(
+            np.mean([np.log(rms_arcsec[name] / before.rms_arcsec[name]) for name in rms_arcsec])
+        )
+
+    return SimpleNamespace(
+        rms_arcsec=rms_arcsec,
+        noise_arcsec={"capture": noise, "reference": 0.1},
+        mean_log_ratio=mean_log_ratio,
+    )
+
+
+def _case(before: SimpleNamespace, after: SimpleNamespace, lack_of_fit_p: float = 0.0) -> Case:
+    item = SimpleNamespace(name="count_slip", moved_arcsec={"capture": 0.3}, gain=100.0)
+    channel = SimpleNamespace(lack_of_fit_p=lack_of_fit_p, noise_arcsec=0.1)
+    fit_of = {"capture": channel, "reference": SimpleNamespace(lack_of_fit_p=0.5, noise_arcsec=0.1)}
+    survey = SimpleNamespace(channels=fit_of)
+    case = Case(survey, {}, lambda item: survey, said_of)  # type: ignore[arg-type, return-value]
+    rest = SimpleNamespace(survey=survey)
+    case.__dict__.update(best=item, before_and_after=(before, after), with_best=rest, beside=None)
+    return case
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "refused"),
+    [
+        (0.498, 0.596, True),
+        (0.292, 0.293, True),
+        (0.666, 0.716, True),
+        (0.298, 0.2981 * (1.0 + 0.5 * RISES), False),
+        (0.5, 0.3, False),
+    ],
+)
+def test_a_name_after_which_the_error_rises_is_refused(
+    before: float, after: float, refused: bool
+) -> None:
+    found = makes_it_worse(_case(_left(before), _left(after)))
+    assert (found is not None) is refused
+    if found is not None:
+        assert found.verdict == "unknown"
+        assert found.resembles is not None
+        assert f"{after:.4g}″" in str(found.unlike)
+
+
+def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
+    """Where two causes are missing, the first may raise what the other one leaves."""
+    before, after = _left(1.254, reference=3.63), _left(0.144, reference=4.41)
+    assert makes_it_worse(_case(before, after)) is None
+
+
+def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() -> None:
+    noise, excess = 0.1, 1.0
+    before = _left(float(np.hypot(noise, excess)))
+    for share, refused in ((0.5 * LEAST_TAKEN, True), (2.0 * LEAST_TAKEN, False)):
+        after = _left(float(np.sqrt(noise**2 + excess**2 * (1.0 - share))))
+        found = takes_little(_case(before, after))
+        assert (found is not None) is refused
+        # Where slow noise explains the rest, a small effect keeps its name.
+        assert takes_little(_case(before, after, 2.0 * LACK_OF_FIT)) is None
+    little = _left(float(np.hypot(noise, 0.5 * LEAST_EXCESS * noise)))
+    assert takes_little(_case(little, little)) is None

@@ -1,0 +1,323 @@
+"""cocotb tests of the core with the weighted mean: pins of all heads in, the mean's position out.
+
+The table has heads at known places, a disc with an error, and an axis that moves: each head sees
+the motion in its own direction, so no head is right, and their mean is.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.triggers import ClockCycles, FallingEdge
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.mean_set import WEIGHT_ONE, MeanSet
+from arctrue.gateware.register_access import RegisterMap
+from arctrue.generated import number_formats
+from tb.core import arctrue_core_table as table
+from tb.registers.axi_lite import start
+
+HEADS = int(os.environ.get("HEADS", "2"))
+LANES = 4
+CAPTURE_DEPTH = 64
+COUNTS = table.COUNTS_PER_REV
+CLOCKS_PER_COUNT = 6.0
+PLACES = {2: (0, 300), 3: (0, 190, 410), 4: (0, 55, 271, 501)}[HEADS]
+"""Counts by which each head reads ahead: 0/33/162.5/300.5 degrees with four."""
+DISC = ((2, 1.5, -1.1), (5, 0.6, 2.0))
+MOTION = ((1, 5.0, 0.3), (3, 4.0, 1.7))
+"""Order, radius in counts, phase of each circle that the axis goes through in a turn."""
+LATENCY = number_formats.PIPELINE_LATENCY + (HEADS > 2)
+PINS = [f"head{head}_{pin}" for head in range(1, HEADS + 1) for pin in "abz"]
+OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}
+
+
+def turn_rad(counts: Any) -> Any:
+    return 2.0 * np.pi * np.asarray(counts, dtype=np.float64) / COUNTS
+
+
+def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Readings (n, heads) from each head's index, for table angles in counts."""
+    columns = []
+    for place in PLACES:
+        seen = angle + place
+        error = sum(a * np.cos(n * turn_rad(seen) + p) for n, a, p in DISC)
+        moved = sum(r * np.cos(n * turn_rad(angle) + p - turn_rad(place)) for n, r, p in MOTION)
+        columns.append(seen + error + moved)
+    return np.rint(np.column_stack(columns)).astype(np.int64)
+
+
+def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
+    """Weights of ``heads`` (numbers) that are blind to the axis; the carrier takes the rounding."""
+    places = turn_rad([PLACES[head - 1] for head in heads])
+    rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
+    words = [0] * HEADS
+    for head, weight in zip(heads, np.linalg.pinv(rows) @ [1.0, 0.0, 0.0], strict=True):
+        words[head - 1] = round(weight * WEIGHT_ONE)
+    words[carrier - 1] += WEIGHT_ONE - sum(words)
+    missing = next((head for head in range(1, HEADS + 1) if head not in heads), 0)
+    return MeanSet(tuple(words), tuple(16 * place for place in PLACES), carrier, missing)
+
+
+def lanes_of(mean: MeanSet) -> Coefficients:
+    """E of the mean: a harmonic of the disc, as all heads see it with their weights."""
+    shares = np.array(mean.weights) / WEIGHT_ONE
+    seen = [
+        (n, a * np.exp(1j * p) * np.sum(shares * np.exp(1j * n * turn_rad(PLACES))))
+        for n, a, p in DISC
+    ]
+    return Coefficients.from_harmonics(
+        [n for n, _ in seen],
+        [abs(value) for _, value in seen],
+        [float(np.angle(value)) for _, value in seen],
+        COUNTS,
+        LANES,
+    )
+
+
+class Table:
+    """The core with the table before it; one entry a clock of what was and what came out."""
+
+    def __init__(self, dut: Any, registers: RegisterMap) -> None:
+        self.dut = dut
+        self.registers = registers
+        self.now = -150.0
+        self.angle: list[float] = []
+        self.corrected: list[int] = []
+        self.output: list[int] = []
+        self.stands: set[int] = set()
+        """Heads whose pins hold their levels."""
+        self.shown: list[int] = [0] * HEADS
+        self.moves = True
+
+    def drive(self, row: list[int]) -> None:
+        for head, reading in enumerate(row):
+            if head + 1 not in self.stands:
+                self.shown[head] = reading
+        levels = [table.pins(reading) >> bit & 1 for reading in self.shown for bit in range(3)]
+        for name, level in zip(PINS, levels, strict=True):
+            getattr(self.dut, name).value = level
+
+    async def run(self) -> None:
+        """The table turns, and every clock is logged."""
+        last: list[int] = []
+        while True:
+            row = readings(np.array([self.now]))[0].tolist()
+            if row != last:
+                self.drive(row)
+                last = row
+            await FallingEdge(self.dut.clock)
+            self.angle.append(self.now)
+            self.corrected.append(self.dut.unit.corrected_position.value.to_signed())
+            phase = OUTPUT_STEP[int(self.dut.out_a.value) | int(self.dut.out_b.value) << 1]
+            before = self.output[-1] if self.output else phase
+            step = (phase - before + 1) % 4 - 1
+            assert step != 2, "the output changed A and B together"
+            self.output.append(before + step)
+            if self.moves:
+                self.now += 1.0 / CLOCKS_PER_COUNT
+
+    async def turn(self, counts: float) -> None:
+        await ClockCycles(self.dut.clock, int(counts * CLOCKS_PER_COUNT))
+
+    def error(self, first: int, delay: int = 0) -> NDArray[np.float64]:
+        """What the corrected position is off from the table, from clock ``first`` on, counts."""
+        angle = np.array(self.angle[first - delay : len(self.angle) - delay])
+        return np.array(self.corrected[first:]) - angle
+
+
+async def prepared(dut: Any) -> Table:
+    for name in PINS:
+        getattr(dut, name).value = 0
+    machine_start = readings(np.array([-150.0]))[0].tolist()
+    levels = [table.pins(reading) >> bit & 1 for reading in machine_start for bit in range(3)]
+    for name, level in zip(PINS, levels, strict=True):
+        getattr(dut, name).value = level
+    bus = await start(dut, reset_clocks=64)
+    machine = Table(dut, bus.registers())
+    names = machine.registers
+    await names.write("counts_per_rev", COUNTS)
+    await names.command("rearm")
+    await names.write("ramp_rate", 0xFFFF_FFFF)
+    await names.write("ramp_acceleration", 0)
+    await names.write("output_spacing", 1)
+    await names.write("sample_period", 64)
+    await ClockCycles(dut.clock, 200)
+    return machine
+
+
+async def load(machine: Table, mean: MeanSet) -> None:
+    """Mean and lanes in one swap; ends when the ramp is over."""
+    names = machine.registers
+    await names.write_coefficients(lanes_of(mean))
+    await names.write_mean(mean)
+    await names.command("swap")
+    await machine.turn(150)
+    assert await names.read("status.ramp_busy") == 0
+
+
+LARGEST_STEP = 2
+"""Counts in a clock: one of the carrier, and one by the rounding of what the others moved.
+
+At six clocks a count no head moves further in the clocks of a marker's hold. Without the ramp a
+change of the carrier would step the output by what the heads differ, 4 to 9 counts.
+"""
+POSITION_CLOCKS = 5
+"""From the pins to a position."""
+
+
+def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
+    """The table's angle up to a constant: readings are rounded to counts, and so is the output.
+
+    A head's rounding is half a count, weighted; the output's another half. The lanes stand at the
+    carrier's reading, up to 10 counts from the table's angle: times their slope, 0.035. Amplitudes
+    and phases are rounded by less than 0.01.
+    """
+    slope = sum(2.0 * np.pi * n * a / COUNTS for n, a, _ in DISC)
+    bound = sum(map(abs, mean.weights)) / WEIGHT_ONE * 0.5 + 0.5 + 10.0 * slope + 0.01
+    error = machine.error(first, LATENCY + POSITION_CLOCKS)
+    error -= round(float(np.median(error)) / COUNTS) * COUNTS
+    spread = (error.max() - error.min()) / 2.0
+    assert spread <= bound, f"{spread:.2f} counts of {bound:.2f}"
+    machine.dut._log.info(f"off by {spread:.2f} counts at most, bound {bound:.2f}")
+
+
+@cocotb.test()
+async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
+    """Head 1 alone is wrong by the axis' motion; the mean follows the table, for every carrier."""
+    machine = await prepared(dut)
+    names = machine.registers
+    assert await names.read_fields("capability") == {"heads": HEADS, "mean": 1, "rotation": 0}
+    assert await names.read("pipeline.latency") == LATENCY
+    cocotb.start_soon(machine.run())
+    await names.update("control", compensate=1, output_enable=1)
+    await machine.turn(COUNTS + 150)
+    # At power-up the words are those of head 1 alone.
+    error = machine.error(len(machine.corrected) - 3000, LATENCY + POSITION_CLOCKS)
+    assert (error.max() - error.min()) / 2.0 > 6.0
+    everyone = tuple(range(1, HEADS + 1))
+    began = len(machine.corrected)
+    for carrier in everyone:
+        mean = mean_of(everyone, carrier)
+        await load(machine, mean)
+        assert await names.read("status.compensating") == 1
+        first = len(machine.corrected)
+        await machine.turn(COUNTS)
+        check_mean(machine, first, mean)
+    steps = np.abs(np.diff(machine.corrected[began:]))
+    assert steps.max() <= LARGEST_STEP, "a change of the carrier stepped the output"
+    followed = np.array(machine.corrected[began:]) - np.array(machine.output[began:])
+    assert followed.max() - followed.min() <= 4
+
+
+@cocotb.test(skip=HEADS < 4)
+async def three_heads_go_on_without_the_first(dut: Any) -> None:
+    """The carrier's pins stand; the set without head 1 is right, and no clock saw a step."""
+    machine = await prepared(dut)
+    names = machine.registers
+    cocotb.start_soon(machine.run())
+    await names.update("control", compensate=1, output_enable=1)
+    await machine.turn(COUNTS + 150)
+    await load(machine, mean_of((1, 2, 3, 4), 1))
+    without = mean_of((2, 3, 4), 3)
+    # As for a failover: the words stand ready, head 1 dies, the change follows at once.
+    await names.write_coefficients(lanes_of(without))
+    await names.write_mean(without)
+    began = len(machine.corrected)
+    machine.stands = {1}
+    await names.command("swap")
+    await machine.turn(150)
+    first = len(machine.corrected)
+    await machine.turn(COUNTS)
+    check_mean(machine, first, without)
+    assert np.abs(np.diff(machine.corrected[began:])).max() <= LARGEST_STEP
+
+
+@cocotb.test()
+async def a_head_is_delayed(dut: Any) -> None:
+    """Each sample has the last head as it was so many clocks before the others."""
+    delay = 41
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.update("head_delays", **{f"head{HEADS}": delay})
+    cocotb.start_soon(machine.run())
+    await machine.turn(COUNTS + 150)
+    await names.update("control", capture_enable=1)
+    await machine.turn(COUNTS + 100)
+    machine.moves = False
+    bank = await names.read_capture(HEADS)
+    await names.update("head_delays", **{f"head{HEADS}": 0})
+    assert len(bank.samples) > 50
+    rows = readings(np.array(machine.angle)) % COUNTS
+    late = np.column_stack([rows[delay:, :-1], rows[:-delay, -1:]])
+    known = {tuple(row) for row in late.tolist()}
+    assert all(tuple(row) in known for row in (bank.samples % COUNTS).tolist())
+
+
+@cocotb.test(skip=HEADS == 2)
+async def further_heads_have_registers(dut: Any) -> None:
+    """Snapshot, flags and pins of heads 3 and 4, as those of heads 1 and 2."""
+    machine = await prepared(dut)
+    names = machine.registers
+    cocotb.start_soon(machine.run())
+    await machine.turn(COUNTS + 150)
+    assert await names.read("heads_status.index_seen") == 2**HEADS - 1
+    seen = []
+    for _ in range(20):
+        snapshot = await names.snapshot()
+        row = [snapshot.head1_turn_position, snapshot.head2_turn_position]
+        row += [await names.read(f"head{head}.turn_position") for head in range(3, HEADS + 1)]
+        seen.append(row)
+        angle = await names.read(f"head{HEADS}.angle")
+        assert angle == row[-1] % COUNTS
+        edge = await names.read(f"head{HEADS}.edge_time")
+        assert 0 <= snapshot.time - edge < 3 * CLOCKS_PER_COUNT
+    known = {tuple(row) for row in (readings(np.array(machine.angle)) % COUNTS).tolist()}
+    assert all(tuple(np.array(row) % COUNTS) in known for row in seen), "not of one clock"
+
+    machine.moves = False
+    await ClockCycles(dut.clock, 20)
+    pins = [f"head{HEADS}_{pin}" for pin in "ab"]
+    for name in pins:
+        getattr(dut, name).value = 1 - int(getattr(dut, name).value)
+    await ClockCycles(dut.clock, 20)
+    flags = await names.read_fields(f"head{HEADS}.flags")
+    assert (flags["index_seen"], flags["illegal"]) == (1, 1)
+    assert await names.read(f"head{HEADS}.faults.illegals") == 1
+    await names.write_raw("heads_command", 1 << (HEADS - 3))
+    assert await names.read(f"head{HEADS}.flags.illegal") == 0
+    before = await names.read(f"head{HEADS}.flags.direction")
+    await names.update(f"head{HEADS}.pins", swap_ab=1)
+    assert (await names.read_fields(f"head{HEADS}.pins"))["swap_ab"] == 1
+    await ClockCycles(dut.clock, 20)
+    machine.moves = True
+    await machine.turn(20)
+    assert await names.read(f"head{HEADS}.flags.direction") == 1 - before
+    await names.update(f"head{HEADS}.pins", swap_ab=0)
+
+
+@cocotb.test()
+async def all_heads_are_captured_together(dut: Any) -> None:
+    """Each sample is the readings of one clock, also of heads 3 and 4."""
+    machine = await prepared(dut)
+    names = machine.registers
+    cocotb.start_soon(machine.run())
+    await machine.turn(COUNTS + 150)
+    await names.update("control", capture_enable=1)
+    await machine.turn(COUNTS + 100)
+    assert await names.read("status.capture_ready") == 1
+    machine.moves = False
+    bank = await names.read_capture(HEADS)
+    assert bank.samples.shape[1] == HEADS
+    assert len(bank.samples) > 50
+    # Each row is that of some clock. A head counts from the first of its index marks.
+    rows = readings(np.array(machine.angle)) % COUNTS
+    known = {tuple(row) for row in rows.tolist()}
+    assert all(tuple(row) in known for row in (bank.samples % COUNTS).tolist())
+    assert bank.flags["index_seen1"]
+    assert bank.flags["index_seen2"]
+    assert bank.flags["further_index_seen"] == (HEADS > 2)

@@ -1,0 +1,24 @@
+"""The whole core with the weighted mean of two to four heads."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.core.mean_core_bench import CAPTURE_DEPTH, LANES
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize("heads", [2, 3, 4])
+def test_mean_core(heads: int) -> None:
+    simulate(
+        "arctrue_core",
+        "tb.core.mean_core_bench",
+        generics={
+            "LANES": LANES,
+            "CAPTURE_DEPTH": CAPTURE_DEPTH,
+            "HEADS": heads,
+            "MEAN": "true",
+        },
+        environment={"HEADS": str(heads)},
+        backend="llvm",
+    )

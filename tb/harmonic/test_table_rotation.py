@@ -1,0 +1,7 @@
+"""The rotation from a table in VHDL equals its model bit by bit, everywhere."""
+
+from tb.support.simulation import simulate
+
+
+def test_table_rotation() -> None:
+    simulate("table_rotation", "tb.harmonic.table_rotation_bench", backend="llvm")

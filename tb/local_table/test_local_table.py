@@ -1,0 +1,15 @@
+"""The local table in GHDL."""
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize("counts_per_rev", [2**24, 1_234_567])
+def test_local_table(counts_per_rev: int) -> None:
+    simulate(
+        "local_table",
+        "tb.local_table.local_table_bench",
+        environment={"COUNTS_PER_REV": str(counts_per_rev)},
+        backend="llvm",
+    )

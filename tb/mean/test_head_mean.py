@@ -1,0 +1,18 @@
+"""Carrier, offsets and words of the mean in VHDL: swapped whole, and the output's count goes on."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize("heads", [2, 3, 4])
+@pytest.mark.parametrize("entity", ["mean_words", "head_mean"])
+def test_mean(entity: str, heads: int) -> None:
+    simulate(
+        entity,
+        f"tb.mean.{entity}_bench",
+        generics={"HEADS": heads},
+        environment={"HEADS": str(heads)},
+    )

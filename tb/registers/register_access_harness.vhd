@@ -1,0 +1,125 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- register_access with the generated block, for simulation: the coefficient window and the offset are plain memory, the
+-- capture window reads its own word index twice; all three answer after `memory_latency` clocks. A port a register is
+-- put round it by scripts/register_words.py.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.arctrue_registers_pkg.all;
+  use work.axi_lite_pkg.all;
+
+entity register_access_harness is
+  generic (
+    LANES         : positive := 4;
+    CAPTURE_DEPTH : positive := 100
+  );
+  port (
+    clock           : in    std_ulogic;
+    reset           : in    std_ulogic;
+    s_axil_request  : in    axi_lite_request;
+    s_axil_response : out   axi_lite_response;
+    interrupt       : out   std_ulogic;
+    memory_latency  : in    u_unsigned(3 downto 0);
+    hwif_in         : in    arctrue_registers_in_t;
+    hwif_out        : out   arctrue_registers_out_t
+  );
+end entity register_access_harness;
+
+architecture simulation of register_access_harness is
+
+  type words is array (natural range <>) of std_ulogic_vector(31 downto 0);
+
+  signal access_address    : std_ulogic_vector(17 downto 0);
+  signal access_data       : std_ulogic_vector(31 downto 0);
+  signal coefficient_read  : std_ulogic;
+  signal coefficient_write : std_ulogic;
+  signal coefficient_done  : std_ulogic := '0';
+  signal coefficient_data  : std_ulogic_vector(31 downto 0);
+  signal offset_read       : std_ulogic;
+  signal offset_write      : std_ulogic;
+  signal offset_data       : std_ulogic_vector(31 downto 0);
+  signal capture_read      : std_ulogic;
+  signal capture_done      : std_ulogic := '0';
+  signal capture_data      : std_ulogic_vector(31 downto 0);
+
+begin
+
+  processor : entity work.register_access
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH
+    )
+    port map (
+      clock             => clock,
+      reset             => reset,
+      s_axil_request    => s_axil_request,
+      s_axil_response   => s_axil_response,
+      hwif_in           => hwif_in,
+      hwif_out          => hwif_out,
+      capture_ready     => hwif_in.status.capture_ready.next_q,
+      access_address    => access_address,
+      access_data       => access_data,
+      coefficient_read  => coefficient_read,
+      coefficient_write => coefficient_write,
+      coefficient_data  => coefficient_data,
+      offset_read       => offset_read,
+      offset_write      => offset_write,
+      offset_data       => offset_data,
+      coefficient_done  => coefficient_done,
+      capture_read      => capture_read,
+      capture_done      => capture_done,
+      capture_data      => capture_data
+    );
+
+  interrupt <= hwif_out.interrupt_status.intr;
+
+  memories : process (clock) is
+
+    variable coefficients : words(0 to 255)               := (others => (others => '0'));
+    variable offset       : std_ulogic_vector(31 downto 0) := (others => '0');
+    variable waiting      : natural range 0 to 15          := 0;
+    variable word         : natural range 0 to 32767       := 0;
+    variable window       : std_ulogic_vector(2 downto 0)  := "000";
+    variable answer       : std_ulogic_vector(2 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      answer := "000";
+      if waiting = 1 then
+        answer := window;
+      end if;
+      if waiting /= 0 then
+        waiting := waiting - 1;
+      end if;
+
+      if (coefficient_read or coefficient_write or offset_read or offset_write or capture_read) = '1' then
+        assert waiting = 0
+          report "a request before the answer to the last one"
+          severity failure;
+        waiting  := to_integer(memory_latency);
+        window   := capture_read & (offset_read or offset_write) & (coefficient_read or coefficient_write);
+        word     := to_integer(u_unsigned(access_address(16 downto 2)));
+        if window(0) = '1' then
+          word := to_integer(u_unsigned(access_address(9 downto 2)));
+        end if;
+        if coefficient_write = '1' then
+          coefficients(word) := access_data;
+        elsif offset_write = '1' then
+          offset := access_data;
+        end if;
+      end if;
+
+      coefficient_done <= answer(0) or answer(1);
+      coefficient_data <= coefficients(word mod 256);
+      offset_data      <= offset;
+      capture_done     <= answer(2);
+      capture_data     <= not std_ulogic_vector(to_unsigned(word, 16)) & std_ulogic_vector(to_unsigned(word, 16));
+    end if;
+
+  end process memories;
+
+end architecture simulation;
