@@ -599,7 +599,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "displays_have_no_step",
         "readings that a display rounds count as faulty rows",
-        "sim/arctrue/workbench/observations/used_rows.py",
+        "sim/arctrue/workbench/observations/outliers/reference_rows.py",
         "display_step(rows.error_arcsec) / float(np.sqrt(12.0))",
         "0.0",
         "sim/tests/workbench/diagnose/test_designs_that_cannot_tell.py"

@@ -11,6 +11,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+
 from scripts import bitstream
 from scripts.bitstream_constraints import check_pins, ports_of
 from scripts.generate_python import python_registers
