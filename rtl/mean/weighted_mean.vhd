@@ -5,7 +5,7 @@
 -- What the weighted mean of the heads adds to the correction of the carrier s: the output is
 -- θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, so the term is f_s − Σ wᵢ·(rᵢ − r_s), to be
 -- added to E and subtracted with it. f_s is the fraction of o_s; its whole counts are taken off
--- the reading before (head_choice). With Σ wᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads, no
+-- the reading before (head_mean). With Σ wᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads, no
 -- translation of the axis is in the mean. The carrier's own weight is not used: its difference is 0, so the
 -- weights of all heads have the sum 1 whatever it is.
 --
