@@ -25,8 +25,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 GENERATED = "arctrue.generated"
 SECTIONS = {
     "Your own data": (
-        *("import", "join", "serve", "calibrate", "compare", "diagnose", "effects", "add", "drop"),
-        *("history", "report", "budget", "iso230", "export"),
+        *("import", "join", "serve", "calibrate", "compare", "diagnose", "explain"),
+        *("effects", "add", "drop", "history", "report", "budget", "iso230", "export"),
     ),
     "Device": ("capture", "monitor", "probe", "load", "save", "flash"),
     "Simulate and study": (

@@ -1,0 +1,160 @@
+"""Explains a measurement set: adds what the diagnosis names until it names nothing more.
+
+Each step estimates the noise anew. At the end every added effect is left out once: one that
+later ones have made idle is dropped, and the others are ordered by the error that goes with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from arctrue.base.progress import ReportStep
+from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis, diagnose
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.left import Left, left_by
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.model.growth import (
+    AlreadyThereError,
+    NotTestableError,
+    add_effect,
+    fitted,
+    step_of,
+)
+from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.observations import Observations
+
+MOST_ADDED = 16
+"""Effects that are added to one set; a diagnosis of each costs seconds."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExplainedCause:
+    """One effect that the explanation added."""
+
+    entry: ModelEffect
+    taken_arcsec: Mapping[str, float]
+    """Held out, by channel: √(RMS² without it − RMS² with it), 0 where nothing goes."""
+
+    @property
+    def size_arcsec(self) -> float:
+        """Of the channel in which it takes most."""
+        return max(self.taken_arcsec.values(), default=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """A model with everything that was named, and the verdict on what it leaves."""
+
+    model: Model
+    causes: tuple[ExplainedCause, ...]
+    """By the error that goes with them, the largest first."""
+    dropped: tuple[str, ...]
+    """Effects that were added and without which the final model is as good."""
+    left: Left
+    verdict: Diagnosis
+    """Of the final model."""
+
+
+def explain(
+    model: Model,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    measurement: str,
+    *,
+    matters_counts: float = MATTERS_COUNTS,
+    report_step: ReportStep = lambda text: None,
+) -> Explanation:
+    """Add what is named, drop what became idle, and say what is left.
+
+    Effects that ``model`` had stay. Raises NotTestableError for one that the set cannot test.
+    """
+    kept = len(model.effects)
+    grown, solution = fitted(model, observations, effects)
+    if not grown.history:
+        step = step_of("fit", ", ".join(model.names()), measurement, solution)
+        grown = replace(grown, history=[step])
+    verdict = _verdict(solution, observations, effects, matters_counts)
+    while verdict.named is not None and len(grown.effects) - kept < MOST_ADDED:
+        name, settings = verdict.named.name, _own_settings(verdict.named.effect)
+        report_step(f"adding {name}")
+        try:
+            further, solution = add_effect(
+                grown, name, settings, observations, effects, measurement
+            )
+        except (AlreadyThereError, NotTestableError):
+            break
+        grown = further
+        report_step("diagnosing what is left")
+        verdict = _verdict(solution, observations, effects, matters_counts)
+    grown, solution, dropped = _without_idle(
+        grown, solution, kept, observations, effects, measurement
+    )
+    if dropped:
+        report_step("diagnosing what is left")
+        verdict = _verdict(solution, observations, effects, matters_counts)
+    with_all = left_by(solution)
+    causes = []
+    for place in range(kept, len(grown.effects)):
+        report_step(f"leaving {grown.effects[place].name} out once")
+        _, without = fitted(_less(grown, place), observations, effects)
+        causes.append(ExplainedCause(grown.effects[place], _taken(left_by(without), with_all)))
+    causes.sort(key=lambda cause: -cause.size_arcsec)
+    return Explanation(grown, tuple(causes), tuple(dropped), with_all, verdict)
+
+
+def _without_idle(
+    model: Model,
+    solution: Solution,
+    kept: int,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    measurement: str,
+) -> tuple[Model, Solution, list[str]]:
+    """The model without added effects that the others have made idle, the last one first.
+
+    An effect is idle where the Bayesian information criterion without it is not larger. The one
+    that was added last was named beside all others: none has made it idle.
+    """
+    dropped = []
+    for place in reversed(range(kept, len(model.effects) - 1)):
+        name = model.effects[place].name
+        shrunk, without = fitted(_less(model, place), observations, effects)
+        if without.bic <= solution.bic:
+            shrunk.history.append(step_of("drop", name, measurement, without))
+            model, solution = shrunk, without
+            dropped.append(name)
+    return model, solution, dropped
+
+
+def _less(model: Model, place: int) -> Model:
+    """The model less one of its effects."""
+    entries = [*model.effects[:place], *model.effects[place + 1 :]]
+    return replace(model, effects=entries, history=list(model.history))
+
+
+def _own_settings(effect: Effect) -> dict[str, object]:
+    """What the diagnosis has set otherwise than by default, as multiples of a tooth count."""
+    return {
+        key: value for key, value in effect.settings.items() if value != effect.defaults.get(key)
+    }
+
+
+def _verdict(
+    solution: Solution,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    matters_counts: float,
+) -> Diagnosis:
+    return diagnose(observations, list(solution.terms), effects, matters_counts=matters_counts)
+
+
+def _taken(without: Left, with_it: Left) -> dict[str, float]:
+    """Held out, by channel."""
+    return {
+        channel: float(np.sqrt(max(value**2 - with_it.heldout_rms_arcsec[channel] ** 2, 0.0)))
+        for channel, value in without.heldout_rms_arcsec.items()
+        if channel in with_it.heldout_rms_arcsec
+    }

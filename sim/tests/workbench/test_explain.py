@@ -1,0 +1,89 @@
+"""The explanation of a set: logs and turns written here, with causes of known size."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from sim.tests.command_line import arctrue as _run
+from sim.tests.workbench.noisy_logs import clock, ornstein_uhlenbeck, with_lines
+from sim.tests.workbench.small_sets import measurement_set, paper_error
+
+from arctrue.measurement import MeasurementSet, Reference, Table, write_measurement_set
+from arctrue.workbench.model.model_file import read_model
+
+SIDEREAL_DEG_S = 360.0 / 86_164.1
+TEETH = 180.0
+WORM_S = 86_164.1 / TEETH
+
+
+def _log(folder: Path, lines: list[tuple[float, float]], seed: int) -> float:
+    """A guide star's log of half an hour; returns the RMS of its noise, arcseconds."""
+    random = np.random.default_rng(seed)
+    time_s = clock(random, 1600, 1.2, "jitter")
+    noise = 0.8 * ornstein_uhlenbeck(random, time_s, 20.0) + 0.4 * random.normal(size=time_s.size)
+    reference = Reference(
+        target_deg=SIDEREAL_DEG_S * time_s,
+        error_arcsec=with_lines(time_s, lines) + noise,
+        time_s=time_s,
+        run=np.zeros(time_s.size, dtype=np.int64),
+    )
+    table = Table(drive_gear_teeth=TEETH)
+    write_measurement_set(folder, MeasurementSet(table, None, reference, title="star"))
+    return float(np.std(noise))
+
+
+def _explained(folder: Path, *more: object) -> dict[str, Any]:
+    file = folder.parent / "explained.json"
+    done = _run("explain", folder, "--json", file, *more)
+    assert done.exit_code == 0, done.output
+    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return found
+
+
+def test_two_regular_causes_are_added_and_listed_by_size(tmp_path: Path) -> None:
+    folder, model = tmp_path / "log", tmp_path / "model.toml"
+    noise = _log(folder, [(8.0, WORM_S), (3.0, 131.0)], 1)
+    found = _explained(folder, "--model", model)
+    assert [cause["effect"] for cause in found["causes"]] == ["drive_gear_error", "periodic_error"]
+    worm, gear = (cause["taken_arcsec"]["reference"] for cause in found["causes"])
+    # RMS of a sine is its amplitude over √2; a tenth of it: noise of 0.9″ that is slow.
+    assert worm == pytest.approx(8.0 / np.sqrt(2.0), rel=0.1)
+    assert gear == pytest.approx(3.0 / np.sqrt(2.0), rel=0.1)
+    period = found["causes"][1]["parameters"]["period_time"]
+    assert abs(period["value"] - 131.0) < 4.0 * period["sigma"]
+    # The fit takes some of the slow noise with its columns.
+    assert found["left_arcsec"]["reference"] == pytest.approx(noise, rel=0.1)
+    stored = read_model(model)
+    assert stored.names()[1:] == ["drive_gear_error", "periodic_error"]
+    assert [step.action for step in stored.history] == ["fit", "add", "add"]
+    assert dict(stored.history[-1].rms_arcsec) == pytest.approx(found["left_arcsec"], rel=1e-6)
+
+
+def test_noise_alone_gets_nothing(tmp_path: Path) -> None:
+    folder = tmp_path / "log"
+    _log(folder, [], 2)
+    found = _explained(folder)
+    assert (found["causes"], found["dropped"]) == ([], [])
+    assert found["diagnosis"]["verdict"] != "named"
+
+
+def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: Path) -> None:
+    """0.4″/K of order 1 over the temperatures of the set, beside the paper's error."""
+
+    def warm(disc: Any, temperature: Any, speed: Any) -> Any:
+        return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(
+            disc + 0.7
+        )
+
+    folder = tmp_path / "warm"
+    write_measurement_set(folder, measurement_set(warm))
+    found = _explained(folder)
+    (cause,) = found["causes"]
+    assert cause["effect"] == "thermal_eccentricity"
+    amplitude = cause["parameters"]["amplitude"]
+    assert abs(amplitude["value"] - 0.4) < 4.0 * amplitude["sigma"]
+    assert found["diagnosis"]["verdict"] in {"adequate", "cannot_tell"}
