@@ -6,7 +6,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "change_leak.h"
 #include "judge.h"
 #include "separation.h"
 #include "units.h"
@@ -198,7 +197,6 @@ static enum refusal calibrate_make_candidate(struct application *application) {
     uint32_t own_lanes = lanes - calibrate_lanes_used(loaded);
     struct coefficients own;
     enum verdict verdicts[ORDERS_MAX];
-    change_leak_set(estimate, calibrate_change_arcsec(application));
     average_add(&application->average, estimate, parameters->keep);
     average_apply(&application->average, estimate);
     uint64_t hidden = calibrate_hide_loaded(loaded, estimate);

@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "assertion.h"
-#include "change_leak.h"
+#include "transfer_function.h"
 #include "units.h"
 
 /* ln 1000: a value is taken where it is a thousand times likelier than none, and refused where none
@@ -37,6 +37,17 @@ static struct sight judge_fitted_sight(const struct harmonic *harmonic, double g
     };
 }
 
+/* Order 1 that grows by c from one end of the turn to the other (heat moves the centre) is, as a sawtooth times a
+   cosine, at order n c/2pi (1/(n - 1) + 1/(n + 1)) in head 2 less head 1, less than c/2n; of order 1 itself
+   c/4pi is left beside the value of the turn's middle. */
+static double judge_by_change(const struct judge *judge, uint32_t order) {
+    double separation_rad = judge->estimate->separation_rad;
+    double gain = noise_gain(order, separation_rad) / noise_gain(1, separation_rad);
+    double share = order == 1 ? 1.0 / (4.0 * PI) : 0.5 / order;
+    double leak = judge->change_arcsec * gain * share;
+    return 0.5 * leak * leak;
+}
+
 struct sight judge_sight(const struct judge *judge, uint32_t order, struct vector applied) {
     ASSERT(judge->estimate->orders <= ORDERS_MAX);
     struct sight sight =
@@ -45,9 +56,7 @@ struct sight judge_sight(const struct judge *judge, uint32_t order, struct vecto
             : further_orders_sight(judge->workspace, judge->estimate, order, judge->gain_limit,
                                    applied);
     if (sight.state == SIGHT_CLEAR && judge->change_arcsec > 0.0) {
-        double leak =
-            change_leak_arcsec(judge->change_arcsec, order, judge->estimate->separation_rad);
-        sight.by_change = leak * leak;
+        sight.by_change = judge_by_change(judge, order);
     }
     return sight;
 }

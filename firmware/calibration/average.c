@@ -9,9 +9,6 @@
 
 /* A turn without any noise must not weigh infinitely, arcsec^2. */
 #define LEAST_VARIANCE 1e-18
-/* An order that differs from its average by less than so many standard deviations of what the table's change
-   within the turn can do is not a change of the order; 32 orders exceed it by chance in 1 % of the turns. */
-#define CHANGE_SIGMAS 4.0
 
 void average_clear(struct average *average) {
     memset(average, 0, sizeof *average);
@@ -33,24 +30,11 @@ static void add_order(struct average_order *average, const struct harmonic *turn
     average->weight = total;
 }
 
-/* The turn's value of an order whose difference from the average the change of another order explains; an order
-   that has no average yet differs from zero. */
-static bool explained_by_change(const struct average_order *average, const struct harmonic *turn) {
-    double noise = 0.5 * (turn->variance_cosine + turn->variance_sine);
-    double change = turn->by_change * turn->by_change;
-    double cosine = turn->cosine - average->cosine;
-    double sine = turn->sine - average->sine;
-    double limit = CHANGE_SIGMAS * CHANGE_SIGMAS * (noise + change);
-    return change > noise && cosine * cosine + sine * sine < limit;
-}
-
 void average_add(struct average *average, const struct estimate *turn, double keep) {
     ASSERT(turn->orders <= ORDERS_MAX && keep >= 0.0 && keep <= 1.0);
     for (uint32_t place = 0; place < turn->orders; place++) {
-        struct average_order *order = &average->order[place];
-        const struct harmonic *harmonic = &turn->harmonic[place];
-        if (harmonic->seen && !explained_by_change(order, harmonic)) {
-            add_order(order, harmonic, keep);
+        if (turn->harmonic[place].seen) {
+            add_order(&average->order[place], &turn->harmonic[place], keep);
         }
     }
     average->turns++;
@@ -67,7 +51,6 @@ void average_apply(const struct average *average, struct estimate *turn) {
             harmonic->variance_cosine = order->variance_cosine;
             harmonic->variance_sine = order->variance_sine;
             harmonic->covariance = order->covariance;
-            harmonic->by_change = 0.0;
         }
     }
 }

@@ -26,11 +26,10 @@ struct average {
 
 void average_clear(struct average *average);
 
-/* Takes in a turn; an order keeps its average where a change within the turn explains the difference.
-   `keep`: what one turn leaves of the weight of those before, 0 to 1. */
+/* Take in a turn. `keep`: what one turn leaves of the weight of those before, 0 to 1. */
 void average_add(struct average *average, const struct estimate *turn, double keep);
 
-/* Writes the average in place of the turn's own values and covariances. */
+/* The average in place of the turn's own values and covariances. */
 void average_apply(const struct average *average, struct estimate *turn);
 
 #endif

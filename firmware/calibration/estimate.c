@@ -20,8 +20,7 @@ double harmonic_uncertainty(const struct harmonic *harmonic) {
     }
     double separation = harmonic->by_separation_cosine * harmonic->by_separation_cosine +
                         harmonic->by_separation_sine * harmonic->by_separation_sine;
-    double change = harmonic->by_change * harmonic->by_change;
-    return sqrt(0.5 * (harmonic->variance_cosine + harmonic->variance_sine + separation) + change);
+    return sqrt(0.5 * (harmonic->variance_cosine + harmonic->variance_sine + separation));
 }
 
 bool estimate_is_finite(const struct estimate *estimate) {

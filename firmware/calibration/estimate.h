@@ -22,8 +22,6 @@ struct harmonic {
        in every turn: averaging does not lessen it. */
     double by_separation_cosine;
     double by_separation_sine;
-    /* Standard deviation of a component by a change of order 1 within the turn, arcsec. */
-    double by_change;
     /* |TF|; INFINITY where the order cannot be seen. */
     double noise_gain;
     bool seen;

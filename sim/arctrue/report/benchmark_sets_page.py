@@ -8,7 +8,7 @@ from arctrue.studies.benchmark.worlds import WORLDS
 MADE = "<!-- Made by scripts/make_docs.py from the worlds. Do not edit: make docs -->"
 WORLDS_TOLD = """## The first generator, of the simulated table
 
-24,000 rows a set: four runs (up, down, three times as fast, warm) and ten polygon cycles. Each
+A set has 24,000 rows: four runs (up, down, three times as fast, warm) and ten polygon cycles. Each
 world has sets with nothing in them, one cause of the catalogue, a product of parts that no
 catalogue has, a stranger outside the grammar of parts, and two or three causes at once. Causes and
 sizes are drawn from the ranges of `arctrue simulate --list`; draws that look like each other are
