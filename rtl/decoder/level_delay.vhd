@@ -34,7 +34,7 @@ architecture rtl of level_delay is
 
   signal memory      : levels_of_clocks                     := (others => (others => '0'));
   signal stored      : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
-  signal before      : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
+  signal previous    : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
   signal is_none     : std_ulogic                           := '1';
   signal is_one      : std_ulogic                           := '0';
 
@@ -42,7 +42,7 @@ begin
 
   -- From two clocks on, a word that was written before it is read.
   delayed <= levels when is_none = '1' else
-             before when is_one = '1' else
+             previous when is_one = '1' else
              stored;
 
   remember : process (clock) is
@@ -59,10 +59,10 @@ begin
       memory(to_integer(place)) <= levels;
       place                     := place + 1;
 
-      before  <= levels;
-      is_none <= delay ?= 0;
-      is_one  <= delay ?= 1;
-      back    := delay - 1;
+      previous <= levels;
+      is_none  <= delay ?= 0;
+      is_one   <= delay ?= 1;
+      back     := delay - 1;
     end if;
 
   end process remember;

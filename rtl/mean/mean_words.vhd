@@ -116,7 +116,8 @@ begin
 
       if address = 2 * HEADS_MAX and write_now = '1' then
         idle(CARRIER_FIRST - 1 downto USED_FIRST) <= data(HEADS + 3 downto 4);
-        idle(CARRIER_FIRST + 1 downto CARRIER_FIRST) <= data(1 downto 0) when u_unsigned(data(1 downto 0)) < HEADS else "00";
+        -- Three bits: GHDL's synthesis cuts HEADS to the width of the word that it is compared with, and 4 would be 0.
+        idle(CARRIER_FIRST + 1 downto CARRIER_FIRST) <= data(1 downto 0) when u_unsigned('0' & data(1 downto 0)) < HEADS else "00";
       end if;
 
       write_acknowledge <= write_now;

@@ -6,16 +6,16 @@ from typing import Any
 
 import cocotb
 import numpy as np
-
-from arctrue.gateware.edge_counter import counted_edges, edge_counter
-from arctrue.gateware.index_zero import index_zero
-from tb.decoder.drive import edge_ports, follows
-from tb.decoder.quadrature_decoder_scenarios import (
+from sim.tests.gateware.quadrature_decoder_scenarios import (
     FAULTY,
     RANDOM_SEEDS,
     SCATTERED,
     stimuli,
 )
+
+from arctrue.gateware.edge_counter import counted_edges, edge_counter
+from arctrue.gateware.index_zero import index_zero
+from tb.decoder.drive import edge_ports, follows
 
 SETTINGS = ("counts_per_rev", "index_tolerance", "rearm", "zero_again", "heal", "other_head_agrees")
 NAMES = [*SCATTERED, *FAULTY, *RANDOM_SEEDS]

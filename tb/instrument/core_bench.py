@@ -13,10 +13,20 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 
 from arctrue.gateware.register_access import register_named
-from arctrue.generated.registers import CAPTURE_ADDRESS, COEFFICIENTS_ADDRESS, REGISTERS
+from arctrue.generated.number_formats import HEADS_MAX
+from arctrue.generated.registers import (
+    CAPTURE_ADDRESS,
+    COEFFICIENTS_ADDRESS,
+    FURTHER_CAPTURE_ADDRESS,
+    MAP_BYTES,
+    MEAN_ADDRESS,
+    REGISTERS,
+)
 
 CLOCKS = int(os.environ.get("ARCTRUE_EQUAL_CLOCKS", "6000"))
 LANES = int(os.environ["ARCTRUE_LANES"])
+HEADS = int(os.environ["ARCTRUE_HEADS"])
+HAS_FURTHER = HEADS > 2
 COUNTS_PER_REV = 64
 CHANNELS = ("aw", "w", "ar")
 GIVEN = ("awvalid", "wvalid", "arvalid", "bready", "rready")
@@ -24,6 +34,8 @@ SAID = ("awready", "wready", "arready", "bvalid", "rvalid")
 
 CONTROLS = (0b00111, 0b01111, 0b10111, 0b00110, 0b00101)
 """Words of the register: captures in equal time, in equal angle, from outside; parts disabled."""
+ABSENT_HEADS = {f"head{head}_{pin}": 0 for head in range(HEADS + 1, HEADS_MAX + 1) for pin in "abz"}
+"""Pins of the heads that this core does not have."""
 DNA = {"chip_dna": 0x0AB_CDEF_0123_4567, "chip_dna_known": 1}
 """What the primitive of the top level has read, which never changes."""
 COMMANDS = (
@@ -36,7 +48,7 @@ COMMANDS = (
     "alive",
 )
 
-LATCHES = ("head1.index", "head2.index", "snapshot.time", "probe.time")
+LATCHES = (*(f"head{head}.index" for head in range(1, HEADS + 1)), "snapshot.time", "probe.time")
 """Whose low word latches the rest of its group."""
 
 Access = tuple[bool, int, int, int]
@@ -61,13 +73,15 @@ def set_up() -> Iterator[Access]:
         ("ramp_acceleration", 2**32 - 1),
         ("output_spacing", 1),
         ("minimum_edge_spacing", 4),
-        ("interrupt_enable", 0x7FF),
+        ("interrupt_enable", 0x7FFF if HAS_FURTHER else 0x7FF),
         ("pulse_widths", 3 << 16 | 2),
         # Reached during the 40 reads below, before a random access can disarm it.
         ("compare.first", 40),
         ("compare.interval", 8),
     ):
         yield True, address(path), word, 15
+    if HAS_FURTHER:
+        yield True, address("head_delays"), 0x05_00_01_02, 15
     yield command("rearm", "clear_head1", "clear_head2", "compare_arm")
     yield from [(False, address("scratch"), 0, 0)] * 40
     yield True, address("control"), 0b0111, 15
@@ -86,7 +100,19 @@ def coefficients(draw: random.Random) -> Iterator[Access]:
             yield True, COEFFICIENTS_ADDRESS + 16 * lane + 4 * place, word, 15
     yield True, address("coefficient_offset"), draw.randrange(-4096, 4096) & 0xFFFF_FFFF, 15
     yield False, COEFFICIENTS_ADDRESS + 12, 0, 0
+    if HAS_FURTHER:
+        yield from mean_words(draw)
     yield command("swap")
+
+
+def mean_words(draw: random.Random) -> Iterator[Access]:
+    """Offsets and weights of four heads, the carrier and which heads are used."""
+    offsets = [draw.randrange(COUNTS_PER_REV << 4) for _ in range(HEADS_MAX)]
+    weights = [draw.randrange(-(2**14), 2**15) & 0xFFFF_FFFF for _ in range(HEADS_MAX)]
+    carrier = draw.randrange(HEADS)
+    used = draw.getrandbits(HEADS) | 1 << carrier
+    for place, word in enumerate((*offsets, *weights, used << 4 | carrier)):
+        yield True, MEAN_ADDRESS + 4 * place, word, 15
 
 
 def accesses(draw: random.Random) -> Iterator[Access]:
@@ -103,8 +129,9 @@ def accesses(draw: random.Random) -> Iterator[Access]:
             for word in range(register.words):
                 yield False, register.address + 4 * word, 0, 0
         elif kind < 0.7:
+            capture = draw.choice((CAPTURE_ADDRESS, FURTHER_CAPTURE_ADDRESS)[: 1 + HAS_FURTHER])
             for place in range(draw.randrange(1, 34)):
-                yield False, CAPTURE_ADDRESS + 4 * place, 0, 0
+                yield False, capture + 4 * place, 0, 0
             yield command("capture_release")
         elif kind < 0.76:
             yield from coefficients(draw)
@@ -113,9 +140,11 @@ def accesses(draw: random.Random) -> Iterator[Access]:
         elif kind < 0.88:
             yield True, address("interrupt_status"), draw.getrandbits(11), draw.getrandbits(4)
         elif kind < 0.94:
-            yield draw.random() < 0.5, draw.randrange(0, 2**18), draw.getrandbits(32), 15
+            yield draw.random() < 0.5, draw.randrange(0, MAP_BYTES), draw.getrandbits(32), 15
         elif kind < 0.97:
             yield command(*draw.sample(COMMANDS, 2))
+            if HAS_FURTHER:
+                yield True, address("heads_command"), draw.randrange(4), 15
         else:
             yield True, address(draw.choice(("angle_step", "sample_period"))), 5, 15
 
@@ -159,18 +188,18 @@ class Master:
 
 
 class Heads:
-    """Two encoders that go and return over their index marks, and stumble now and then."""
+    """Encoders that go and return over their index marks, and stumble now and then."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
-        self.position = [-20.0, -14.0]
+        self.position = [-20.0, -14.0, -17.0, -9.0][:HEADS]
         self.speed = 0.25
 
     def next_clock(self) -> dict[str, int]:
         if self.draw.random() < 0.0008:
             self.speed = self.draw.choice((-0.25, 0.25, 0.25, 0.5))
         pins = {}
-        for head in (1, 2):
+        for head in range(1, HEADS + 1):
             self.position[head - 1] += self.speed * self.draw.uniform(0.8, 1.2)
             count = int(self.position[head - 1] // 1)
             levels = (0b00, 0b01, 0b11, 0b10)[count % 4]
@@ -205,7 +234,8 @@ async def note_everything(dut) -> None:
     master, heads, beside = Master(draw), Heads(draw), Beside(draw)
     told = json.loads((folder / "outputs.json").read_text(encoding="utf-8"))
     outputs = [getattr(dut, name) for name in told]
-    names = ["reset", *master.inputs, *heads.next_clock(), *beside.next_clock(), *DNA]
+    constants = ABSENT_HEADS | DNA
+    names = ["reset", *master.inputs, *heads.next_clock(), *beside.next_clock(), *constants]
     drivers = [getattr(dut, name) for name in names]
     inputs: list[list[int]] = []
     noted: list[list[str]] = []
@@ -221,7 +251,7 @@ async def note_everything(dut) -> None:
         else:
             master.next_clock(accepted)
         pins = heads.next_clock() | beside.next_clock()
-        row = list({"reset": reset, **master.inputs, **pins, **DNA}.values())
+        row = list({"reset": reset, **master.inputs, **pins, **constants}.values())
         for place, value in enumerate(row):
             if value != last[place]:
                 drivers[place].value = value

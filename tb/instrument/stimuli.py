@@ -10,6 +10,9 @@ import numpy as np
 from arctrue.generated.number_formats import (
     AMPLITUDE_WIDTH,
     COUNTS_PER_REV_MAX,
+    HEADS_MAX,
+    MEAN_TERM_FRACTION,
+    MEAN_TERM_WIDTH,
     PAIR_WIDTH,
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
@@ -27,7 +30,7 @@ class Case:
     """An entity with its generics and what it is given; outputs are known from ``settled`` on."""
 
     entity: str
-    generics: dict[str, int]
+    generics: dict[str, int | str]
     stimulus: Callable[[np.random.Generator], Stimulus]
     settled: int
 
@@ -105,7 +108,7 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         sum(words[clock * pairs + pair] << (PAIR_WIDTH * pair) for pair in range(pairs))
         for clock in range(clocks)
     ]
-    return {
+    given = {
         "reset": reset_first(clocks, random),
         "pair_sums": flat,
         "offset": held(bits(random, AMPLITUDE_WIDTH, clocks // 50), 50),
@@ -123,6 +126,25 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         "first_sums": [1] * clocks,
         "last_sums": [1] * clocks,
     }
+    return given | changes_of_carrier(random, given["swap_marker"])
+
+
+def changes_of_carrier(random: np.random.Generator, swap_marker: list[int]) -> Stimulus:
+    """The mean's part of the correction; the carrier changes with some of the swaps only."""
+    clocks = len(swap_marker)
+    # Terms below a count let the ramp come to its end; some reach the bound of weighted_mean.
+    most = 3 * 2**17 + 1 << MEAN_TERM_FRACTION
+    large = random.random(clocks) < 0.05
+    terms = np.where(
+        large,
+        random.integers(-most, most + 1, clocks),
+        random.integers(-(2**MEAN_TERM_FRACTION), 2**MEAN_TERM_FRACTION + 1, clocks),
+    )
+    return {
+        "mean_term": (terms % 2**MEAN_TERM_WIDTH).tolist(),
+        "jumped": (np.array(swap_marker) & pulses(random, 0.5, clocks)).tolist(),
+        "jump": bits(random, 16, clocks),
+    }
 
 
 def folded_error_compensation(random: np.random.Generator) -> Stimulus:
@@ -137,6 +159,9 @@ def folded_error_compensation(random: np.random.Generator) -> Stimulus:
         "zero_moved",
         "put_back",
         "referenced",
+        "mean_term",
+        "jumped",
+        "jump",
     ):
         given[name] = held(given[name][::FOLD], FOLD)
     given["first_sums"] = [int(clock % FOLD == 0) for clock in range(clocks)]
@@ -169,6 +194,7 @@ def quadrature_decoder(random: np.random.Generator) -> Stimulus:
         "heal": held([0, 1, 0, 1], clocks // 4),
         "other_head_agrees": pulses(random, 0.3, clocks),
         "rearm": held(pulses(random, 0.05, clocks // 10), 10),
+        "delay": held([0, 1, 2, *random.integers(3, 256, 5).tolist()], clocks // 8),
     }
 
 
@@ -207,7 +233,7 @@ def sampler(random: np.random.Generator) -> Stimulus:
         for name in ("index_error", "illegal", "overspeed")
         for head in (1, 2)
     }
-    return {
+    given = {
         "reset": reset_first(clocks, random, 0.0005),
         "enable": held(pulses(random, 0.9, clocks // 100), 100),
         # Equal time, equal angle, from outside, and none.
@@ -226,6 +252,24 @@ def sampler(random: np.random.Generator) -> Stimulus:
         "read_enable": pulses(random, 0.3, clocks),
         "read_address": random.integers(0, 2 * DEPTH, clocks).tolist(),
         "zero_moved1": (np.cumsum(pulses(random, 0.005, clocks)) % 2).tolist(),
+    }
+    return given | further_heads(random, second)
+
+
+def further_heads(random: np.random.Generator, reference: np.ndarray) -> Stimulus:
+    """Heads 3 and 4 of the sampler; ``reference``: turn positions of the head that triggers."""
+    clocks = reference.size
+    third = (reference + 5 + random.integers(0, 2, clocks)) % 2**32
+    fourth = (reference - 9 + random.integers(0, 2, clocks)) % 2**32
+    flags = sum(np.array(pulses(random, 0.02, clocks)) << flag for flag in range(8))
+    return {
+        "reference_position": (reference % 2**32).tolist(),
+        "reference_zero_moved": (np.cumsum(pulses(random, 0.005, clocks)) % 2).tolist(),
+        "further_positions": [
+            high << 32 | low for high, low in zip(fourth.tolist(), third.tolist(), strict=True)
+        ],
+        "further_flags": flags.tolist(),
+        "read_further": pulses(random, 0.5, clocks),
     }
 
 
@@ -265,10 +309,13 @@ CASES = (
     Case("harmonic_unit", {"LANES": LANES}, harmonic_unit, 40),
     Case("error_compensation", {"LANES": LANES}, error_compensation, 20),
     Case("error_compensation", {"LANES": LANES, "FOLD": FOLD}, folded_error_compensation, 20),
+    Case("error_compensation", {"LANES": LANES, "MEAN": "true"}, error_compensation, 20),
     Case("delay_line", {"WIDTH": 57, "CLOCKS": 25}, delay_line, 30),
     Case("quadrature_decoder", {}, quadrature_decoder, 20),
+    Case("quadrature_decoder", {"DELAYED": "true"}, quadrature_decoder, 20),
     Case("quadrature_output", {}, quadrature_output, 20),
     Case("sampler", {"DEPTH": DEPTH}, sampler, 200),
+    Case("sampler", {"DEPTH": DEPTH, "HEADS": HEADS_MAX}, sampler, 200),
     Case("coefficient_memory", {"LANES": LANES}, coefficient_memory, 20),
     Case(
         "coefficient_memory",

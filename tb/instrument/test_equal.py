@@ -59,8 +59,9 @@ def test_unit(case: Case, tmp_path: Path) -> None:
     [
         {"LANES": 2, "CAPTURE_DEPTH": 16},
         {"LANES": 4, "CAPTURE_DEPTH": 16, "FOLD": 2, "ROTATION": "table"},
+        {"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4},
     ],
-    ids=["parallel", "folded_table"],
+    ids=["parallel", "folded_table", "four_heads"],
 )
 def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
     replay = compiled("arctrue_core", generics)
@@ -72,6 +73,7 @@ def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
         environment={
             "ARCTRUE_EQUAL_FOLDER": str(tmp_path),
             "ARCTRUE_LANES": str(generics["LANES"]),
+            "ARCTRUE_HEADS": str(generics.get("HEADS", 2)),
         },
     )
     # Registers that the map calls undefined before their first event are read too.
@@ -101,9 +103,12 @@ def does_the_same_from_random_registers(
         other = at_random.outputs(inputs, folder, seed)
         begun.add(tuple(values[0] for values in other.values()))
         for name in usual:
-            # What the bus says beside them is nobody's until they are high.
+            # What the bus says beside them is nobody's until they are high. With more than two
+            # heads the words of the mean, which outlive a reset, decide when a capture is ready,
+            # and with that how fast it is read.
             is_handshake = name.startswith("s_axil") and name.endswith(("ready", "valid"))
-            begin = CORE_SETTLED if is_handshake else CORE_FORGOTTEN
+            is_known = is_handshake and generics.get("HEADS", 2) == 2
+            begin = CORE_SETTLED if is_known else CORE_FORGOTTEN
             cut = {name: noted[name][begin:]}
             told = {name: other[name][begin:]}
             assert not differences(cut, told, 0, undefined={"s_axil_rdata"}), f"seed {seed}"

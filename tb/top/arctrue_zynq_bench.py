@@ -148,8 +148,11 @@ async def registers_over_axi3(dut: Any) -> None:
     assert [data for data, _ in read[0::4]] == words[0::4]
     assert [data for data, _ in read[2::4]] == words[2::4]
     # Outside of the window, and a word that the map does not have.
-    assert [answer for _, answer in await axi.read_burst(BASE + 2**18, 1)] == [DECERR]
-    assert await axi.write_burst(BASE + 2**18, [0]) == DECERR
+    assert [answer for _, answer in await axi.read_burst(BASE + registers.MAP_BYTES, 1)] == [DECERR]
+    assert await axi.write_burst(BASE + registers.MAP_BYTES, [0]) == DECERR
+    # The capture of heads 3 and 4, which this core does not have.
+    further = BASE + registers.FURTHER_CAPTURE_ADDRESS
+    assert [answer for _, answer in await axi.read_burst(further, 1)] == [SLVERR]
     with pytest.raises(BusError, match=f"answer {SLVERR}"):
         await names.write_raw("identification", 0)
 

@@ -11,8 +11,9 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
+from arctrue.generated.registers import MAP_BYTES
+
 BASE = 0x4000_0000
-ADDRESS_WIDTH = 18
 FIXED, INCR, WRAP = 0, 1, 2
 OKAY, SLVERR, DECERR = 0, 2, 3
 BAD_WORDS = {0x0A4: SLVERR, 0x1A8: DECERR}  # the model slave refuses these, in every KiB
@@ -37,7 +38,7 @@ class Burst:
             return SLVERR
         if self.kind == WRAP and (self.beats not in (2, 4, 8, 16) or self.address % 2**self.size):
             return SLVERR
-        return OKAY if BASE <= self.address < BASE + 2**ADDRESS_WIDTH else DECERR
+        return OKAY if BASE <= self.address < BASE + MAP_BYTES else DECERR
 
     def addresses(self) -> list[int]:
         """Address_N of the specification's equations."""
@@ -98,7 +99,9 @@ def random_burst(chance: random.Random) -> Burst:
     size = chance.choice((0, 1, 2, 2))
     beats = chance.choice((2, 4, 8, 16)) if kind == WRAP else chance.randint(1, 16)
     last = 0x1000 - 2**size * beats if kind == INCR else 0xFFC
-    address = BASE + chance.randrange(4) * 0x1000 + chance.randint(0, last)
+    # Near both ends of the window.
+    address = BASE + chance.choice((0, MAP_BYTES - 0x4000))
+    address += chance.randrange(4) * 0x1000 + chance.randint(0, last)
     if kind == WRAP:
         address -= address % 2**size
     broken = chance.random()
@@ -107,7 +110,7 @@ def random_burst(chance: random.Random) -> Burst:
     elif broken < 0.08:
         size = chance.randint(3, 7)
     elif broken < 0.12:
-        address += 2**ADDRESS_WIDTH
+        address += MAP_BYTES
     elif broken < 0.16 and kind == WRAP:
         beats = chance.choice((1, 3, 5, 6, 7, 9, 15))
     elif broken < 0.20 and kind == WRAP:
