@@ -92,6 +92,8 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
         if found.named is None and not found.decision.look_alikes:
             break
         first = found.candidates[0]
+        if found.named is not None and found.findings.without(first.regular).causes:
+            assert any("diagnose again" in sentence for sentence in sentences(found))
         named.append(first.name)
         if "order" in first.nonlinear:
             orders.append(round(first.nonlinear["order"]))

@@ -124,7 +124,7 @@ def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
             waiting = _may_come_before(waiting, real)
         if not waiting:
             break
-        item = _judged(waiting.pop(0), tried, null, tried.absent, progress)
+        item = _largest_sure(waiting.pop(0), tried, null, progress)
         judged[item.name] = item
         if (
             item.p_corrected < SIGNIFICANCE
@@ -286,6 +286,24 @@ def _judged(
         improvement = falls(before, after, base.noise)
         return replace(item, held_out=after, improvement=improvement, share=share)
     return item
+
+
+def _largest_sure(item: Candidate, tried: Survey, null: float, progress: ReportStep) -> Candidate:
+    """The candidate judged; of regular causes of one name the largest that is significant.
+
+    Slow noise may explain a slow line, and does not hide a fast one. None is: the largest.
+    """
+    judged = _judged(item, tried, null, tried.absent, progress)
+    if item.regular is None or judged.p_corrected < SIGNIFICANCE:
+        return judged
+    for cause in tried.findings.causes:
+        if cause is item.regular or cause.effect.name != item.name:
+            continue
+        for line in regular_candidates(tried.residuals, [cause], tried.absent * tried.looks):
+            smaller = _judged(line, tried, null, tried.absent, progress)
+            if smaller.p_corrected < SIGNIFICANCE:
+                return smaller
+    return judged
 
 
 def _in_less_noise(

@@ -55,7 +55,8 @@ def posterior(
 
     ``look_alikes`` of the first of the class, which the set cannot test, are as probable as it is.
     ``product`` is the best product of parts where it is none of the candidates in other words;
-    ``excluded`` are effects that fit and that held-out rows, passes or speeds speak against;
+    ``excluded`` are effects that fit and that held-out rows, passes or speeds speak against; the
+    first of the class may be one of them, and ``unknown`` is then as likely as it is;
     ``confounded``: the product is the first growing with another condition, as likely as it is;
     ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names to products, and
     products to names.
@@ -94,7 +95,12 @@ def posterior(
         # Against one effect by its own odds; where several explain the rows alike, none of them is
         # excluded by what is ahead of each by less than the rules ask of a product.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
-        if confounded:
+        # The first of a class may be excluded only because it does not show at every speed: it is
+        # then its own suspect, as likely as itself, and needs a rival of its own to be beaten.
+        suspect = effect_class[0] in excluded
+        others = [evidence[name] for name in evidence if name in excluded - set(effect_class)]
+        rival = float(np.logaddexp.reduce([of_product, *others]))
+        if confounded or (suspect and rival < first):
             # No likelier than the first once the share for an inadequate model is given to it:
             # equal at −2s/(1 − s).
             share = inadequacy(verdict, ways)

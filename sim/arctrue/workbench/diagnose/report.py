@@ -154,9 +154,10 @@ def sentences(result: Diagnosis) -> list[str]:
         if result.second is not None:
             said.append(result.second.sentence)
         said.append(_compensation(result.named))
-        if result.beside:
+        more = _explains_more(result)
+        if more is not None:
             said.append(
-                f"That is not all: {result.beside[0].name} explains still more. Add "
+                f"That is not all: {more} explains still more. Add "
                 f"{result.named.name} and diagnose again."
             )
     elif result.verdict == "ambiguous":
@@ -182,6 +183,15 @@ def sentences(result: Diagnosis) -> list[str]:
         names = ", ".join(item.name for item in result.negligible)
         said.append(f"Significant but too small to matter: {names}.")
     return said
+
+
+def _explains_more(result: Diagnosis) -> str | None:
+    """What would be named next, or else the largest regular cause that the named one leaves."""
+    if result.beside:
+        return result.beside[0].name
+    named = None if result.named is None else result.named.regular
+    left = result.findings.without(named).causes
+    return left[0].effect.name if left else None
 
 
 def _measurement(result: Diagnosis) -> list[str]:

@@ -219,8 +219,9 @@ def takes_little(case: Case) -> Decision | None:
 
     What other blocks of the rows predict is there, however much more is; the rest is to be found.
     """
-    if case.best is None or case.best.share is not None:
-        # A share of half or less has been refused already.
+    if case.best is None or case.best.share is not None or case.best.regular is not None:
+        # A share of half or less has been refused already, and a line of a forward search is kept
+        # only if other blocks predict it.
         return None
     found, left = case.before_and_after, case.with_best
     if found is None or left is None:

@@ -13,6 +13,7 @@ from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term, term_columns, whitened_rows
 from arctrue.workbench.inference.solution import Solution, context_of
+from arctrue.workbench.noise.repeats import row_noise_arcsec
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.numeric.least_squares import Layout, Matrix, WhitenedRows
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, solve_symmetric
@@ -201,8 +202,8 @@ class Residuals:
     ) -> Residuals:
         """The same model beside other residuals (draws of the noise), fitted out of them."""
         other = Residuals(self.solution)
-        for name in ("_designs", "_normal", "_inverse"):
-            # The model's own matrices do not depend on the residuals.
+        for name in ("_designs", "_normal", "_inverse", "_reading_noise_arcsec"):
+            # The model's own matrices, and the noise of the set, do not depend on the residuals.
             other.__dict__[name] = getattr(self, name)
         # They are those of a fit.
         other.__dict__["_left_moment"] = np.zeros(self._layout.size)
@@ -305,10 +306,24 @@ class Residuals:
         order = effect.electrical_order(self.observations)
         if order == 0.0:
             return LEAST_OWN_SHARE
-        solution = self.solution
-        sigma = (solution.capture_sigma_arcsec or 0.0, solution.reference_sigma_arcsec or 0.0)
-        in_phase = TIMES_THE_NOISE * (order * max(sigma) * RAD_PER_ARCSEC) ** 2
+        in_phase = TIMES_THE_NOISE * (order * self._reading_noise_arcsec * RAD_PER_ARCSEC) ** 2
         return float(np.clip(in_phase, LEAST_OWN_SHARE, MOST_OWN_SHARE))
+
+    @cached_property
+    def _reading_noise_arcsec(self) -> float:
+        """Of the noisier channel, from its repeats.
+
+        The noise of a model that lacks an effect holds the effect, which is no noise of the phase.
+        """
+        found = [0.0]
+        for channel, values in (
+            ("capture", self.capture_arcsec),
+            ("reference", self.reference_arcsec),
+        ):
+            if values is not None:
+                rms = float(np.sqrt(np.mean(values**2)))
+                found.append(row_noise_arcsec(self.observations, values, channel, rms))
+        return max(found)
 
     def _whitened_side_by_side(
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool

@@ -177,7 +177,9 @@ def _left(rms: float, noise: float = 0.1, reference: float = 0.1) -> SimpleNames
 
 
 def _case(before: SimpleNamespace, after: SimpleNamespace, lack_of_fit_p: float = 0.0) -> Case:
-    item = SimpleNamespace(name="count_slip", moved_arcsec={"capture": 0.3}, gain=100.0, share=None)
+    item = SimpleNamespace(
+        name="count_slip", moved_arcsec={"capture": 0.3}, gain=100.0, share=None, regular=None
+    )
     channel = SimpleNamespace(lack_of_fit_p=lack_of_fit_p, noise_arcsec=0.1)
     fit_of = {"capture": channel, "reference": SimpleNamespace(lack_of_fit_p=0.5, noise_arcsec=0.1)}
     survey = SimpleNamespace(channels=fit_of)
@@ -227,5 +229,9 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         confirmed = _case(before, after)
         confirmed.best.share = SimpleNamespace(share=0.9)  # type: ignore[union-attr]
         assert takes_little(confirmed) is None
+        # So does a line of a forward search, which has no share: it is kept only if they do.
+        line = _case(before, after)
+        line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
+        assert takes_little(line) is None
     little = _left(float(np.hypot(noise, 0.5 * LEAST_EXCESS * noise)))
     assert takes_little(_case(little, little)) is None
