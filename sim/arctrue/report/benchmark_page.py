@@ -43,7 +43,7 @@ FIGURES = {CALIBRATION_ERROR: "calibration_error", LOG_SCORE: "log_score_gain"}
 HEAD = """# How often the diagnosis is right
 
 `arctrue benchmark` hides causes in simulated tables and lets the diagnosis see the folder of the
-measurement set only. The truth is compared with the answer beside an *oracle*: the generalised
+measurement set only. The truth is compared with the answer and with an *oracle*: the generalised
 likelihood ratio that knows the cause's exact form and the covariance by which the noise was drawn.
 It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 %, its own search
 for an order, a frequency or an instant paid for. What moves the prediction by less than half a

@@ -53,8 +53,9 @@ class SecondFinding:
         )
         if self.channel is not None:
             return f"And it differs from place to place by ±{100.0 * self.variation:.0f} %: {left}."
-        what = "no known effect explains" if self.description is None else self.description
-        return f"With it in the model something is left: {left}; {what}."
+        # What would be named next is said elsewhere; without a product its form is not known.
+        what = "" if self.description is None else f"; {self.description}"
+        return f"With it in the model something is left: {left}{what}."
 
 
 def second_finding(

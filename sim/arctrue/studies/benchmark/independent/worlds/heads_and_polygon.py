@@ -1,4 +1,4 @@
-"""Four runs of two heads beside five cycles over a polygon, both ways, with one cause."""
+"""Four runs of two heads and five cycles over a polygon, both ways, with one cause."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Causes that the catalogue does not have, in four runs, beside a polygon, or in a log."""
+"""Causes that the catalogue does not have, in four runs, with a polygon, or in a log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Four runs of two heads, in half of the sets beside a polygon, with two causes at once."""
+"""Four runs of two heads, in half of the sets with a polygon too, and two causes at once."""
 
 from __future__ import annotations
 
