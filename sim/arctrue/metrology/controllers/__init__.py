@@ -1,0 +1,32 @@
+"""Tables by which other controllers correct a rotary axis, and how they interpolate between rows.
+
+Each format is written from the controller's public sources, which docs/reports.md names, and is
+read back by a model of the controller's own interpolation.
+"""
+
+from collections.abc import Mapping
+
+from arctrue.metrology.controllers.bidirectional_csv import Bidirectional
+from arctrue.metrology.controllers.ecmc import Ecmc
+from arctrue.metrology.controllers.linuxcnc import LinuxCnc
+from arctrue.metrology.controllers.moteus import Moteus32, Moteus256
+from arctrue.metrology.controllers.siemens import Siemens
+from arctrue.metrology.controllers.simplefoc import SimpleFoc
+from arctrue.metrology.controllers.table_format import Left, TableFormat
+from arctrue.metrology.controllers.twincat import TwinCat
+
+__all__ = ["FORMATS", "Left", "TableFormat"]
+
+FORMATS: Mapping[str, TableFormat] = {
+    one.name: one
+    for one in (
+        Bidirectional(),
+        LinuxCnc(),
+        TwinCat(),
+        Siemens(),
+        Ecmc(),
+        Moteus32(),
+        Moteus256(),
+        SimpleFoc(),
+    )
+}

@@ -1,0 +1,84 @@
+"""What every table for a controller has: its text, and the error that is left with it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.metrology.correction import Correction
+
+Float = NDArray[np.float64]
+
+GRID = 36_000
+"""Angles at which a table is judged: 36″ apart, between the rows of every table."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """What the controller leaves of the model's correction, arcseconds."""
+
+    largest_arcsec: float
+    rms_arcsec: float
+
+
+class TableFormat(ABC):
+    """A kind of table: its text, and the angle that a controller makes of it."""
+
+    name: ClassVar[str]
+    file_name: ClassVar[str]
+    """Of the file, where no other is asked for."""
+    points: ClassVar[int]
+    """Rows over a turn, where no other number is asked for."""
+    least_points: ClassVar[int] = 3
+    most_points: ClassVar[int] = 100_000
+    knows_direction: ClassVar[bool]
+    """Does the table tell an approach from below from one from above?"""
+
+    @abstractmethod
+    def text(self, correction: Correction, points: int, title: str) -> str:
+        """The file's content, for ``points`` rows a turn; ``title`` is a comment where allowed."""
+
+    @abstractmethod
+    def angle_error_arcsec(
+        self, text: str, correction: Correction, angle_rad: Float, direction: int
+    ) -> Float:
+        """Angle less true angle that is left with the table, by ``angle_rad`` in [0, 2π).
+
+        The table is taken from ``text``; the axis has exactly the error of ``correction``.
+        """
+
+    def left(self, text: str, correction: Correction) -> Left:
+        """The error that is left on a fine grid, from below and from above."""
+        angle = np.radians(turn_deg(GRID)[:-1])
+        error = np.concatenate(
+            [self.angle_error_arcsec(text, correction, angle, way) for way in (1, -1)]
+        )
+        return Left(float(np.abs(error).max()), float(np.sqrt(np.mean(error**2))))
+
+
+class TableOfReading(TableFormat):
+    """A table of what is taken off the reading, by the reading."""
+
+    def angle_error_arcsec(
+        self, text: str, correction: Correction, angle_rad: Float, direction: int
+    ) -> Float:
+        taken = self.taken_off_arcsec(text, np.degrees(angle_rad), direction)
+        return correction.error_arcsec(angle_rad, direction) - taken
+
+    @abstractmethod
+    def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:
+        """What the controller takes off readings in [0°, 360°)."""
+
+
+def turn_deg(points: int) -> Float:
+    """0° to 360°, both included: ``points`` equal steps."""
+    return np.asarray(np.arange(points + 1) * (360.0 / points), dtype=np.float64)
+
+
+def columns(text: str) -> Float:
+    """Columns of numbers, (columns, rows)."""
+    return np.array([[float(cell) for cell in line.split()] for line in text.splitlines()]).T

@@ -1,0 +1,41 @@
+"""A table by which a controller changes the command of an axis, not its reading."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.metrology.controllers.table_format import TableFormat
+from arctrue.metrology.correction import Correction
+
+Float = NDArray[np.float64]
+
+ROUNDS = 20
+"""g(θ + e) = e settles by a factor of g′, below 0.01, each round."""
+
+
+class TableOfCommand(TableFormat):
+    """A table of what is added to the command; the servo then brings the reading to the sum."""
+
+    def angle_error_arcsec(
+        self, text: str, correction: Correction, angle_rad: Float, direction: int
+    ) -> Float:
+        added = self.added_deg(text, np.degrees(angle_rad), direction) * 3600.0
+        reading = angle_rad + added * RAD_PER_ARCSEC
+        return np.asarray(added - correction.error_arcsec(reading, direction))
+
+    @abstractmethod
+    def added_deg(self, text: str, command_deg: Float, direction: int) -> Float:
+        """Degrees that the controller adds to commands in [0°, 360°)."""
+
+
+def wanted_deg(correction: Correction, nominal_deg: Float, direction: int) -> Float:
+    """ε(θ): so much farther the reading has to go for the table to stand at ``nominal_deg``."""
+    angle = np.radians(nominal_deg)
+    error = np.zeros_like(angle)
+    for _ in range(ROUNDS):
+        error = correction.error_arcsec(angle + error * RAD_PER_ARCSEC, direction)
+    return error / 3600.0

@@ -1,0 +1,63 @@
+"""The leadscrew error compensation of the TwinCAT CNC (TF5200), one table for each direction."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.metrology.controllers.table_format import turn_deg
+from arctrue.metrology.controllers.table_of_command import TableOfCommand, wanted_deg
+from arctrue.metrology.correction import Correction
+
+Float = NDArray[np.float64]
+
+UNITS_PER_DEG = 10_000
+"""The file counts rotary axes in whole 0.0001° (0.36″)."""
+
+
+class TwinCat(TableOfCommand):
+    """Compensation value list of a modulo axis: actual less nominal position, up and down.
+
+    The controller takes the value off the command, on a straight line between rows; the row at
+    360° is the row at 0°. Whole units of 0.0001° are the largest part of what is left.
+    """
+
+    name = "twincat"
+    file_name = "achskw1.lis"
+    points = 360
+    most_points = 1500
+    """Most entries of a table where P-COMP-00059 does not ask for more."""
+    knows_direction = True
+
+    def text(self, correction: Correction, points: int, title: str) -> str:
+        interval = 360 * UNITS_PER_DEG / points
+        if not interval.is_integer():
+            raise ValueError(
+                f"--points: twincat steps by whole 0.0001°, {points} steps a turn do not; "
+                "choose a divisor of 3600000, as 360 or 720"
+            )
+        nominal = turn_deg(points)[:-1]
+        up, down = (
+            np.rint(-UNITS_PER_DEG * wanted_deg(correction, nominal, way)).astype(int)
+            for way in (1, -1)
+        )
+        lines = [
+            f"# {title}",
+            "kopf.achs_nr 1",
+            f"kw.ssfk.interval {int(interval)}",
+            "kw.ssfk.kw_startpos 0",
+            f"kw.ssfk.kw_nr_max {points}",
+            "kw.ssfk.unit 1",
+            "kw.ssfk.bilateral 1",
+            "kw.ssfk.modulo 1",
+            *(f"kw.ssfk.table[{i}].pos {value}" for i, value in enumerate(up)),
+            *(f"kw.ssfk.table[{i}].neg {value}" for i, value in enumerate(down)),
+        ]
+        return "\n".join(lines) + "\n"
+
+    def added_deg(self, text: str, command_deg: Float, direction: int) -> Float:
+        side = ".pos " if direction > 0 else ".neg "
+        rows = [int(line.split()[1]) for line in text.splitlines() if side in line]
+        return np.asarray(
+            -np.interp(command_deg, turn_deg(len(rows)), [*rows, rows[0]]) / UNITS_PER_DEG
+        )
