@@ -56,6 +56,11 @@ SIMULATED_BY = {"graduation_harmonics": None, "periodic_error": "drive_gear_erro
 """Recipe of an effect where it is not the one of its name; None: every table has it."""
 
 
+def measured_effects() -> list[str]:
+    """Effects that a simulated table can have: not those of a mount with a second axis."""
+    return [name for name in built_in() if name in SIMULATED_BY or name in REGISTRY]
+
+
 @dataclass(frozen=True, slots=True)
 class Measured:
     """One effect; RMS about the mean, arcseconds, at the output on the fresh turns."""
@@ -170,16 +175,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("effects", nargs="*", help="measure these alone", metavar="EFFECT")
     chosen = parser.parse_args(arguments).effects
-    unknown = sorted(set(chosen) - set(built_in()))
+    unknown = sorted(set(chosen) - set(measured_effects()))
     if unknown:
-        parser.error(f"no effect is named {unknown[0]}; there are: {', '.join(built_in())}")
+        parser.error(f"no table has {unknown[0]}; there are: {', '.join(measured_effects())}")
     rows = stored()["effects"] if chosen and STORED.exists() else {}
-    for name in chosen or built_in():
+    for name in chosen or measured_effects():
         row = measure(name).data()
         del row["effect"]
         rows[name] = row
         print(name, row, flush=True)
-    ordered = {name: rows[name] for name in built_in() if name in rows}
+    ordered = {name: rows[name] for name in measured_effects() if name in rows}
     found = {"schema": 1, "seed": SEED, "temperature_c": FRESH_C, "effects": ordered}
     write_whole_text(STORED, json.dumps(found, indent=1, ensure_ascii=False) + "\n")
     return 0

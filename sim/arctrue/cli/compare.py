@@ -62,7 +62,7 @@ def compare(
         else:
             _, solution = fitted(loaded.model, loaded.observations, loaded.effects)
         result = compare_model(solution, seed)
-        absent = absent_effects(loaded.effects, loaded.model.names())
+        absent = absent_effects(loaded.effects, loaded.model.names(), loaded.observations)
         told = identifiability(solution, absent)
     _print(result, loaded.model.names(), fitted_here=not no_fit)
     _print_noise(result.noise)

@@ -369,5 +369,5 @@ def report_sections(
 
 def addable(analysis: Analysis) -> Sequence[str]:
     """Effects that ``add`` takes: those that are not there, and those with a search."""
-    absent = absent_effects(analysis.effects, analysis.model.names())
+    absent = absent_effects(analysis.effects, analysis.model.names(), analysis.observations)
     return [name for name, effect in analysis.effects.items() if name in absent or effect.search]

@@ -79,7 +79,7 @@ def survey(
     search found beside this model, in place of where an effect of that name would be looked for.
     """
     present = {term.effect.name for term in residuals.solution.terms}
-    absent = absent_effects(effects, present)
+    absent = absent_effects(effects, present, residuals.observations)
     repeatable = {
         name: effect for name, effect in effects.items() if name in present and effect.search
     }

@@ -279,6 +279,13 @@ class Effect(ABC):
         """The effect in a few words, with its size; the default is its name."""
         return self.name
 
+    def concerns(self, observations: Observations) -> bool:
+        """Does the set speak of the part that this effect is of? False: it is not asked about.
+
+        An effect whose :meth:`missing` columns no other machine has stays silent there.
+        """
+        return True
+
     def missing(self, observations: Observations) -> list[str]:
         """What the set lacks for a test of this effect, in words; empty: it can be tested."""
         return []

@@ -212,6 +212,12 @@ def _text(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     return None if right else f"expected one line of printable text, found {found!r}"
 
 
+def _truth(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    return (
+        None if isinstance(found, bool | np.bool_) else f"expected True or False, found {found!r}"
+    )
+
+
 def _nothing(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     return None
 
@@ -247,6 +253,7 @@ CHECKS: Mapping[str, Check] = {
     "disc_orders": _nothing,
     "search_range": _nothing,
     "lanes": _lanes,
+    "concerns": _truth,
     "missing": _texts,
     "variety": _texts,
     "contradiction": _text_or_none,

@@ -22,6 +22,7 @@ from arctrue.workbench.effects.guarded import (
 )
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.time_limit import TookTooLongError, call_within
+from arctrue.workbench.observations import Observations
 
 ENTRY_POINTS = "arctrue.effects"
 
@@ -45,6 +46,7 @@ ORDER = (
     "polygon_eccentricity",
     "autocollimator_gain",
     "reference_drift",
+    "pointing_geometry",
     "periodic_error",
 )
 """The catalogue, in the order in which it is listed."""
@@ -143,14 +145,14 @@ def from_entry_points() -> dict[str, type[Effect]]:
 
 
 def absent_effects(
-    effects: Mapping[str, type[Effect]], present: Iterable[str]
+    effects: Mapping[str, type[Effect]], present: Iterable[str], observations: Observations
 ) -> dict[str, type[Effect]]:
-    """What a model of the effects ``present`` may lack: the others that are something by name."""
+    """What a model of the effects ``present`` may lack: the others that concern the set."""
     there = set(present)
     return {
         name: effect
         for name, effect in effects.items()
-        if name not in there and not effect.needs_settings
+        if name not in there and not effect.needs_settings and effect().concerns(observations)
     }
 
 
