@@ -1,7 +1,7 @@
 """ArcTrue: the true angle of a rotary table from two read heads.
 
-``import arctrue as at`` gives ``at.read_set``, ``at.compare``, ``at.diagnose``, ``at.simulate`` and
-``at.Model`` (``arctrue.api``); they are imported when they are first used.
+``import arctrue as at`` gives ``at.Dataset``, ``at.compare``, ``at.diagnose`` and the other names
+of ``arctrue.api``; they are imported when they are first used.
 """
 
 import importlib
@@ -13,16 +13,32 @@ from typing import Any
 # long as the work. numpy reads this when it is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-_OF_THE_API = ("Model", "compare", "diagnose", "read_set", "simulate")
+__all__ = [
+    "Comparison",
+    "Dataset",
+    "Diagnosis",
+    "Explanation",
+    "Model",
+    "Pictures",
+    "add",
+    "compare",
+    "diagnose",
+    "drop",
+    "explain",
+    "read_set",
+    "simulate",
+    "write_set",
+]
+"""Names of ``arctrue.api``."""
 
 
 def __getattr__(name: str) -> Any:
     """What the API has under ``name``. Raises AttributeError for any other name."""
-    if name not in _OF_THE_API:
+    if name not in __all__:
         raise AttributeError(f"module 'arctrue' has no attribute {name!r}")
     return getattr(importlib.import_module("arctrue.api"), name)
 
 
 def __dir__() -> list[str]:
     """The names that ``help`` and completion show."""
-    return sorted([*globals(), *_OF_THE_API])
+    return sorted({*globals(), *__all__})

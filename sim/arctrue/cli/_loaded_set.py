@@ -24,6 +24,7 @@ from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import Console, note, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
+from arctrue.measurement.digest import set_digest
 from arctrue.report.numbers import plain
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.guarded import EffectFileError
@@ -181,7 +182,9 @@ def store(
     """
     known = [*(model_file.parent / folder for folder in model.folders), *folders]
     model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
-    write_model(model_file, with_provenance(model, len(before.history), measurement_set))
+    write_model(
+        model_file, with_provenance(model, len(before.history), set_digest(measurement_set))
+    )
 
 
 def effects_for(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,7 @@ from arctrue.measurement.measurement_set import (
     Capture,
     MeasurementSet,
     Reference,
+    Table,
 )
 from arctrue.measurement.wraps import same_turn, unwrapped_counts, without_wraps
 
@@ -79,7 +80,7 @@ def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
     path = data_file(description, "capture")
     if path is None:
         raise MeasurementError("missing", Path(folder), "has no capture.csv")
-    _require_for_capture(description)
+    _require_for_capture(description.keys.table, description.path, description.other)
     yield _checked_blocks(CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL))
 
 
@@ -107,18 +108,19 @@ def data_file(description: Description, section: str) -> Path | None:
     return None
 
 
-def _require_for_capture(description: Description) -> None:
+def _require_for_capture(table: Table, path: Path, other: Iterable[str] = ()) -> None:
+    """``path``: where the keys of the table stand; ``other``: keys there that are not known."""
     for key in ("counts_per_rev", "head_separation_deg"):
-        if getattr(description.keys.table, key) is None:
-            near = difflib.get_close_matches(f"table.{key}", description.other, 1)
+        if getattr(table, key) is None:
+            near = difflib.get_close_matches(f"table.{key}", list(other), 1)
             meant = f"; {near[0]} is not known: is it meant?" if near else ""
             raise MeasurementError(
-                "missing", description.path, f"table.{key}: is missing; a capture needs it{meant}"
+                "missing", path, f"table.{key}: is missing; a capture needs it{meant}"
             )
-    if description.keys.table.head_separation_deg == 0:
+    if table.head_separation_deg == 0:
         raise MeasurementError(
             "value",
-            description.path,
+            path,
             "table.head_separation_deg: expected an angle other than 0, found 0: "
             "two heads at the same place see no difference",
         )
@@ -127,19 +129,30 @@ def _require_for_capture(description: Description) -> None:
 def _capture(
     description: Description, path: Path, warnings: list[str], progress: BytesRead | None
 ) -> Capture:
-    _require_for_capture(description)
+    _require_for_capture(description.keys.table, description.path, description.other)
     file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, progress=progress, with_conditions=True)
     columns = _typed(file, _joined(list(_checked_blocks(file))))
-    _require_a_place_each(description, path, columns)
-    _count_on_past_the_turn(description, path, columns, warnings)
+    _require_a_place_each(description.keys.table, path, columns, description.path)
+    count_on_past_the_turn(description.keys.table, path, columns, warnings)
     warnings.extend(file.warnings)
     keys = description.keys.capture
     return Capture(**columns, clock_hz=None if keys is None else keys.clock_hz)
 
 
-def _require_a_place_each(description: Description, path: Path, columns: dict[str, Any]) -> None:
+def require_heads(table: Table, path: Path, columns: dict[str, Any], of_table: Path) -> None:
+    """Refuse a capture whose table does not say the counts of a turn and a place for each head.
+
+    ``path``, ``of_table``: where columns and table stand, for the message. Raises MeasurementError.
+    """
+    _require_for_capture(table, of_table)
+    _require_a_place_each(table, path, columns, of_table)
+
+
+def _require_a_place_each(
+    table: Table, path: Path, columns: dict[str, Any], of_table: Path
+) -> None:
     """Refuse a capture whose heads are not as many as the places of its table."""
-    places = description.keys.table.places_deg
+    places = table.places_deg
     assert places is not None
     there = [name for name in HEAD_COLUMNS if name in columns]
     if there != list(HEAD_COLUMNS[: len(there)]):
@@ -151,7 +164,7 @@ def _require_a_place_each(description: Description, path: Path, columns: dict[st
         key = "table.head_places_deg"
         raise MeasurementError(
             "value",
-            description.path,
+            of_table,
             f"{key}: expected a place for each of the {len(there)} heads of {path.name}, found "
             f"{len(places)}; {_places_of(len(there))}",
         )
@@ -162,11 +175,13 @@ def _places_of(heads: int) -> str:
     return f"write head_places_deg = {example} with the angles of your table after head 1"
 
 
-def _count_on_past_the_turn(
-    description: Description, path: Path, columns: dict[str, Any], warnings: list[str]
+def count_on_past_the_turn(
+    table: Table, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Unwrap heads whose counts start anew at each turn, and bring them near head 1 again."""
-    table = description.keys.table
+    """Unwrap heads whose counts start anew at each turn, and bring them near head 1 again.
+
+    ``columns`` of a capture are changed; ``path`` says where they stand, in ``warnings``.
+    """
     counts_per_rev, places_deg = table.counts_per_rev, table.places_deg
     assert counts_per_rev is not None
     assert places_deg is not None

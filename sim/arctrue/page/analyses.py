@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import read_measurement_set
+from arctrue.measurement.digest import set_digest
 from arctrue.page.commands import Commands
 from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import Opened, Session, Sessions, Step
@@ -113,7 +114,9 @@ class Analyses:
         start = time.perf_counter()
         before = self.at(session, number)
         after = change(before)
-        dated = with_provenance(after.model, len(before.model.history), Path(session.opened.folder))
+        dated = with_provenance(
+            after.model, len(before.model.history), set_digest(Path(session.opened.folder))
+        )
         return self._grown(session, replace(after, model=dated), number, action, effect, start)
 
     def _grown(
@@ -160,7 +163,7 @@ def analyse_opened(opened: Opened, model: Model, effects: Mapping[str, type[Effe
     measurement = read_measurement_set(folder)
     analysis = analyse(measurement, opened.title, model, effects)
     if not model.history:
-        return replace(analysis, model=with_provenance(analysis.model, 0, folder))
+        return replace(analysis, model=with_provenance(analysis.model, 0, set_digest(folder)))
     return analysis
 
 

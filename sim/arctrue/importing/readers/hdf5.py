@@ -1,4 +1,4 @@
-"""HDF5 files; needs h5py (``pip install arctrue[hdf5]``)."""
+"""HDF5 files; needs h5py (``pip install 'arctrue[files]'``)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.extras import optional
 from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import ReadSettings
@@ -25,19 +26,16 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
     ``settings.group`` names the group or the dataset; asked where several hold data. Raises
     MeasurementError for a damaged file, an unknown group or more than the limit, ValueError
-    without h5py.
+    without h5py (:class:`~arctrue.base.extras.MissingExtraError`).
     """
-    try:
-        import h5py  # type: ignore[import-not-found,import-untyped,unused-ignore]
-    except ImportError as error:
-        raise ValueError(f"{path}: HDF5 needs h5py: pip install 'arctrue[hdf5]'") from error
+    h5py = optional("h5py")
     try:
         with h5py.File(path, "r") as file:
             found: dict[str, dict[str, Any]] = {}
 
             def visit(name: str, item: Any) -> None:
                 if isinstance(item, h5py.Dataset) and item.ndim in (1, 2):
-                    _refuse_other_files(path, name, item)
+                    refuse_other_files(path, name, item)
                     parent, _, own = name.rpartition("/")
                     # A table stands for itself, a column with those beside it.
                     table = item.ndim == 2 or item.dtype.names
@@ -52,8 +50,11 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     return recording_of(path, "hdf5", arrays)
 
 
-def _refuse_other_files(path: Path, name: str, item: Any) -> None:
-    """A file that comes from elsewhere must not name others of this machine to be read."""
+def refuse_other_files(path: Path, name: str, item: Any) -> None:
+    """Raise MeasurementError for a dataset whose values stand in another file.
+
+    A file that comes from elsewhere must not name others of this machine to be read.
+    """
     if item.external or item.is_virtual:
         raise MeasurementError(
             "value",

@@ -154,7 +154,7 @@ def _level_73(path: Path, left_out: list[str]) -> Tree:
         import h5py  # type: ignore[import-not-found,import-untyped,unused-ignore]
     except ImportError as error:
         raise ValueError(
-            f"{path}: MAT of level 7.3 needs h5py: pip install 'arctrue[hdf5]', "
+            f"{path}: MAT of level 7.3 needs h5py: pip install 'arctrue[files]', "
             "or save('log.mat', '-v7') in MATLAB"
         ) from error
     size = 0

@@ -5,25 +5,22 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
-from pathlib import Path
 
 from msgspec import structs
 
-from arctrue.measurement.digest import set_digest
 from arctrue.workbench.model.model import Model
 
 
-def with_provenance(model: Model, steps_before: int, measurement_set: Path) -> Model:
+def with_provenance(model: Model, steps_before: int, measurement_sha256: str) -> Model:
     """The model with date, program version and digest of the set in every newer history step.
 
-    ``steps_before`` is the length of the history that the model file had. Raises OSError and
-    MeasurementError where the set can no longer be read.
+    ``steps_before`` is the length of the history that the model had before.
+    ``measurement_sha256``: see :func:`arctrue.measurement.digest.set_digest`.
     """
     date = datetime.now(UTC).isoformat(timespec="seconds")
     program = f"arctrue {version('arctrue')}"
-    digest = set_digest(measurement_set)
     newer = [
-        structs.replace(step, date=date, program=program, measurement_sha256=digest)
+        structs.replace(step, date=date, program=program, measurement_sha256=measurement_sha256)
         for step in model.history[steps_before:]
     ]
     return replace(model, history=[*model.history[:steps_before], *newer])

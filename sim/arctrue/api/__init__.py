@@ -1,0 +1,36 @@
+"""ArcTrue from Python and notebooks: ``import arctrue as at``.
+
+The functions do what the commands of the same names do. Results are dataclasses that a notebook
+shows as tables; ``plot()`` gives the pictures that the commands write with ``--out``. Docs:
+docs/python.md.
+"""
+
+from arctrue.api.dataset import Dataset
+from arctrue.api.model import Model, add, drop
+from arctrue.api.pictures import Pictures
+from arctrue.api.results import (
+    Comparison,
+    Diagnosis,
+    Explanation,
+    compare,
+    diagnose,
+    explain,
+)
+from arctrue.api.sets import read_set, simulate, write_set
+
+__all__ = [
+    "Comparison",
+    "Dataset",
+    "Diagnosis",
+    "Explanation",
+    "Model",
+    "Pictures",
+    "add",
+    "compare",
+    "diagnose",
+    "drop",
+    "explain",
+    "read_set",
+    "simulate",
+    "write_set",
+]

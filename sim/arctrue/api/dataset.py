@@ -1,0 +1,709 @@
+"""Measurement sets from the tables that scientists have: pandas, xarray, HDF5, dictionaries."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Self, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.api.frame import SET_COLUMNS, Found, Frame, columns_of
+from arctrue.base.extras import optional
+from arctrue.base.printable import one_line
+from arctrue.base.runs import run_spans
+from arctrue.base.similar import did_you_mean
+from arctrue.base.typed_content import ContentError, typed
+from arctrue.importing.motion import passes
+from arctrue.importing.readers.hdf5 import refuse_other_files
+from arctrue.importing.readers.unpacked_size import refuse_above_limit
+from arctrue.measurement import (
+    Capture,
+    MeasurementError,
+    MeasurementSet,
+    Reference,
+    read_measurement_set,
+    write_measurement_set,
+)
+from arctrue.measurement.description import Keys
+from arctrue.measurement.digest import set_digest
+from arctrue.measurement.reader import count_on_past_the_turn, require_heads
+from arctrue.measurement.wraps import without_wraps
+
+CHANNELS = ("capture", "reference")
+SECTION_OF = {
+    **dict.fromkeys(
+        (
+            *("counts_per_rev", "grating_lines", "disc_diameter_mm", "head_separation_deg"),
+            *("head_places_deg", "index_detection_arcsec", "drive_gear_teeth"),
+            "index_repeatability_counts",
+        ),
+        "table",
+    ),
+    "clock_hz": "capture",
+    **dict.fromkeys(
+        ("instrument", "faces", "standard_uncertainty_arcsec", "clock_offset_s"), "reference"
+    ),
+}
+"""The section of ``measurement.toml`` in which each keyword stands."""
+
+
+class Metadata(TypedDict, total=False):
+    """What is known of table, heads and reference: the keys of ``measurement.toml``."""
+
+    title: str
+    counts_per_rev: int
+    head_separation_deg: float
+    head_places_deg: tuple[float, ...]
+    index_detection_arcsec: float
+    index_repeatability_counts: float
+    grating_lines: int
+    disc_diameter_mm: float
+    drive_gear_teeth: float
+    clock_hz: float
+    instrument: str
+    faces: int
+    standard_uncertainty_arcsec: float
+    clock_offset_s: float
+
+
+@dataclass(frozen=True)
+class Dataset(MeasurementSet):
+    """A measurement set: what was measured with a rotary table, and what is known of the table.
+
+    Every function of ``arctrue`` that takes a set takes this one. It is made by :meth:`read_set`,
+    :meth:`from_pandas`, :meth:`from_xarray`, :meth:`from_hdf5` or :meth:`from_arrays`.
+
+    Parameters
+    ----------
+    table : Table
+        Counts a turn, heads, disc, gear.
+    capture : Capture, optional
+        All heads over time, arrays of shape (rows,).
+    reference : Reference, optional
+        Head 1 against a reference, arrays of shape (rows,).
+    title : str, optional
+        One line that names the set.
+    origin : Origin, optional
+        The command that made the set.
+    other : mapping, optional
+        Keys of ``measurement.toml`` that ArcTrue does not know, by dotted name.
+    warnings : tuple of str, optional
+        What a person should know of the data, one sentence each.
+    folder : Path, optional
+        The folder that it was read from.
+    """
+
+    @classmethod
+    def of(cls, measurement: MeasurementSet) -> Self:
+        """Take any measurement set as a Dataset.
+
+        Parameters
+        ----------
+        measurement : MeasurementSet
+            The set; its arrays are not copied.
+
+        Returns
+        -------
+        Dataset
+            The same content.
+        """
+        if isinstance(measurement, cls):
+            return measurement
+        return cls(**{item.name: getattr(measurement, item.name) for item in fields(measurement)})
+
+    @classmethod
+    def read_set(cls, folder: Path | str) -> Self:
+        """Read the folder of a measurement set.
+
+        Parameters
+        ----------
+        folder : Path or str
+            The folder with ``measurement.toml``.
+
+        Returns
+        -------
+        Dataset
+            The set as its files have it.
+
+        Raises
+        ------
+        MeasurementError
+            A file is missing or wrong: file, row and column, what was expected, what was found.
+        """
+        return cls.of(read_measurement_set(folder))
+
+    @classmethod
+    def from_arrays(
+        cls,
+        capture: Mapping[str, Any] | None = None,
+        reference: Mapping[str, Any] | None = None,
+        *,
+        columns: Mapping[str, str] | None = None,
+        units: Mapping[str, Any] | None = None,
+        **metadata: Unpack[Metadata],
+    ) -> Self:
+        """Make a set of named arrays, lists or quantities.
+
+        Parameters
+        ----------
+        capture : mapping of str to array, shape (rows,), optional
+            Columns of all heads over time: time, head1, head2, and run, temperature, u, mask,
+            head3, head4 where they are there. Further columns of numbers are conditions.
+        reference : mapping of str to array, shape (rows,), optional
+            Columns of head 1 against a reference: target, error (reading less true angle), and
+            time, run, cycle, direction, head1, temperature, u, mask where they are there.
+        columns : mapping of str to str, optional
+            The name of a column for a quantity: ``{"head1": "enc_a"}``. Columns with the name of
+            the quantity or of the set's own column need no entry.
+        units : mapping of str to str or astropy unit, optional
+            The unit of a quantity or column: ``{"head1": "deg"}``. Needed where neither the
+            column (astropy, xarray, HDF5) nor the end of its name (``az_deg``) says it.
+        **metadata
+            Keys of ``measurement.toml``: ``counts_per_rev`` (counts a turn),
+            ``head_separation_deg`` or ``head_places_deg`` (degrees), ``grating_lines``,
+            ``disc_diameter_mm``, ``drive_gear_teeth``, ``index_detection_arcsec``,
+            ``index_repeatability_counts``, ``clock_hz``, ``instrument``, ``faces``,
+            ``standard_uncertainty_arcsec``, ``clock_offset_s`` (s), ``title``.
+
+        Returns
+        -------
+        Dataset
+            Counts, degrees, arcseconds, seconds and °C, as in a measurement set.
+
+        Raises
+        ------
+        MeasurementError
+            A column is missing, has no unit, or holds what it must not: the column, what was
+            expected, what to do.
+        TypeError
+            A keyword is not known.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> angle = np.arange(0.0, 360.0, 15.0)
+        >>> error = 2.0 * np.cos(np.deg2rad(angle))
+        >>> data = Dataset.from_arrays(reference={"target_deg": angle, "error_arcsec": error})
+        >>> data.reference.error_arcsec.max().item()
+        2.0
+        """
+        return cls._made(
+            [
+                Frame(name, dict(frame))
+                for name, frame in zip(CHANNELS, (capture, reference), strict=True)
+                if frame is not None
+            ],
+            columns,
+            units,
+            metadata,
+        )
+
+    @classmethod
+    def from_pandas(
+        cls,
+        capture: Any = None,
+        reference: Any = None,
+        *,
+        columns: Mapping[str, str] | None = None,
+        units: Mapping[str, Any] | None = None,
+        **metadata: Unpack[Metadata],
+    ) -> Self:
+        """Make a set of data frames.
+
+        Parameters
+        ----------
+        capture : pandas.DataFrame, optional
+            All heads over time, a row a sample; columns as in :meth:`from_arrays`. A column of
+            dates is time.
+        reference : pandas.DataFrame, optional
+            Head 1 against a reference, a row a comparison.
+        columns : mapping of str to str, optional
+            As in :meth:`from_arrays`.
+        units : mapping of str to str or astropy unit, optional
+            As in :meth:`from_arrays`; ``frame.attrs["units"]`` counts where it has an entry.
+        **metadata
+            As in :meth:`from_arrays`.
+
+        Returns
+        -------
+        Dataset
+            As in :meth:`from_arrays`; rows stand as in the frame, its index is not used.
+
+        Raises
+        ------
+        MeasurementError
+            As in :meth:`from_arrays`.
+        TypeError
+            What is given is no data frame, or a keyword is not known.
+        """
+        frames = []
+        for name, table in zip(CHANNELS, (capture, reference), strict=True):
+            if table is None:
+                continue
+            if not (hasattr(table, "columns") and hasattr(table, "__getitem__")):
+                raise TypeError(
+                    f"{name}: expected a pandas.DataFrame, found {type(table).__name__}; "
+                    "from_arrays takes a dictionary of arrays"
+                )
+            names = list(table.columns)
+            twice = sorted({str(one) for one in names if names.count(one) > 1})
+            if twice:
+                raise MeasurementError(
+                    "format", Path(name), "is there twice; rename one of both", column=twice[0]
+                )
+            stated = (getattr(table, "attrs", None) or {}).get("units", {})
+            frames.append(Frame(name, {str(one): table[one] for one in names}, stated))
+        return cls._made(frames, columns, units, metadata)
+
+    @classmethod
+    def from_xarray(
+        cls,
+        capture: Any = None,
+        reference: Any = None,
+        *,
+        columns: Mapping[str, str] | None = None,
+        units: Mapping[str, Any] | None = None,
+        **metadata: Unpack[Metadata],
+    ) -> Self:
+        """Make a set of xarray datasets.
+
+        Parameters
+        ----------
+        capture : xarray.Dataset, optional
+            All heads over time; variables and coordinates of one dimension are columns as in
+            :meth:`from_arrays`. ``attrs["units"]`` of a variable is its unit.
+        reference : xarray.Dataset, optional
+            Head 1 against a reference, in the same form.
+        columns : mapping of str to str, optional
+            As in :meth:`from_arrays`.
+        units : mapping of str to str or astropy unit, optional
+            As in :meth:`from_arrays`; it counts more than ``attrs``.
+        **metadata
+            As in :meth:`from_arrays`. Attributes of the datasets with these names count where no
+            keyword is given.
+
+        Returns
+        -------
+        Dataset
+            As in :meth:`from_arrays`.
+
+        Raises
+        ------
+        MeasurementError
+            The variables have several dimensions, or as in :meth:`from_arrays`.
+        TypeError
+            What is given is no xarray dataset, or a keyword is not known.
+        """
+        frames: list[Frame] = []
+        stated: dict[str, Any] = {}
+        for name, table in zip(CHANNELS, (capture, reference), strict=True):
+            if table is None:
+                continue
+            if not (hasattr(table, "variables") and hasattr(table, "sizes")):
+                raise TypeError(f"{name}: expected an xarray.Dataset, found {type(table).__name__}")
+            stated |= _known_attributes(table.attrs)
+            found = {str(key): item for key, item in table.variables.items() if item.ndim == 1}
+            dimensions = sorted({str(item.dims[0]) for item in found.values()})
+            if len(dimensions) > 1:
+                raise MeasurementError(
+                    "format",
+                    Path(name),
+                    f"expected one dimension, found {', '.join(dimensions)}: select the variables "
+                    "of one of them",
+                )
+            frames.append(
+                Frame(
+                    name,
+                    {key: item.values for key, item in found.items()},
+                    {key: item.attrs.get("units") for key, item in found.items()},
+                )
+            )
+        return cls._made(frames, columns, units, {**stated, **metadata})
+
+    @classmethod
+    def from_hdf5(
+        cls,
+        file: Path | str,
+        capture: str | None = None,
+        reference: str | None = None,
+        *,
+        columns: Mapping[str, str] | None = None,
+        units: Mapping[str, Any] | None = None,
+        **metadata: Unpack[Metadata],
+    ) -> Self:
+        """Make a set of groups of an HDF5 or NeXus file.
+
+        Parameters
+        ----------
+        file : Path or str
+            The file.
+        capture : str, optional
+            The group whose one-dimensional datasets are the columns of all heads over time, for
+            instance ``"/entry/heads"``.
+        reference : str, optional
+            The group of head 1 against a reference. Without both the groups ``/capture`` and
+            ``/reference`` are taken.
+        columns : mapping of str to str, optional
+            As in :meth:`from_arrays`.
+        units : mapping of str to str or astropy unit, optional
+            As in :meth:`from_arrays`; else the attribute ``units`` of a dataset counts.
+        **metadata
+            As in :meth:`from_arrays`. Attributes of the file and the groups with these names count
+            where no keyword is given.
+
+        Returns
+        -------
+        Dataset
+            As in :meth:`from_arrays`.
+
+        Raises
+        ------
+        MeasurementError
+            The file or a group is missing or damaged, or as in :meth:`from_arrays`.
+        MissingExtraError
+            h5py is not installed.
+        TypeError
+            A keyword is not known.
+        """
+        h5py = optional("h5py")
+        path = Path(file)
+        frames: list[Frame] = []
+        stated: dict[str, Any] = {}
+        try:
+            with h5py.File(path, "r") as opened:
+                stated |= _known_attributes(opened.attrs)
+                wanted = {"capture": capture, "reference": reference}
+                if capture is None and reference is None:
+                    wanted = {name: name for name in CHANNELS if name in opened}
+                    if not wanted:
+                        raise MeasurementError(
+                            "missing",
+                            path,
+                            "has neither /capture nor /reference: name the groups, "
+                            f"capture='/…'; there are {_groups(h5py, opened)}",
+                        )
+                for name, place in wanted.items():
+                    if place is None:
+                        continue
+                    group = opened.get(place)
+                    if not isinstance(group, h5py.Group):
+                        raise MeasurementError(
+                            "missing",
+                            path,
+                            f"has no group {place}; there are {_groups(h5py, opened)}",
+                        )
+                    stated |= _known_attributes(group.attrs)
+                    frames.append(_hdf5_frame(h5py, path, name, group))
+        except FileNotFoundError as error:
+            raise MeasurementError("missing", path, "no such file") from error
+        except OSError as error:
+            raise MeasurementError("format", path, f"cannot be read as HDF5: {error}") from error
+        return cls._made(frames, columns, units, {**stated, **metadata})
+
+    @classmethod
+    def _made(
+        cls,
+        frames: list[Frame],
+        columns: Mapping[str, str] | None,
+        units: Mapping[str, Any] | None,
+        metadata: Mapping[str, Any],
+    ) -> Self:
+        if not frames:
+            raise TypeError("expected a capture, a reference or both")
+        keys = _keys(metadata)
+        columns, units = columns or {}, units or {}
+        for name in (*columns, *units):
+            _require_name(name, frames, columns)
+        found = {
+            frame.name: columns_of(
+                frame, _of_frame(columns, frame, frames), units, keys.table.counts_per_rev
+            )
+            for frame in frames
+        }
+        _one_clock(found)
+        warnings: list[str] = [text for part in found.values() for text in part.warnings]
+        capture = found.get("capture")
+        reference = found.get("reference")
+        return cls(
+            table=keys.table,
+            capture=None if capture is None else _capture(capture, keys, warnings),
+            reference=None if reference is None else _reference(reference, keys, warnings),
+            title=keys.title,
+            warnings=tuple(warnings),
+        )
+
+    @property
+    def label(self) -> str:
+        """The title, else the name of the folder."""
+        return label_of(self)
+
+    @property
+    def sha256(self) -> str:
+        """The number that a history of a model names the set by, 64 hexadecimal digits.
+
+        Of a set that stands in its folder as it was read: that of the files. Of any other: that of
+        the files that :func:`arctrue.write_set` would write.
+        """
+        return sha256_of(self)
+
+    def _repr_html_(self) -> str:
+        rows = {
+            name: None if part is None else part.error_arcsec.size
+            for name, part in (("reference", self.reference),)
+        }
+        rows["capture"] = None if self.capture is None else self.capture.run.size
+        told = ", ".join(f"{name}: {size} rows" for name, size in rows.items() if size is not None)
+        return f"<p><b>{one_line(self.label) or 'Dataset'}</b> {told}</p>"
+
+
+def label_of(measurement: MeasurementSet) -> str:
+    """The title of a set, else the name of its folder, as the command line has it."""
+    if measurement.title or measurement.folder is None:
+        return measurement.title
+    return one_line(measurement.folder.resolve().name)
+
+
+def sha256_of(measurement: MeasurementSet) -> str:
+    """The digest of :func:`set_digest` of a set in memory, see :attr:`Dataset.sha256`.
+
+    Raises OSError where no temporary folder can be written.
+    """
+    folder = measurement.folder
+    if folder is not None:
+        try:
+            if _same_rows(read_measurement_set(folder), measurement):
+                return set_digest(folder)
+        except (MeasurementError, OSError):
+            pass
+    with tempfile.TemporaryDirectory() as temporary:
+        write_measurement_set(temporary, measurement)
+        return set_digest(Path(temporary))
+
+
+def _same_rows(one: MeasurementSet, other: MeasurementSet) -> bool:
+    """True where table, columns and keys are the same."""
+    return _fingerprint(one) == _fingerprint(other)
+
+
+def _fingerprint(measurement: MeasurementSet) -> bytes:
+    digest = hashlib.sha256(repr((measurement.table, measurement.title)).encode())
+    for part in (measurement.capture, measurement.reference):
+        if part is None:
+            digest.update(b"none")
+            continue
+        for item in fields(part):
+            value = getattr(part, item.name)
+            digest.update(item.name.encode())
+            if isinstance(value, Mapping):
+                for name in sorted(value):
+                    digest.update(name.encode() + np.ascontiguousarray(value[name]).tobytes())
+            elif isinstance(value, np.ndarray):
+                digest.update(np.ascontiguousarray(value).tobytes())
+            else:
+                digest.update(repr(value).encode())
+    return digest.digest()
+
+
+def _keys(metadata: Mapping[str, Any]) -> Keys:
+    """The description that the keywords make. Raises TypeError, MeasurementError."""
+    content: dict[str, Any] = {"schema": 1, "table": {}, "capture": {}, "reference": {}}
+    for name, value in metadata.items():
+        if value is None:
+            continue
+        plain = value.tolist() if hasattr(value, "tolist") else value
+        plain = list(plain) if isinstance(plain, tuple) else plain
+        if name == "title":
+            content["title"] = plain
+        elif name in SECTION_OF:
+            content[SECTION_OF[name]][name] = plain
+        else:
+            known = (*SECTION_OF, "title")
+            raise TypeError(
+                f"{name} is not known.{did_you_mean(name, known)} There are: {', '.join(known)}"
+            )
+    try:
+        return typed(content, Keys)
+    except ContentError as error:
+        raise MeasurementError("value", Path("keywords"), str(error)) from error
+
+
+def _known_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of a file or dataset that are keywords of :class:`Metadata`."""
+    found = {}
+    for name in (*SECTION_OF, "title"):
+        if name in attributes:
+            value = attributes[name]
+            found[name] = value.decode() if isinstance(value, bytes) else value
+    return found
+
+
+def _groups(h5py: Any, opened: Any) -> str:
+    found: list[str] = []
+
+    def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.ndim == 1:
+            parent = "/" + name.rpartition("/")[0]
+            if parent not in found:
+                found.append(parent)
+
+    opened.visititems(visit)
+    return ", ".join(found) or "none with columns of numbers"
+
+
+def _hdf5_frame(h5py: Any, path: Path, name: str, group: Any) -> Frame:
+    """The one-dimensional datasets of a group, with the attribute ``units`` of each."""
+    columns, units = {}, {}
+    datasets = {key: item for key, item in group.items() if isinstance(item, h5py.Dataset)}
+    refuse_above_limit(path, sum(item.nbytes for item in datasets.values() if item.ndim == 1))
+    for key, item in datasets.items():
+        if item.ndim != 1:
+            continue
+        refuse_other_files(path, item.name.strip("/"), item)
+        columns[key] = np.asarray(item[()])
+        if "units" in item.attrs:
+            units[key] = item.attrs["units"]
+    return Frame(name, columns, units)
+
+
+def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) -> None:
+    """Raises TypeError for an entry of ``columns`` or ``units`` that means nothing."""
+    known = {one for frame in frames for pair in SET_COLUMNS[frame.name].items() for one in pair}
+    there = {column for frame in frames for column in frame.columns}
+    if name not in known | there:
+        raise TypeError(
+            f"{name} is neither a quantity nor a column.{did_you_mean(name, known | there)} "
+            f"Quantities: {', '.join(sorted(known - there))}"
+        )
+
+
+def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> dict[str, str]:
+    """The entries that this frame is meant by: with two frames, those that it has."""
+    if len(frames) == 1:
+        return dict(columns)
+    others = [other for other in frames if other is not frame]
+    return {
+        name: column
+        for name, column in columns.items()
+        if column in frame.columns or not any(column in other.columns for other in others)
+    }
+
+
+def _one_clock(found: Mapping[str, Found]) -> None:
+    """Dates become seconds from the first of all."""
+    dated = [part for part in found.values() if part.time_ns is not None and part.time_ns.size]
+    if not dated:
+        return
+    first = min(int(part.time_ns.min()) for part in dated if part.time_ns is not None)
+    for part in dated:
+        assert part.time_ns is not None
+        part.columns["time_s"] = (part.time_ns - first) * 1e-9
+
+
+def _capture(found: Found, keys: Keys, warnings: list[str]) -> Capture:
+    columns: dict[str, Any] = found.columns
+    place = Path("capture")
+    require_heads(keys.table, place, columns, Path("keywords"))
+    assert keys.table.counts_per_rev is not None
+    if "run" not in columns:
+        turns = columns["head1_counts"] / keys.table.counts_per_rev
+        columns["run"] = np.zeros(turns.size, dtype=np.int64)
+        step = turns - np.concatenate(([turns[0]], turns[:-1])) if turns.size else turns
+        unwrapped = np.cumsum(step - np.round(step)) if turns.size else turns
+        for number, part in enumerate(passes(unwrapped)):
+            columns["run"][part.start : part.end] = number
+    _in_order(place, columns)
+    count_on_past_the_turn(keys.table, place, columns, warnings)
+    _require_mask(place, columns)
+    return Capture(
+        **columns,
+        conditions=found.conditions,
+        clock_hz=None if keys.capture is None else keys.capture.clock_hz,
+    )
+
+
+def _reference(found: Found, keys: Keys, warnings: list[str]) -> Reference:
+    columns: dict[str, Any] = found.columns
+    place = Path("reference")
+    columns["error_arcsec"], wrapped = without_wraps(
+        np.asarray(columns["error_arcsec"], dtype=np.float64)
+    )
+    if wrapped.size:
+        warnings.append(
+            f"reference, row {wrapped[0]}: the error is whole turns away from the other rows, and "
+            f"so are {wrapped.size} rows in all; the turns are taken off"
+        )
+    if "time_s" in columns:
+        _in_order(place, columns)
+    direction = columns.get("direction")
+    if direction is not None and (wrong := np.flatnonzero(np.abs(direction) != 1)).size:
+        raise MeasurementError(
+            "value",
+            place,
+            f"row {wrong[0]}: expected +1 (reached upwards) or -1, found {direction[wrong[0]]}",
+            column="direction",
+        )
+    _require_mask(place, columns)
+    of_reference = keys.reference
+    assert of_reference is not None
+    return Reference(
+        **columns,
+        conditions=found.conditions,
+        instrument=of_reference.instrument,
+        faces=of_reference.faces,
+        standard_uncertainty_arcsec=of_reference.standard_uncertainty_arcsec,
+        clock_offset_s=of_reference.clock_offset_s,
+    )
+
+
+def _in_order(place: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+    """Raises MeasurementError for runs in pieces, and for time that runs backwards in a run."""
+    time_s = columns["time_s"]
+    run = columns.get("run", np.zeros(time_s.size, dtype=np.int64))
+    spans = run_spans(run)
+    names = [int(run[start]) for start, _ in spans]
+    for number, (start, end) in enumerate(spans):
+        if names[number] in names[:number]:
+            raise MeasurementError(
+                "order",
+                place,
+                f"row {start}: run {names[number]} goes on here after another run; sort the rows "
+                "by run and time, or give each stretch a number of its own",
+                column="run",
+            )
+        back = np.flatnonzero(np.diff(time_s[start:end]) < 0.0)
+        if back.size:
+            row = start + int(back[0]) + 1
+            raise MeasurementError(
+                "time",
+                place,
+                f"row {row}: time runs backwards, from {time_s[row - 1]:g} to {time_s[row]:g} s; "
+                "sort the rows, or number the runs in a column run",
+                column="time_s",
+            )
+
+
+def _require_mask(place: Path, columns: dict[str, Any]) -> None:
+    """``mask`` as truth values; raises MeasurementError for another number, and a negative u."""
+    mask, u_arcsec = columns.get("mask"), columns.get("u_arcsec")
+    if mask is not None:
+        wrong = np.flatnonzero((mask != 0) & (mask != 1))
+        if wrong.size:
+            raise MeasurementError(
+                "value",
+                place,
+                f"row {wrong[0]}: expected 0 or 1 (do not use the row), found {mask[wrong[0]]}",
+                column="mask",
+            )
+        columns["mask"] = mask == 1
+    if u_arcsec is not None and (negative := np.flatnonzero(u_arcsec < 0.0)).size:
+        raise MeasurementError(
+            "value",
+            place,
+            f"row {negative[0]}: expected 0 or more, found {u_arcsec[negative[0]]:g}",
+            column="u_arcsec",
+        )

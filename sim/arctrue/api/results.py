@@ -1,0 +1,296 @@
+"""compare, diagnose and explain of the Python interface, and their results."""
+
+from __future__ import annotations
+
+import html
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from arctrue.api.model import Model, ModelLike, model_of
+from arctrue.api.pictures import Pictures, html_table, pictures
+from arctrue.api.sets import SetOrFolder, set_of
+from arctrue.workbench.compare.comparison import ModelComparison
+from arctrue.workbench.compare.comparison import compare as _compare
+from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS
+from arctrue.workbench.diagnose.diagnosis import Diagnosis as _Diagnosis
+from arctrue.workbench.diagnose.diagnosis import diagnose as _diagnose
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.model.explain import Explanation as _Explanation
+from arctrue.workbench.model.explain import explain as _explain
+from arctrue.workbench.model.growth import as_stored, fitted, settle
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Where a model fails.
+
+    Parameters
+    ----------
+    data : dict
+        ``channels`` and ``findings``, as ``arctrue compare --json`` has them; arcseconds.
+    result : ModelComparison
+        The same as objects of the workbench.
+    solution : Solution
+        The model as it was compared, with its residuals.
+    """
+
+    data: dict[str, Any]
+    result: ModelComparison = field(repr=False)
+    solution: Solution = field(repr=False)
+
+    def plot(self) -> Pictures:
+        """Draw the residual by branches, and its maps.
+
+        Returns
+        -------
+        Pictures
+            The pictures of ``arctrue compare --out``.
+
+        Raises
+        ------
+        MissingExtraError
+            matplotlib is not installed.
+        """
+        return comparison_pictures(self.solution, self.result)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, item.rows, f"{item.rms_arcsec:.4f}", f"{item.peak_arcsec:.3f}",
+             f"{item.noise_arcsec:.4f}", f"{item.lack_of_fit_p:.2g}")
+            for name, item in self.result.channels.items()
+        ]  # fmt: skip
+        headings = ("channel", "rows", "RMS ″", "peak ″", "noise of repeats ″", "lack of fit p")
+        found = "".join(f"<li>{html.escape(item.text)}</li>" for item in self.result.findings)
+        return html_table(headings, rows) + f"<ul>{found}</ul>"
+
+
+def comparison_pictures(solution: Solution, result: ModelComparison) -> Pictures:
+    """The residual by branches, and its maps."""
+
+    def charts() -> Any:
+        from arctrue.report.charts.comparison_charts import comparison_charts
+
+        return comparison_charts(solution, result)
+
+    return pictures(charts)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Which effect is missing.
+
+    Parameters
+    ----------
+    verdict : str
+        ``named``, ``ambiguous``, ``unknown``, ``adequate``, ``cannot_tell`` or ``bad_data``.
+    sentences : tuple of str
+        What ``arctrue diagnose`` says.
+    data : dict
+        What ``arctrue diagnose --json`` writes.
+    result : arctrue.workbench.diagnose.diagnosis.Diagnosis
+        The same as objects of the workbench.
+    """
+
+    verdict: str
+    sentences: tuple[str, ...]
+    data: dict[str, Any] = field(repr=False)
+    result: _Diagnosis = field(repr=False)
+
+    def plot(self) -> Pictures:
+        """Draw the evidence for each candidate.
+
+        Returns
+        -------
+        Pictures
+            The picture of ``arctrue diagnose --out``.
+
+        Raises
+        ------
+        ValueError
+            The data are faulty, so that nothing was fitted.
+        MissingExtraError
+            matplotlib is not installed.
+        """
+        if self.result.base is None:
+            raise ValueError(f"nothing was fitted: the verdict is {self.verdict}")
+
+        def charts() -> Any:
+            from arctrue.report.charts.candidates import candidates_chart
+
+            return {"candidates": candidates_chart(self.result)}
+
+        return pictures(charts)
+
+    def _repr_html_(self) -> str:
+        said = "".join(f"<p>{html.escape(text)}</p>" for text in self.sentences)
+        return f"<p><b>Verdict: {html.escape(self.verdict)}</b></p>{said}"
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Every effect that the diagnosis named, one after the other, and what is left.
+
+    Parameters
+    ----------
+    model : Model
+        With the effects that were added; its history has a step for each.
+    sizes_arcsec : dict of str to float
+        What goes with each added effect, held out, in the channel where most goes; the largest
+        first.
+    verdict : Diagnosis
+        On what the final model leaves.
+    result : arctrue.workbench.model.explain.Explanation
+        The same as objects of the workbench.
+    """
+
+    model: Model
+    sizes_arcsec: dict[str, float]
+    verdict: Diagnosis
+    result: _Explanation = field(repr=False)
+
+    def plot(self) -> Pictures:
+        """Draw how the error fell.
+
+        Returns
+        -------
+        Pictures
+            The ladder of the model's history.
+
+        Raises
+        ------
+        MissingExtraError
+            matplotlib is not installed.
+        """
+        return self.model.plot()
+
+    def _repr_html_(self) -> str:
+        rows = [(name, f"{size:.4f}") for name, size in self.sizes_arcsec.items()]
+        return html_table(("cause", "taken ″"), rows) + self.verdict._repr_html_()
+
+
+def compare(
+    measurement: SetOrFolder, model: ModelLike = None, *, fit: bool = True, seed: int = 1
+) -> Comparison:
+    """Compare a model with a set: how far it is, and where.
+
+    Parameters
+    ----------
+    measurement : MeasurementSet, Path or str
+        The set, or the name of its folder.
+    model : Model, Path, str or iterable of str, optional
+        The model, its file, or names of effects; the paper's model without it.
+    fit : bool, optional
+        False judges the stored coefficients, as ``--no-fit`` does.
+    seed : int, optional
+        Of the random draws behind the lack of fit.
+
+    Returns
+    -------
+    Comparison
+        RMS, peak, noise and lack of fit of each channel, and findings.
+
+    Raises
+    ------
+    NotTestableError
+        The set lacks what an effect of the model needs.
+    MeasurementError
+        The folder cannot be read.
+    """
+    model = model_of(model)
+    observations = model.observations(measurement)
+    if fit:
+        _, solution = fitted(model.content, observations, model.known())
+    else:
+        solution = as_stored(model.content, observations, model.known())
+    result = _compare(solution, seed)
+    data = {
+        "channels": {name: asdict(item) for name, item in result.channels.items()},
+        "findings": [asdict(item) for item in result.findings],
+    }
+    return Comparison(data, result, solution)
+
+
+def diagnose(
+    measurement: SetOrFolder,
+    model: ModelLike = None,
+    *,
+    matters_counts: float = MATTERS_COUNTS,
+) -> Diagnosis:
+    """Find the physical effect that the model lacks, or say that the set cannot tell.
+
+    Parameters
+    ----------
+    measurement : MeasurementSet, Path or str
+        The set, or the name of its folder.
+    model : Model, Path, str or iterable of str, optional
+        The model, its file, or names of effects; the paper's model without it.
+    matters_counts : float, optional
+        An effect is negligible below this RMS, counts.
+
+    Returns
+    -------
+    Diagnosis
+        Verdict, sentences, and all figures.
+
+    Raises
+    ------
+    NotTestableError
+        The set lacks what an effect of the model needs.
+    MeasurementError
+        The folder cannot be read.
+    """
+    model = model_of(model)
+    observations = model.observations(measurement)
+    known = model.known()
+    terms = settle(model.content, observations, known)
+    result = _diagnose(observations, terms, known, matters_counts=matters_counts)
+    return _diagnosis(result, model)
+
+
+def _diagnosis(result: _Diagnosis, model: Model) -> Diagnosis:
+    return Diagnosis(
+        result.verdict, tuple(sentences(result)), diagnosis_data(result, model.effects), result
+    )
+
+
+def explain(
+    measurement: SetOrFolder,
+    model: ModelLike = None,
+    *,
+    matters_counts: float = MATTERS_COUNTS,
+) -> Explanation:
+    """Add what the diagnosis names, one effect after the other, until it names nothing more.
+
+    Parameters
+    ----------
+    measurement : MeasurementSet, Path or str
+        The set, or the name of its folder.
+    model : Model, Path, str or iterable of str, optional
+        The model to begin with, its file, or names of effects; the paper's model without it.
+    matters_counts : float, optional
+        An effect is negligible below this RMS, counts.
+
+    Returns
+    -------
+    Explanation
+        The grown model, the size of each cause, and the verdict on what is left.
+
+    Raises
+    ------
+    NotTestableError
+        The set lacks what an effect of the model needs.
+    MeasurementError
+        The folder cannot be read.
+    """
+    model, data = model_of(model), set_of(measurement)
+    result = _explain(
+        model.content,
+        model.observations(data),
+        model.known(),
+        data.label,
+        matters_counts=matters_counts,
+    )
+    grown = model.grown(result.model, data)
+    sizes = {cause.entry.name: cause.size_arcsec for cause in result.causes}
+    return Explanation(grown, sizes, _diagnosis(result.verdict, grown), result)

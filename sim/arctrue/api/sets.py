@@ -1,0 +1,104 @@
+"""Measurement sets of the Python interface: read, written, simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from arctrue.api.dataset import Dataset
+from arctrue.measurement import MeasurementSet, write_measurement_set
+
+SetOrFolder = MeasurementSet | Path | str
+"""A measurement set, or the name of its folder."""
+
+
+def read_set(folder: Path | str) -> Dataset:
+    """Read the folder of a measurement set.
+
+    Parameters
+    ----------
+    folder : Path or str
+        The folder with ``measurement.toml``.
+
+    Returns
+    -------
+    Dataset
+        The set as its files have it.
+
+    Raises
+    ------
+    MeasurementError
+        A file is missing or wrong: file, row and column, what was expected, what was found.
+    """
+    return Dataset.read_set(folder)
+
+
+def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
+    """Write a measurement set into a folder.
+
+    Parameters
+    ----------
+    folder : Path or str
+        The folder; it is made if it is not there.
+    measurement : MeasurementSet
+        What is written. Times have 1 µs, targets 10⁻⁹ °, errors 10⁻⁶ ″, temperatures 1 mK.
+
+    Raises
+    ------
+    ValueError
+        A value is not finite, or too large to be read again.
+    OSError
+        The folder cannot be written.
+    """
+    write_measurement_set(folder, measurement)
+
+
+def set_of(measurement: SetOrFolder) -> Dataset:
+    """The set itself. Raises MeasurementError for a folder, TypeError for what is neither."""
+    if isinstance(measurement, MeasurementSet):
+        return Dataset.of(measurement)
+    if isinstance(measurement, Path | str):
+        return read_set(measurement)
+    raise TypeError(
+        "expected a measurement set (Dataset, read_set, simulate) or the name of its folder, found "
+        f"{type(measurement).__name__}"
+    )
+
+
+def simulate(
+    *effects: str,
+    sizes: Sequence[float] = (),
+    experiment: str = "short",
+    seed: int = 1,
+) -> Dataset:
+    """Measure a simulated table.
+
+    Parameters
+    ----------
+    *effects : str
+        Causes of error that the table has, as ``arctrue simulate --list`` names them.
+    sizes : sequence of float, optional
+        Their sizes, in the order and unit of the effects; drawn where there is none.
+    experiment : {"full", "short", "lean"}, optional
+        How much is measured.
+    seed : int, optional
+        Of all random numbers.
+
+    Returns
+    -------
+    Dataset
+        A capture and a reference run.
+
+    Raises
+    ------
+    ValueError
+        An effect or experiment of that name is not there.
+    """
+    from arctrue.studies.simulate.experiment import EXPERIMENTS
+    from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+
+    if experiment not in EXPERIMENTS:
+        raise ValueError(f"experiment {experiment!r}: expected {', '.join(sorted(EXPERIMENTS))}")
+    padded: list[float | None] = [*sizes, *[None] * (len(effects) - len(sizes))]
+    wanted = [Wanted(name, size) for name, size in zip(effects, padded, strict=True)]
+    return Dataset.of(simulate_set(wanted, EXPERIMENTS[experiment](), seed).measurement)

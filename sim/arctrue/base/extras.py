@@ -1,0 +1,58 @@
+"""Packages that only an extra of the installation brings, and what is said where one is missing."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from types import ModuleType
+
+EXTRA_OF: Mapping[str, str] = {
+    "flask": "page",
+    "jinja2": "page",
+    "matplotlib": "page",
+    "plotly": "page",
+    "waitress": "page",
+    "h5py": "files",
+    "pyarrow": "files",
+    "serial": "device",
+    "sklearn": "studies",
+    "distributed": "cluster",
+}
+"""The extra of pyproject.toml that installs each package, by the name it is imported with."""
+
+
+class MissingExtraError(ImportError, ValueError):
+    """A package of an extra is needed and not installed; the text has the command for it."""
+
+
+def missing_extra(error: ModuleNotFoundError) -> MissingExtraError | None:
+    """What to say of a module that was not found; None where no extra has it."""
+    package = (error.name or "").partition(".")[0]
+    extra = EXTRA_OF.get(package)
+    if extra is None:
+        return None
+    return MissingExtraError(
+        f"this needs {package}, which is not installed: pip install 'arctrue[{extra}]'",
+        name=error.name,
+    )
+
+
+@contextmanager
+def needs_extras() -> Iterator[None]:
+    """Turn the missing package of an extra into a sentence with the command that installs it.
+
+    Raises MissingExtraError.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if isinstance(error, MissingExtraError) or (said := missing_extra(error)) is None:
+            raise
+        raise said from error
+
+
+def optional(package: str) -> ModuleType:
+    """The module ``package`` of an extra. Raises MissingExtraError where it is not installed."""
+    with needs_extras():
+        return importlib.import_module(package)
