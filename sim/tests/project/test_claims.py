@@ -47,13 +47,18 @@ def test_what_cannot_be_shown_is_not_said() -> None:
         assert not [claim for claim in TAKEN_BACK if claim in text], path
 
 
+def _former_figures(text: str) -> list[str]:
+    """The figures of an earlier commit in ``text``, with the brackets that they stand in."""
+    return re.findall(r"\([\d.,]+ (?:[^()]*? )?before\b[^()]*\)", " ".join(text.split()))
+
+
+def test_former_figures_are_found() -> None:
+    text = "It has 3 LUT (4 LUT before,\n`abcdef0`), and is read (by 5 threads) before it is used."
+    assert _former_figures(text) == ["(4 LUT before, `abcdef0`)"]
+
+
 def test_a_figure_of_before_carries_the_commit_that_makes_it() -> None:
     """What this tree cannot make again says where it can be made."""
-    found = []
     for path in [*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"]:
-        text = " ".join(path.read_text(encoding="utf-8").split())
-        figures = re.findall(r"\([\d.,]+ (?:[^()]*? )?before\b[^()]*\)", text)
-        found += [(path, said) for said in figures]
-    assert found
-    for path, said in found:
-        assert re.search(r"`[0-9a-f]{7}(~1)?`", said), f"{path}: {said}"
+        for said in _former_figures(path.read_text(encoding="utf-8")):
+            assert re.search(r"`[0-9a-f]{7}(~1)?`", said), f"{path}: {said}"
