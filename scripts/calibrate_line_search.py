@@ -2,6 +2,7 @@
 
 N logs (--logs) of each kind of noise in sim/tests/workbench/noisy_logs.py, which has none of the
 search's own kernels. Prints how many show a line, a step, or residuals that are not white. With
+--short it seeks steps in stations and in logs of few rows, beside 20 orders that are fitted. With
 --oscillator it prints what each place that passes all other tests gains beside an oscillator at its
 frequency, in noise and in logs with one line: the threshold OSCILLATOR_GAIN of
 arctrue.workbench.inference.forward.search lies above what noise reaches.
@@ -19,8 +20,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from sim.tests.workbench.noisy_logs import NULLS, clock, with_lines
 
+from arctrue.workbench.inference.forward.events import search_steps
 from arctrue.workbench.inference.forward.record import Record, record_of
-from arctrue.workbench.inference.forward.search import search_lines, search_record
+from arctrue.workbench.inference.forward.search import noise_beside, search_lines, search_record
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 
 ROWS, STEP_S = 1200, 3.0
@@ -40,6 +42,53 @@ def log_of(kind: str, number: int, *, line: bool) -> Record:
     return record_of(
         time_s, time_s, np.zeros(ROWS, dtype=np.int64), error, np.zeros((ROWS, 0)), in_time=True
     )
+
+
+SHORT = {
+    "12 stations 4 times": (12, 4, False),
+    "36 stations 4 times": (36, 4, False),
+    "60 stations up and down": (60, 2, True),
+    "60 rows": (60, 1, False),
+    "120 rows": (120, 1, False),
+}
+"""Stations, cycles, and whether every other one goes back; in one cycle they cover 17°."""
+
+
+def short_of(kind: str, design: str, number: int) -> Record:
+    """Noise at few stations, 10 s each, or in a short log, beside orders 1 to 20."""
+    random = np.random.default_rng((SEED, list(NULLS).index(kind), number, *design.encode()))
+    stations, cycles, back = SHORT[design]
+    row = np.arange(stations * cycles)
+    place, cycle = row % stations, row // stations
+    down = back & (cycle % 2 == 1)
+    place = np.where(down, stations - 1 - place, place)
+    angle = place * (2.0 * np.pi if cycles > 1 else 0.3) / stations
+    waves = np.outer(angle, np.arange(1, 21))
+    columns = np.hstack([np.cos(waves), np.sin(waves), np.where(down, -1.0, 1.0)[:, np.newaxis]])
+    time_s = clock(random, row.size, 10.0, "even" if cycles > 1 else "jitter")
+    error = NULLS[kind](random, time_s)
+    return record_of(
+        time_s, time_s, np.zeros(row.size, dtype=np.int64), error, columns, in_time=True
+    )
+
+
+def steps_of(record: Record) -> int:
+    """How many steps it shows."""
+    none = np.zeros((record.clock.size, 0))
+    return len(search_steps(record, none, noise_beside(record, none)))
+
+
+def short_main(logs: int, kinds: str) -> int:
+    """Print how many short sets of noise show a step."""
+    every = total = 0
+    for design in SHORT:
+        for kind in (kind for kind in NULLS if kinds in kind):
+            found = sum(bool(steps_of(short_of(kind, design, at))) for at in range(logs))
+            if found:
+                print(f"{design}, {kind}: of {logs} sets {found} with a step", flush=True)
+            every, total = every + found, total + logs
+    print(f"{total} short sets: {every} with a step")
+    return 0
 
 
 def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
@@ -64,7 +113,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--oscillator", action="store_true", help="print gains beside an oscillator, threshold 0"
     )
+    parser.add_argument("--short", action="store_true", help="steps in stations and short logs")
     given = parser.parse_args(arguments)
+    if given.short:
+        return short_main(given.logs, given.kinds)
     lines = steps = not_white = logs = 0
     for kind in (kind for kind in NULLS if given.kinds in kind):
         if given.oscillator:

@@ -34,6 +34,8 @@ class Decision:
     """Why it is not that one."""
     undescribed_arcsec: Mapping[str, float] = field(default_factory=dict)
     """RMS beyond the noise, by channel, where neither an effect nor a product of parts takes it."""
+    jumped: str | None = None
+    """What happened once and takes more than any effect, in words."""
     faults: tuple[str, ...] = ()
     """Of the data themselves, a sentence each."""
     cannot_tell: str | None = None

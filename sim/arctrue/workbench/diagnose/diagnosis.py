@@ -195,6 +195,7 @@ def _case_of(
 
     def with_first(before: Survey, first: Candidate) -> Survey:
         progress(f"once more beside {first.name}")
+        left = before.findings.without(first.regular)
         return survey(
             Residuals(first.at_maximum),
             effects,
@@ -202,7 +203,7 @@ def _case_of(
             lambda text: None,
             negligible=False,
             looks=DEEPEST - 1,
-            findings=before.findings.without(first.regular),
+            findings=left if first.effect.step_at is None else left.without_steps(),
         )
 
     tried = survey(Residuals(base), effects, matters, progress, findings=findings)

@@ -88,6 +88,12 @@ AT_ONE_SPEED = NextMeasurement(
     "samples",
 )
 
+LOOK_AT_THE_STAND = NextMeasurement(
+    "the same measurement once more, with the stand, the mounts and the counter checked: what was "
+    "knocked once does not come again",
+    "again",
+)
+
 
 def measurement_for(
     question: Question | None, described: Candidate | None

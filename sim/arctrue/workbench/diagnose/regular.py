@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.forward.events import Step
-from arctrue.workbench.inference.forward.of_solution import records_of
+from arctrue.workbench.inference.forward.events import Step, search_steps
+from arctrue.workbench.inference.forward.of_solution import records_of, records_of_events
 from arctrue.workbench.inference.forward.record import Record
-from arctrue.workbench.inference.forward.search import Line, LineSearch, search_record
+from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_beside, search_record
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.solution import Solution
 
@@ -29,18 +29,36 @@ class Jump:
     """A step of the reference's error."""
 
     size_arcsec: float
+    sigma_arcsec: float
+    """Standard uncertainty of the size."""
     time_s: float | None
     turns: float | None
-    """Place, where there is no time."""
+    """Place in a log over the angle, where there is no time."""
+    row: int | None
+    """First row after it, where there is no time and the rows are stations."""
+    gain: float
+    """Log likelihood that it gains."""
 
-    def data(self) -> dict[str, float | None]:
+    def data(self) -> dict[str, float | int | None]:
         """As JSON."""
-        return {"size_arcsec": self.size_arcsec, "time_s": self.time_s, "turns": self.turns}
+        return {
+            "size_arcsec": self.size_arcsec,
+            "sigma_arcsec": self.sigma_arcsec,
+            "time_s": self.time_s,
+            "turns": self.turns,
+            "row": self.row,
+        }
 
     def words(self) -> str:
         """When, and by how much."""
-        where = f"{self.time_s:.5g} s" if self.time_s is not None else f"{self.turns:.5g} turns"
-        return f"something jumped at {where} by {_angle(self.size_arcsec)}"
+        if self.time_s is not None:
+            where = f"{self.time_s:.5g} s"
+        else:
+            where = f"row {self.row}" if self.row is not None else f"{self.turns:.5g} turns"
+        return (
+            f"something jumped at {where} by {_angle(self.size_arcsec)} "
+            f"(u {_angle(self.sigma_arcsec)})"
+        )
 
 
 def _angle(arcsec: float) -> str:
@@ -148,6 +166,10 @@ class Findings:
             return False
         return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
 
+    def without_steps(self) -> Findings:
+        """What is left with an effect in the model that is a step itself."""
+        return replace(self, steps=())
+
     @property
     def not_noise(self) -> bool:
         """Something is there that is no line: a step, or what no kind of noise makes white.
@@ -204,15 +226,35 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
             for item in _causes(found, expected, unknown, turns_s)
             if not any(_is_same(item, other, record) for other in causes)
         ]
+    if not bands:
+        steps = _of_stations(solution, timed=timed)
     causes.sort(key=lambda item: -item.taken_arcsec)
     # Over time and over the angle the same rows are looked at: what either finds white is.
     return Findings(tuple(causes), tuple(steps), max(whiteness, default=None), tuple(bands))
 
 
 def _jump(step: Step, record: Record, *, timed: bool) -> Jump:
+    found = Jump(step.size_arcsec, step.sigma_arcsec, None, step.place, None, step.gain)
     if not timed:
-        return Jump(step.size_arcsec, None, step.place)
-    return Jump(step.size_arcsec, float(record.measured[step.row]), None)
+        return found
+    return replace(found, time_s=float(record.measured[step.row]), turns=None)
+
+
+def _of_stations(solution: Solution, *, timed: bool) -> list[Jump]:
+    """Steps in a reference that is no dense log: stations, or a log of few rows."""
+    found: list[Jump] = []
+    for record in records_of_events(solution):
+        none = np.zeros((record.clock.size, 0))
+        steps = search_steps(record, none, noise_beside(record, none))
+        found = [_jump(step, record, timed=timed) for step in steps]
+        if found:
+            break
+    if timed:
+        return found
+    return [
+        replace(one, turns=None, row=None if one.turns is None else round(one.turns))
+        for one in found
+    ]
 
 
 def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:

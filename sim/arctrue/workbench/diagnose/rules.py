@@ -21,6 +21,7 @@ from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.next_measurement import (
     AT_ONE_SPEED,
+    LOOK_AT_THE_STAND,
     MORE_READINGS_THAN_COEFFICIENTS,
     RECORD_AGAIN,
     NextMeasurement,
@@ -113,6 +114,17 @@ def described_by_parts(case: Case) -> Decision | None:
     if case.product is None or case.ahead <= PARTS_ADVANTAGE:
         return None
     return Decision("unknown", described=case.product)
+
+
+def jumped_once(case: Case) -> Decision | None:
+    """Something jumped once, and that takes more than any effect or product of parts."""
+    step = max(case.survey.findings.steps, key=lambda item: item.gain, default=None)
+    if step is None or (case.best is not None and case.best.regular is not None):
+        return None
+    rivals = [item.gain for item in (case.best, case.product) if item is not None]
+    if any(gain > step.gain - 0.5 * NEAR_TIE for gain in rivals):
+        return None
+    return Decision("unknown", jumped=step.words(), next=LOOK_AT_THE_STAND)
 
 
 def shown_at_one_speed(case: Case) -> Decision | None:
@@ -412,6 +424,9 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     """What is left, or what is left of that, is unknown and of the size of the first."""
     first = case.best
     assert first is not None
+    if left.jumped is not None:
+        # What happened once is no shape of an effect.
+        return False
     if left.verdict != "unknown":
         return left.beside is not None and _unknown_within(left.beside, case)
     found = left.described or left.resembles
@@ -451,6 +466,7 @@ RULES = (
     Rule("cannot_tell", too_little_to_see, of_survey=False),
     Rule("unknown", unknown_is_likelier, of_survey=False),
     Rule("ambiguous", too_improbable_for_a_name, of_survey=False),
+    Rule("unknown", jumped_once),
     Rule("unknown", described_by_parts),
     Rule("ambiguous", shown_at_one_speed),
     Rule("unknown", refused_is_ahead),

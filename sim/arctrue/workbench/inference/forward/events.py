@@ -36,6 +36,8 @@ class Step:
     place: float
     """Of the record there: turns or seconds."""
     size_arcsec: float
+    sigma_arcsec: float
+    """Standard uncertainty of the size at this place."""
     gain: float
 
 
@@ -76,17 +78,20 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
             best = gain, row, grown
     assert best is not None
     gain, row, grown = best
-    if gain <= needed_gain(gain, float(places.size)):
+    if record.of_few_rows(gain) <= needed_gain(gain, float(places.size)):
         return None
     column = step_column(record, row)
     if _one_row_does_it(record, others, row, gain, without, grown):
         return None
-    beside = record.rows(np.hstack([others, column]))
-    if _tails_make_it(beside, grown, gain, places.size):
+    if _tails_make_it(record, others, row, places, grown):
         return None
+    beside = record.rows(np.hstack([others, column]))
     whitened = beside.factor(grown.noise).whiten(beside.values)
     size = np.linalg.lstsq(whitened[:, 1:], whitened[:, 0], rcond=1e-10)[0][-1]
-    return Step(row, float(record.place[row]), float(size), gain), grown
+    model, step = whitened[:, 1:-1], whitened[:, -1]
+    own = step - model @ np.linalg.lstsq(model, step, rcond=1e-10)[0]
+    sigma = 1.0 / np.sqrt(record.of_few_rows(float(own @ own)))
+    return Step(row, float(record.place[row]), float(size), float(sigma), gain), grown
 
 
 def _inside(record: Record) -> NDArray[np.int64]:
@@ -132,34 +137,43 @@ def _one_row_does_it(
     return False
 
 
-def _tails_make_it(rows: Rows, grown: KernelFit, gain: float, places: int) -> bool:
-    """Where one innovation shows the step, tails as heavy as the others' make one as large.
+def _tails_make_it(
+    record: Record, others: Float, row: int, places: NDArray[np.int64], beside: KernelFit
+) -> bool:
+    """Tails as heavy as those of the steps at all other instants make one as large.
 
-    In noise that wanders a step is one large innovation. Student's t is fitted to all others; the
-    step is √(2·gain) of their standard uncertainties.
+    In noise that wanders, each innovation is a step. What a step at every other instant would gain
+    has its tails from the innovations: Student's t is fitted to the roots of twice these gains, and
+    each of FREEDOMS counts as far as it is likely. ``beside``: the noise beside the step.
     """
-    whitened = rows.factor(grown.noise).whiten(rows.values)
-    columns = whitened[:, 1:]
-    step = columns[:, -1]
-    if float(np.max(step**2)) < MOSTLY * float(np.sum(step**2)):
+    column = record.rows(others).factor(beside.noise).whiten(step_column(record, row))
+    if float(np.max(column**2)) < FEW * float(np.sum(column**2)):
         return False
-    left = whitened[:, 0] - columns @ np.linalg.lstsq(columns, whitened[:, 0], rcond=1e-10)[0]
-    left = np.delete(left, int(np.argmax(step**2)))
-    scales = np.geomspace(0.3, 1.5, 15) * float(np.std(left))
-    likelihood, freedom, scale = max(
-        (float(np.sum(student.logpdf(left / scale, freedom) - np.log(scale))), freedom, scale)
-        for freedom in FREEDOMS
+    here = np.array([row], dtype=np.int64)
+    size = float(np.sqrt(2.0 * _gains(record, record.rows(others), here, beside.noise)[0]))
+    found = np.hstack([others, step_column(record, row)])
+    z = np.sqrt(2.0 * _gains(record, record.rows(found), places, beside.noise))
+    z = z[z > 0.0]
+    scales = np.geomspace(0.3, 1.5, 15) * float(np.sqrt(np.mean(z**2)))
+    tried = [_tail(z, freedom, scales) for freedom in FREEDOMS]
+    weights = np.exp(np.array([one for one, _ in tried]) - max(one for one, _ in tried))
+    p_values = [
+        2.0 * float(student.sf(size / scale, freedom))
+        for freedom, (_, scale) in zip(FREEDOMS, tried, strict=True)
+    ]
+    return float(weights @ p_values / weights.sum()) * places.size > FAMILY_WISE * OF_TAILS
+
+
+def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:
+    """Log likelihood of Student's t with its best scale, and that scale."""
+    return max(
+        (float(np.sum(student.logpdf(left / scale, freedom) - np.log(scale))), float(scale))
         for scale in scales
     )
-    del likelihood
-    if freedom <= HEAVY:
-        return True
-    p_value = 2.0 * float(student.sf(np.sqrt(2.0 * gain) / scale, freedom)) * places
-    return p_value > FAMILY_WISE
 
 
-HEAVY = 6.0
-"""Degrees of freedom of Student's t below which a walk makes steps by itself: the fourth moment of
-its innovations, which the fit of the tail rests on, is finite above four and known above six."""
-MOSTLY = 0.5
-"""Share of what is known of a step that a single innovation tells."""
+OF_TAILS = 0.1
+"""Of the family-wise level: the roots are not independent where the noise wanders a little."""
+FEW = 0.07
+"""Share of what is known of a step that its largest innovation tells: with less it rests on
+fourteen or more, whose tails average."""

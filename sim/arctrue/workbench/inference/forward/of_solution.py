@@ -1,4 +1,4 @@
-"""The records in which regular lines are looked for: what a fitted model leaves of a reference."""
+"""The records that are searched forward: what a fitted model leaves of a reference."""
 
 from __future__ import annotations
 
@@ -19,6 +19,11 @@ LEAST_ROWS = 200
 shows, the other searches find."""
 LEAST_STRETCH_ROWS = 50
 """Ten periods of the shortest line that is looked for."""
+LEAST_EVENT_ROWS, LEAST_STRETCH_STATIONS = 30, 12
+"""With fewer rows a part of them is not enough to tell a step from a line through all."""
+LEAST_FREE = 0.5
+"""Of the rows, what the base leaves free: with less, 1 of 10 sets of white noise shows a step
+(``python -m scripts.calibrate_line_search --short``, 72 stations once and 40 coefficients)."""
 SAME_STATION_RAD = 1e-6
 FROM_ONE_SIDE = 0.5
 """Share of rows that must each have a place of their own: a station visited again and again shows
@@ -68,6 +73,37 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
         if one_speed or record.whole_orders_only:
             # Over time, what depends on the direction on one turn would be lines beside its orders.
             break
+    return found
+
+
+def records_of_events(solution: Solution) -> list[Record]:
+    """Every row over time, or by its number, for what happens once; none for too few rows.
+
+    First, where time goes on from run to run, as one stretch: what was knocked stays where it is.
+    Then each run for itself: an index undoes what a counter lost. What depends on the direction of
+    approach is fitted beside a step, which is then none at a reversal.
+    """
+    rows = solution.observations.every_reference_row
+    if rows is None or "reference" in solution.unknown_noise:
+        return []
+    clock = reference_clock(rows)
+    back = (np.diff(clock, prepend=clock[:1]) < 0.0).astype(np.int64)
+    goes_on, of_runs = np.cumsum(back), np.zeros(clock.size, dtype=np.int64)
+    of_runs[stretch_starts(clock, rows.run)[1:]] = 1
+    columns, left = _left(solution, rows)
+    if rows.direction is not None:
+        columns = np.column_stack([columns, rows.direction])
+    found: list[Record] = []
+    for stretch in (goes_on, np.cumsum(of_runs)):
+        same = np.diff(stretch) == 0
+        if clock.size < LEAST_EVENT_ROWS or np.min(np.bincount(stretch)) < LEAST_STRETCH_STATIONS:
+            continue
+        if (found and np.array_equal(stretch, goes_on)) or np.any((np.diff(clock) == 0.0) & same):
+            # Rows of one instant have no order.
+            continue
+        record = record_of(clock, clock, stretch, left, columns, in_time=True)
+        if record.clock.size - record.base.shape[1] > LEAST_FREE * record.clock.size:
+            found.append(record)
     return found
 
 

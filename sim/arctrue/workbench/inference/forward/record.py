@@ -102,6 +102,15 @@ class Record:
         found[:, 1::2] = kept * np.sin(phase)
         return found
 
+    def of_few_rows(self, gain: float) -> float:
+        """A gain less what the base has made of the noise by itself.
+
+        Of white noise with v rows more than columns Student's t of one column is
+        √(v·(e^(2·gain/rows) − 1)), and its tail falls as e^(−gain·v/rows).
+        """
+        rows = self.clock.size
+        return float(gain * max(rows - self.base.shape[1] - 1, 1) / rows)
+
     def rows(self, further: Float | None = None) -> Rows:
         """For a fit of the noise, with the base and what ``further`` has beside it."""
         blocks = [self.residual_arcsec[:, np.newaxis], self.base]
