@@ -38,6 +38,10 @@
 -- **Number formats.** phase step u0.48 turn a count; phase offset u0.24 turn; amplitude and
 -- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
 --
+-- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose what the amplitude of the lane is multiplied with
+-- (amplitude_sweep): `amplitudes` are the effective ones, read-back and fill the nominal ones. A swap waits further until a
+-- whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS clocks at the most.
+--
 -- **Reset.** `reset` drops a pending write; one that is being written ends, without an acknowledge. It keeps both
 -- banks and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
 
@@ -45,6 +49,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.conditions_pkg.all;
   use work.number_formats_pkg.all;
 
 entity coefficient_memory is
@@ -53,7 +58,8 @@ entity coefficient_memory is
     FOLD               : positive range 1 to 8         := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
     PHASE_OFFSET_DELAY : positive range 1 to 63        := PHASE_OFFSET_CLOCK;
     AMPLITUDE_DELAY    : positive range 1 to 63        := PHASE_LATENCY + AMPLITUDE_CLOCK;
-    OFFSET_DELAY       : positive range 1 to 63        := DELAY_LINE_LATENCY
+    OFFSET_DELAY       : positive range 1 to 63        := DELAY_LINE_LATENCY;
+    MODULATORS         : boolean                       := false -- amplitudes follow conditions
   );
   port (
     clock             : in    std_ulogic;
@@ -75,7 +81,14 @@ entity coefficient_memory is
     phase_steps       : out   std_ulogic_vector(LANES / FOLD * PHASE_STEP_WIDTH - 1 downto 0); -- turn a count, u0.48
     phase_offsets     : out   std_ulogic_vector(LANES / FOLD * PHASE_WIDTH - 1 downto 0);      -- turn, u0.24
     amplitudes        : out   std_ulogic_vector(LANES / FOLD * AMPLITUDE_WIDTH - 1 downto 0);  -- counts, s13.11
-    offset            : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0)                           -- counts, s13.11
+    offset            : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);                          -- counts, s13.11
+    -- With MODULATORS, see amplitude_sweep
+    sweep_step        : in    u_unsigned(7 downto 0) := (others => '0');
+    direction         : in    modulator              := (others => '0');
+    speed             : in    modulator              := (others => '0');
+    word_a            : in    modulator              := (others => '0');
+    word_b            : in    modulator              := (others => '0');
+    speed_squared     : out   modulator
   );
 end entity coefficient_memory;
 
@@ -84,6 +97,9 @@ architecture rtl of coefficient_memory is
   constant BUILT     : positive := LANES / FOLD;
   constant LAST_COPY : positive := maximum(maximum(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY), OFFSET_DELAY);
   constant LAST_WORD : positive := 4 * LANES - 1;
+
+  -- Bits of word 1: those of the phase step, and those of the modulator.
+  constant HIGH_BITS : positive := PHASE_STEP_WIDTH - 32 + 3 * boolean'pos(MODULATORS);
 
   subtype word is std_ulogic_vector(31 downto 0);
 
@@ -150,13 +166,20 @@ architecture rtl of coefficient_memory is
   signal answers       : std_ulogic                            := '0';
   signal idle_bank     : std_ulogic;
 
+  -- How the amplitudes are written: as they are, or by the sweep
+  signal swept            : std_ulogic;
+  signal amplitude_enters : std_ulogic_vector(0 to BUILT - 1);
+  signal amplitude_target : std_ulogic;
+  signal amplitude_place  : slot_number;
+  signal amplitude_word   : std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
+
   signal read_back   : words := (others => (others => '0'));
   signal read_stored : word  := (others => '0');
 
 begin
 
   write_now <= (pending_word or pending_offset) and not swap_waits and not swap and is_quiet and not reset;
-  may_swap  <= swap_allowed and is_quiet and not writing;
+  may_swap  <= swap_allowed and is_quiet and not writing and swept;
   swap_now  <= (swap or swap_waits) and may_swap;
   swapped   <= swap_now & copying;
 
@@ -336,16 +359,75 @@ begin
       )
       port map (
         clock        => clock,
-        write_enable => selected(4 * column + 3),
-        write_bank   => idle_bank,
-        write_slot   => selected_slot,
-        write_word   => written(AMPLITUDE_WIDTH - 1 downto 0),
+        write_enable => amplitude_enters(column),
+        write_bank   => amplitude_target,
+        write_slot   => amplitude_place,
+        write_word   => amplitude_word,
         read_bank    => amplitude_bank,
         read_slot    => amplitude_slot,
         read_word    => amplitudes((column + 1) * AMPLITUDE_WIDTH - 1 downto column * AMPLITUDE_WIDTH)
       );
 
   end generate columns;
+
+  modulated : if MODULATORS generate
+
+    -- The place of the word that is written in this clock
+    signal written_place : word_address := (others => '0');
+    signal is_written    : std_ulogic   := '0';
+
+  begin
+
+    place : process (clock) is
+    begin
+
+      if rising_edge(clock) then
+        is_written    <= fill_under_way(2) or (write_now and pending_word);
+        written_place <= fill_address_2 when fill_under_way(2) = '1' else
+                         address;
+      end if;
+
+    end process place;
+
+    sweep : entity work.amplitude_sweep
+      generic map (
+        LANES => LANES,
+        FOLD  => FOLD
+      )
+      port map (
+        clock           => clock,
+        sweep_step      => sweep_step,
+        direction       => direction,
+        speed           => speed,
+        word_a          => word_a,
+        word_b          => word_b,
+        speed_squared   => speed_squared,
+        write_amplitude => is_written and (written_place(1 downto 0) ?= "11"),
+        write_choice    => is_written and (written_place(1 downto 0) ?= "01"),
+        write_bank      => idle_bank,
+        write_lane      => written_place(7 downto 2),
+        write_word      => written(AMPLITUDE_WIDTH - 1 downto 0),
+        swept           => swept,
+        selected        => amplitude_enters,
+        bank            => amplitude_target,
+        slot            => amplitude_place,
+        effective       => amplitude_word
+      );
+
+  else generate
+
+    straight : for column in 0 to BUILT - 1 generate
+
+      amplitude_enters(column) <= selected(4 * column + 3);
+
+    end generate straight;
+
+    amplitude_target <= idle_bank;
+    amplitude_place  <= selected_slot;
+    amplitude_word   <= written(AMPLITUDE_WIDTH - 1 downto 0);
+    swept            <= '1';
+    speed_squared    <= (others => '0');
+  end generate modulated;
 
   -- Block RAM with the words of the idle bank, as they are read back and as it is filled.
   read_back_memory : process (clock) is
@@ -367,7 +449,7 @@ begin
             stored := data;
 
           when 1 =>
-            stored := std_ulogic_vector(resize(u_unsigned(data(PHASE_STEP_WIDTH - 33 downto 0)), 32));
+            stored := std_ulogic_vector(resize(u_unsigned(data(HIGH_BITS - 1 downto 0)), 32));
 
           when 2 =>
             stored := std_ulogic_vector(resize(u_unsigned(data(PHASE_WIDTH - 1 downto 0)), 32));

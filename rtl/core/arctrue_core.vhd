@@ -20,6 +20,9 @@
 -- **Rotation.** ROTATION says how a lane finds its cosine: `cordic`, as in the paper, or `table` (table_rotation), in fewer
 -- look-up tables. Latency and formats are the same. The register `capability` shows it.
 --
+-- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
+-- (table_conditions); the pipeline is as long. The register `capability` shows it.
+--
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen its index. The
 -- position that is corrected is the one that no index changes, so the output makes no step when
 -- the index is found; the difference of the correction decays at the ramp rate.
@@ -37,6 +40,7 @@ library ieee;
 
   use work.arctrue_registers_pkg.all;
   use work.axi_lite_pkg.all;
+  use work.conditions_pkg.all;
   use work.decoder_pkg.all;
   use work.number_formats_pkg.all;
 
@@ -47,7 +51,8 @@ entity arctrue_core is
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- correct the mean of two heads; of more it is in any case
-    ROTATION      : string                        := "cordic"               -- or "table": how a lane finds its cosine
+    ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    MODULATORS    : boolean                       := false                  -- amplitudes of lanes follow conditions
   );
   port (
     clock           : in    std_ulogic;
@@ -168,6 +173,16 @@ architecture rtl of arctrue_core is
   signal heads_done     : std_ulogic;
   signal heads_data     : std_ulogic_vector(31 downto 0);
   signal take_snapshot  : std_ulogic;
+  signal conditions_read  : std_ulogic;
+  signal conditions_write : std_ulogic;
+  signal conditions_done  : std_ulogic;
+  signal conditions_data  : std_ulogic_vector(31 downto 0);
+  signal sweep_step       : u_unsigned(7 downto 0);
+  signal direction        : modulator;
+  signal speed            : modulator;
+  signal word_a           : modulator;
+  signal word_b           : modulator;
+  signal speed_squared    : modulator;
   signal further_pins   : std_ulogic_vector(31 downto 0);
   signal further_clear  : std_ulogic_vector(1 downto 0);
   signal head_delays    : std_ulogic_vector(31 downto 0);
@@ -587,7 +602,8 @@ begin
       COSINE_WIDTH => COSINE_WIDTH,
       FOLD         => FOLD,
       MEAN         => HAS_MEAN,
-      ROTATION     => ROTATION
+      ROTATION     => ROTATION,
+      MODULATORS   => MODULATORS
     )
     port map (
       clock              => clock,
@@ -617,6 +633,12 @@ begin
       swap_allowed       => may_swap,
       swap_comes         => swap_comes,
       swap_busy          => swap_busy,
+      sweep_step         => sweep_step,
+      direction          => direction,
+      speed              => speed,
+      word_a             => word_a,
+      word_b             => word_b,
+      speed_squared      => speed_squared,
       corrected_angle    => corrected_angle,
       corrected_position => corrected_position,
       corrected_referenced => corrected_referenced,
@@ -625,6 +647,40 @@ begin
       ramp_busy          => ramp_busy,
       swap_done          => swap_done
     );
+
+  modulated : if MODULATORS generate
+
+    conditions : entity work.table_conditions
+      port map (
+        clock              => clock,
+        reset              => reset,
+        position           => healed,
+        put_back           => put_back,
+        corrected_position => corrected_position,
+        correction         => correction,
+        read_enable        => conditions_read,
+        write_enable       => conditions_write,
+        address            => u_unsigned(access_address(5 downto 2)),
+        write_data         => access_data,
+        done               => conditions_done,
+        read_data          => conditions_data,
+        sweep_step         => sweep_step,
+        direction          => direction,
+        speed              => speed,
+        word_a             => word_a,
+        word_b             => word_b,
+        speed_squared      => speed_squared
+      );
+
+  else generate
+    conditions_done <= '0';
+    conditions_data <= (others => '0');
+    sweep_step      <= (others => '0');
+    direction       <= (others => '0');
+    speed           <= (others => '0');
+    word_a          <= (others => '0');
+    word_b          <= (others => '0');
+  end generate modulated;
 
   edges_out : entity work.quadrature_output
     port map (
@@ -780,7 +836,8 @@ begin
       LANES         => LANES,
       CAPTURE_DEPTH => CAPTURE_DEPTH,
       HEADS         => HEADS,
-      MEAN          => HAS_MEAN
+      MEAN          => HAS_MEAN,
+      MODULATORS    => MODULATORS
     )
     port map (
       clock             => clock,
@@ -807,6 +864,10 @@ begin
       heads_write       => heads_write,
       heads_done        => heads_done,
       heads_data        => heads_data,
+      conditions_read   => conditions_read,
+      conditions_write  => conditions_write,
+      conditions_done   => conditions_done,
+      conditions_data   => conditions_data,
       take_snapshot     => take_snapshot,
       capture_read      => capture_read,
       capture_done      => capture_valid,
@@ -851,6 +912,8 @@ begin
   hwif_in.capability.mean.next_q                  <= '1' when HAS_MEAN else
                                                      '0';
   hwif_in.capability.rotation.next_q              <= '1' when IS_TABLE else
+                                                     '0';
+  hwif_in.capability.modulators.next_q            <= '1' when MODULATORS else
                                                      '0';
   hwif_in.chip_dna_low.value.next_q               <= chip_dna(31 downto 0);
   hwif_in.chip_dna_high.value.next_q              <= chip_dna(56 downto 32);

@@ -40,6 +40,8 @@
 -- **Mean.** With MEAN, angle and position are those of the carrier, and `mean_term`, `jumped` and `jump` of its reading
 -- come MEAN_LATENCY clocks after it (head_mean). `swap_comes` is high in the clock before the first angle of a new bank.
 --
+-- **Modulators.** With MODULATORS the amplitude of a lane follows direction, speed or a word (coefficient_memory).
+--
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
 -- from the angle in the clock after `swap`, or the next accepted one. A swap waits while the idle bank is
 -- filled after the one before, and for the end of a write that is under way.
@@ -55,6 +57,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.conditions_pkg.all;
   use work.number_formats_pkg.all;
 
 entity compensation_pipeline is
@@ -63,7 +66,8 @@ entity compensation_pipeline is
     COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH;
     FOLD         : positive range 1 to 8         := 1;       -- lanes that share a pipeline: 1, 2, 4 or 8
     MEAN         : boolean                       := false;   -- the mean of the heads is corrected
-    ROTATION     : string                        := "cordic" -- or "table": how a lane finds its cosine
+    ROTATION     : string                        := "cordic"; -- or "table": how a lane finds its cosine
+    MODULATORS   : boolean                       := false    -- amplitudes follow conditions
   );
   port (
     clock              : in    std_ulogic;
@@ -93,6 +97,12 @@ entity compensation_pipeline is
     swap_allowed       : in    std_ulogic := '1';                             -- the next angle may be the first of a new bank
     swap_comes         : out   std_ulogic;                                    -- it is
     swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is not filled
+    sweep_step         : in    u_unsigned(7 downto 0) := (others => '0');     -- see amplitude_sweep
+    direction          : in    modulator              := (others => '0');     -- s1.16
+    speed              : in    modulator              := (others => '0');     -- s1.16
+    word_a             : in    modulator              := (others => '0');     -- s1.16
+    word_b             : in    modulator              := (others => '0');     -- s1.16
+    speed_squared      : out   modulator;                                     -- s1.16, as the lanes have it
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     corrected_referenced : out   std_ulogic;                                    -- corrected_angle counts from an index
@@ -192,7 +202,8 @@ begin
       FOLD               => FOLD,
       PHASE_OFFSET_DELAY => PHASE_OFFSET_CLOCK,
       AMPLITUDE_DELAY    => PHASE_LATENCY + AMPLITUDE_CLOCK,
-      OFFSET_DELAY       => READING_DELAY
+      OFFSET_DELAY       => READING_DELAY,
+      MODULATORS         => MODULATORS
     )
     port map (
       clock             => clock,
@@ -214,7 +225,13 @@ begin
       phase_steps       => phase_steps,
       phase_offsets     => phase_offsets,
       amplitudes        => amplitudes,
-      offset            => offset
+      offset            => offset,
+      sweep_step        => sweep_step,
+      direction         => direction,
+      speed             => speed,
+      word_a            => word_a,
+      word_b            => word_b,
+      speed_squared     => speed_squared
     );
 
   phase : entity work.phase_unit

@@ -3,9 +3,9 @@
 -- # access_guard
 --
 -- Says whose an access is: the generated register block's, a coefficient of a lane, the coefficient
--- offset, a word of the mean, of the further heads or of the capture; and refuses what is nobody's or illegal for this core's generics or
--- state: a coefficient word of a lane that is not built, a write of a coefficient, of the offset or of the mean
--- without all four bytes, a word of a head that is not built, a capture word beyond the two words of every sample of a bank, any capture
+-- offset, a word of the mean, of the further heads, of the conditions or of the capture; and refuses what is nobody's or
+-- illegal for this core's generics or state: a coefficient word of a lane that is not built, a write of a coefficient, of the offset or of the mean
+-- without all four bytes, a word of a head or of the conditions that are not built, a capture word beyond the two words of every sample of a bank, any capture
 -- word while no bank is ready, a write of a capture word, and what the register map does not let a register's
 -- word be read or written.
 --
@@ -30,7 +30,8 @@ entity access_guard is
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT;
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false
+    MEAN          : boolean                       := false;
+    MODULATORS    : boolean                       := false
   );
   port (
     clock           : in    std_ulogic;
@@ -44,6 +45,7 @@ entity access_guard is
     to_offset       : out   std_ulogic;
     to_mean         : out   std_ulogic;
     to_heads        : out   std_ulogic;
+    to_conditions   : out   std_ulogic;
     to_capture      : out   std_ulogic;
     refused         : out   std_ulogic;
     -- Pulses in the first clock of the verdict
@@ -56,6 +58,8 @@ entity access_guard is
     write_mean        : out   std_ulogic := '0';
     read_heads        : out   std_ulogic := '0';
     write_heads       : out   std_ulogic := '0';
+    read_conditions   : out   std_ulogic := '0';
+    write_conditions  : out   std_ulogic := '0';
     read_capture      : out   std_ulogic := '0'
   );
 end entity access_guard;
@@ -69,6 +73,7 @@ architecture rtl of access_guard is
   constant OFFSET_WORD        : byte_address := to_unsigned(COEFFICIENT_OFFSET_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant MEAN_FIRST         : byte_address := to_unsigned(MEAN_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant HEADS_FIRST        : byte_address := to_unsigned(HEAD3_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant CONDITIONS_FIRST   : byte_address := to_unsigned(CONDITIONS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
   -- The bit of a table, chosen half by half: an index would become a memory, whose contents a proof by induction
@@ -99,7 +104,7 @@ architecture rtl of access_guard is
 begin
 
   assert CAPTURE_ADDRESS = 16#20000# and FURTHER_CAPTURE_ADDRESS = 16#40000# and COEFFICIENTS_ADDRESS mod 1024 = 0
-         and MEAN_ADDRESS mod 64 = 0 and HEAD3_ADDRESS mod 256 = 0
+         and MEAN_ADDRESS mod 64 = 0 and HEAD3_ADDRESS mod 256 = 0 and CONDITIONS_ADDRESS mod 64 = 0
     report "access_guard: the windows of the register map have moved; adapt the decoding"
     severity failure;
 
@@ -121,6 +126,7 @@ begin
     variable head_word    : natural range 0 to 63;
     variable of_head      : boolean;
     variable of_heads     : boolean;
+    variable conditions   : boolean;
 
   begin
 
@@ -155,6 +161,10 @@ begin
         of_head := of_head or head_word = 32 or head_word = 34;
       end if;
       of_heads     := MEAN and of_head and not partial and place(place'high downto 8) = HEADS_FIRST(place'high downto 8);
+      -- Words 0 to 8, of which the first six may be written.
+      conditions   := MODULATORS and not partial
+                      and place(place'high downto 6) = CONDITIONS_FIRST(place'high downto 6)
+                      and (is_at_most(place(5 downto 2), 5) or (is_write = '0' and is_at_most(place(5 downto 2), 8)));
       capture      := (place(place'high downto 17) = CAPTURE_FIRST(place'high downto 17)
                        or (HEADS > 2 and place(place'high downto 17) = FURTHER_FIRST(place'high downto 17)
                            and (HEADS > 3 or place(2) = '0')))
@@ -169,6 +179,8 @@ begin
       write_mean        <= '0';
       read_heads        <= '0';
       write_heads       <= '0';
+      read_conditions   <= '0';
+      write_conditions  <= '0';
       read_capture      <= '0';
       if judge = '1' then
         ask_registers     <= '1' when registers else '0';
@@ -180,14 +192,17 @@ begin
         write_mean        <= is_write when of_mean else '0';
         read_heads        <= not is_write when of_heads else '0';
         write_heads       <= is_write when of_heads else '0';
+        read_conditions   <= not is_write when conditions else '0';
+        write_conditions  <= is_write when conditions else '0';
         read_capture      <= '1' when capture else '0';
         to_registers    <= '1' when registers else '0';
         to_coefficients <= '1' when coefficients else '0';
         to_offset       <= '1' when offset else '0';
         to_mean         <= '1' when of_mean else '0';
         to_heads        <= '1' when of_heads else '0';
+        to_conditions   <= '1' when conditions else '0';
         to_capture      <= '1' when capture else '0';
-        refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or capture else '1';
+        refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or conditions or capture else '1';
       end if;
     end if;
 

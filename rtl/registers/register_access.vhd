@@ -31,7 +31,8 @@ entity register_access is
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;        -- harmonics
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false -- the mean of the heads is built
+    MEAN          : boolean                       := false; -- the mean of the heads is built
+    MODULATORS    : boolean                       := false  -- amplitudes follow conditions
   );
   port (
     clock             : in    std_ulogic;
@@ -61,6 +62,10 @@ entity register_access is
     heads_write       : out   std_ulogic;                     -- pulse
     heads_done        : in    std_ulogic := '0';              -- pulse
     heads_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
+    conditions_read   : out   std_ulogic;                     -- pulse
+    conditions_write  : out   std_ulogic;                     -- pulse
+    conditions_done   : in    std_ulogic := '0';              -- pulse
+    conditions_data   : in    std_ulogic_vector(31 downto 0) := (others => '0');
     take_snapshot     : out   std_ulogic;                     -- pulse: the registers of the snapshot are latched
     capture_read      : out   std_ulogic;                     -- pulse
     capture_done      : in    std_ulogic;                     -- pulse
@@ -82,6 +87,7 @@ architecture rtl of register_access is
   signal to_offset       : std_ulogic;
   signal to_mean         : std_ulogic;
   signal to_heads        : std_ulogic;
+  signal to_conditions   : std_ulogic;
   signal to_capture      : std_ulogic;
 
   signal judge            : std_ulogic;
@@ -136,7 +142,8 @@ begin
       LANES         => LANES,
       CAPTURE_DEPTH => CAPTURE_DEPTH,
       HEADS         => HEADS,
-      MEAN          => MEAN
+      MEAN          => MEAN,
+      MODULATORS    => MODULATORS
     )
     port map (
       clock           => clock,
@@ -150,6 +157,7 @@ begin
       to_offset       => to_offset,
       to_mean         => to_mean,
       to_heads        => to_heads,
+      to_conditions   => to_conditions,
       to_capture      => to_capture,
       refused         => refused,
       ask_registers   => register_request,
@@ -161,6 +169,8 @@ begin
       write_mean        => mean_write,
       read_heads        => heads_read,
       write_heads       => heads_write,
+      read_conditions   => conditions_read,
+      write_conditions  => conditions_write,
       read_capture      => capture_read
     );
 
@@ -206,12 +216,13 @@ begin
 
   end process hold_for_registers;
 
-  answered <= register_read or register_written or coefficient_done or mean_done or heads_done or capture_done;
+  answered <= register_read or register_written or coefficient_done or mean_done or heads_done or conditions_done or capture_done;
   data     <= (register_data and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)
               or (mean_data and to_mean)
               or (heads_data and to_heads)
+              or (conditions_data and to_conditions)
               or (capture_data and to_capture);
 
 end architecture rtl;

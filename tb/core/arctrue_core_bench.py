@@ -789,7 +789,12 @@ async def illegal_accesses_are_refused(dut):
     pipeline = await machine.registers.read_fields("pipeline")
     assert pipeline == {"fold": FOLD, "latency": 28 + FOLD}
     capability = await machine.registers.read_fields("capability")
-    assert capability == {"heads": 2, "mean": 0, "rotation": int(ROTATION == "table")}
+    assert capability == {
+        "heads": 2,
+        "mean": 0,
+        "rotation": int(ROTATION == "table"),
+        "modulators": 0,
+    }
     first = (await machine.registers.snapshot()).time
     second = (await machine.registers.snapshot()).time
     assert 0 < second - first < 1000

@@ -192,7 +192,12 @@ async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
     """Head 1 alone is wrong by the axis' motion; the mean follows the table, for every carrier."""
     machine = await prepared(dut)
     names = machine.registers
-    assert await names.read_fields("capability") == {"heads": HEADS, "mean": 1, "rotation": 0}
+    assert await names.read_fields("capability") == {
+        "heads": HEADS,
+        "mean": 1,
+        "rotation": 0,
+        "modulators": 0,
+    }
     assert await names.read("pipeline.latency") == LATENCY
     cocotb.start_soon(machine.run())
     await names.update("control", compensate=1, output_enable=1)

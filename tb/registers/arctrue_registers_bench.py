@@ -78,7 +78,9 @@ def random_address(generator: random.Random) -> int:
     if kind == 8:
         return model_map.CAPTURE + 4 * generator.randrange(model_map.CAPTURE_WORDS)
     if kind == 9:
-        return generator.choice([model_map.MEAN, model_map.HEADS]) + 4 * generator.randrange(70)
+        return 4 * generator.randrange(70) + generator.choice(
+            [model_map.MEAN, model_map.HEADS, model_map.CONDITIONS]
+        )
     if kind == 10:
         return model_map.FURTHER_CAPTURE + 4 * generator.randrange(2 * CAPTURE_DEPTH + 20)
     return 4 * generator.randrange(1 << 17)
@@ -131,6 +133,7 @@ async def every_word_of_the_map(dut):
     places += [model_map.CAPTURE + 4 * word for word in (2 * CAPTURE_DEPTH, 32767)]
     places += [model_map.CAPTURE - 4]
     places += [model_map.MEAN + 4 * word for word in range(-1, 17)]
+    places += [model_map.CONDITIONS + 4 * word for word in range(17)]
     places += [model_map.HEADS + 4 * word for word in range(-1, 65)]
     places += [model_map.FURTHER_CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH)]
     for address in places:

@@ -59,7 +59,7 @@ READ_ONLY = {
     0x090: (0xFFFF, "zero"),
     0x094: (WORD, "zero_slip"),
     0x098: (WORD, "put_back"),
-    0x0A8: (0x1F, "capability"),
+    0x0A8: (0x3F, "capability"),
     0x0C0: (0x7F, "head1_flags"),
     0x0C4: (WORD, "head1_faults"),
     0x0C8: (0xFFFF, "head1_overspeeds"),
@@ -116,6 +116,7 @@ MEAN = 0x01800
 CAPTURE = 0x20000
 FURTHER_CAPTURE = 0x40000
 HEADS = 0x02000
+CONDITIONS = 0x02100
 FURTHER_HEAD_READ = {*range(9), 10, 11}
 """Words of a further head that may be read; only the first may be written."""
 DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34

@@ -28,7 +28,7 @@ def bank_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
         step = int(coefficients.phase_steps[lane])
         first = lane * WORDS_A_LANE
         yield first + WORD_STEP_LOW, step & WORD_MASK
-        yield first + WORD_STEP_HIGH, step >> 32
+        yield first + WORD_STEP_HIGH, step >> 32 | int(coefficients.modulator_numbers[lane]) << 16
         yield first + WORD_PHASE_OFFSET, int(coefficients.phase_offsets[lane])
         yield first + WORD_AMPLITUDE, int(coefficients.amplitudes[lane]) & WORD_MASK
 

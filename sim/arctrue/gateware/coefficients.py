@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.extension import MODULATORS, Extension
 from arctrue.gateware.mean_set import OFFSET_ONE
 from arctrue.gateware.thermal import ThermalLanes, as_lane
 from arctrue.generated.number_formats import (
@@ -58,6 +58,14 @@ class Coefficients:
     counts_per_rev: int
     thermal: ThermalLanes | None = None
     extension: Extension | None = None
+
+    @property
+    def modulator_numbers(self) -> NDArray[np.int64]:
+        """What multiplies the amplitude of each lane: bits 18 to 16 of its word 1, (lanes,)."""
+        numbers = np.zeros(self.lanes, dtype=np.int64)
+        for lane, name in self.extension.modulators if self.extension else ():
+            numbers[lane] = MODULATORS.index(name)
+        return numbers
 
     def __post_init__(self) -> None:
         """Check every word against its format and make the arrays read-only."""

@@ -49,6 +49,10 @@ class CoefficientSet(Protocol):
     def offset(self) -> int:
         """2^-11 count."""
 
+    @property
+    def modulator_numbers(self) -> NDArray[np.int64]:
+        """(lanes,), what the amplitude is multiplied with; 0 where nothing."""
+
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
@@ -219,8 +223,9 @@ def coefficient_words(coefficients: CoefficientSet) -> list[int]:
         coefficients.phase_steps.tolist(),
         coefficients.phase_offsets.tolist(),
         coefficients.amplitudes.tolist(),
+        coefficients.modulator_numbers.tolist(),
         strict=True,
     )
-    for step, phase, amplitude in lanes:
-        words += [step & _WORD, step >> 32, phase, amplitude & _WORD]
+    for step, phase, amplitude, modulator in lanes:
+        words += [step & _WORD, step >> 32 | modulator << 16, phase, amplitude & _WORD]
     return words

@@ -1,0 +1,214 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # amplitude_sweep
+--
+-- Multiplies the amplitude of each lane by its modulator and writes the effective amplitude, for all lanes of both banks one
+-- after the other with one multiplier. The nominal amplitudes of both banks and the choice of the modulator are kept here.
+--
+-- **Sweep.** `sweep_step` counts 0 to SWEEP_CLOCKS - 1 again and again. Steps 0 to 127 are the lanes of bank 0 and then those of
+-- bank 1, lanes that are not built write nothing. In the last step the modulators are taken over for the
+-- whole of the next sweep. In SQUARE_STEP the speed is multiplied by itself.
+--
+-- **Swap.** `swept` is high while a whole sweep has followed the last write of a nominal word: then the effective
+-- amplitudes of the idle bank are complete. At most 2 · SWEEP_CLOCKS + 1 clocks pass until it is high again.
+--
+-- **Latency.** 5 clocks from `sweep_step` to the effective amplitude that is written then: the memory holds it a clock later.
+--
+-- **Number formats.** amplitudes s13.11 counts; modulators s1.16, at most 1 in size.
+--
+-- **Rounding.** Once, half up, to s13.11: an amplitude with the modulator 1 stays as it is. -8192 counts times -1 becomes
+-- the largest amplitude.
+--
+-- **Reset.** None: sweeps go on. At power-up every word is 0.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.conditions_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity amplitude_sweep is
+  generic (
+    LANES : positive range 1 to LANES_MAX := LANES_DEFAULT;
+    FOLD  : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
+  );
+  port (
+    clock           : in    std_ulogic;
+    sweep_step      : in    u_unsigned(7 downto 0);
+    direction       : in    modulator;
+    speed           : in    modulator;
+    word_a          : in    modulator;
+    word_b          : in    modulator;
+    speed_squared   : out   modulator := (others => '0');
+    -- Nominal words of the bank that is idle
+    write_amplitude : in    std_ulogic;                                  -- pulse
+    write_choice    : in    std_ulogic;                                  -- pulse
+    write_bank      : in    std_ulogic;
+    write_lane      : in    u_unsigned(5 downto 0);
+    write_word      : in    std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
+    swept           : out   std_ulogic := '0';                           -- a whole sweep has followed the last write
+    -- Effective amplitudes
+    selected        : out   std_ulogic_vector(0 to LANES / FOLD - 1) := (others => '0');
+    bank            : out   std_ulogic                               := '0';
+    slot            : out   u_unsigned(2 downto 0)                   := (others => '0');
+    effective       : out   std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0)
+  );
+end entity amplitude_sweep;
+
+architecture rtl of amplitude_sweep is
+
+  constant BUILT : positive := LANES / FOLD;
+
+  subtype amplitude is u_signed(AMPLITUDE_WIDTH - 1 downto 0);
+
+  subtype bank_and_lane is u_unsigned(6 downto 0);
+
+  type nominal_words is array (0 to 127) of std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
+
+  type choices is array (0 to 127) of std_ulogic_vector(2 downto 0);
+
+  type steps_then is array (1 to 4) of u_unsigned(7 downto 0);
+
+  signal nominal        : nominal_words                                  := (others => (others => '0'));
+  signal choice         : choices                                        := (others => (others => '0'));
+  signal nominal_read   : std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0) := (others => '0');
+  signal choice_read    : std_ulogic_vector(2 downto 0)                  := (others => '0');
+  signal write_place    : bank_and_lane;
+
+begin
+
+  write_place <= write_bank & write_lane;
+
+  remember : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      nominal_read <= nominal(to_integer(sweep_step(6 downto 0)));
+      choice_read  <= choice(to_integer(sweep_step(6 downto 0)));
+      if write_amplitude = '1' then
+        nominal(to_integer(write_place)) <= write_word;
+      end if;
+      if write_choice = '1' then
+        choice(to_integer(write_place)) <= write_word(18 downto 16);
+      end if;
+    end if;
+
+  end process remember;
+
+  multiply : process (clock) is
+
+    -- Registers; the number is the clock after sweep_step in which they hold.
+    variable step_1_to_4 : steps_then                                      := (others => (others => '0'));
+    variable amplitude_2 : amplitude                                       := (others => '0');
+    variable modulator_2 : modulator                                       := (others => '0');
+    variable product_3   : u_signed(AMPLITUDE_WIDTH + MODULATOR_WIDTH - 1 downto 0) := (others => '0');
+    variable rounded_4   : u_signed(AMPLITUDE_WIDTH downto 0)              := (others => '0');
+
+    -- Of the whole sweep
+    variable held_direction : modulator := (others => '0');
+    variable held_speed     : modulator := (others => '0');
+    variable held_square    : modulator := (others => '0');
+    variable held_a         : modulator := (others => '0');
+    variable held_b         : modulator := (others => '0');
+    variable square         : modulator := (others => '0');
+
+    variable lane           : u_unsigned(5 downto 0);
+    variable sum            : u_signed(product_3'range);
+
+  begin
+
+    if rising_edge(clock) then
+      -- Fifth clock: to the memory that this entity alone writes.
+      selected  <= (others => '0');
+      lane      := step_1_to_4(4)(5 downto 0);
+      bank      <= step_1_to_4(4)(6);
+
+      for built_lane in 0 to LANES - 1 loop
+        if lane = built_lane then
+          slot                             <= to_unsigned(built_lane / BUILT, 3);
+          selected(built_lane mod BUILT) <= not step_1_to_4(4)(7);
+        end if;
+      end loop;
+
+      effective <= std_ulogic_vector(rounded_4(amplitude'range));
+      if (rounded_4(AMPLITUDE_WIDTH) xor rounded_4(AMPLITUDE_WIDTH - 1)) = '1' then
+        effective <= '0' & (AMPLITUDE_WIDTH - 2 downto 0 => '1');
+      end if;
+      if step_1_to_4(4) = SQUARE_STEP then
+        square := rounded_4(modulator'range);
+      end if;
+
+      -- Fourth clock.
+      sum       := product_3 + 2 ** (MODULATOR_FRACTION - 1);
+      rounded_4 := sum(AMPLITUDE_WIDTH + MODULATOR_FRACTION downto MODULATOR_FRACTION);
+
+      -- Third clock.
+      product_3 := amplitude_2 * modulator_2;
+
+      -- Second clock.
+      amplitude_2 := u_signed(nominal_read);
+
+      case to_integer(u_unsigned(choice_read)) is
+
+        when BY_DIRECTION =>
+          modulator_2 := held_direction;
+
+        when BY_SPEED =>
+          modulator_2 := held_speed;
+
+        when BY_SPEED_SQUARED =>
+          modulator_2 := held_square;
+
+        when BY_WORD_A =>
+          modulator_2 := held_a;
+
+        when BY_WORD_B =>
+          modulator_2 := held_b;
+
+        when others =>
+          modulator_2 := MODULATOR_ONE;
+
+      end case;
+
+      if step_1_to_4(1) = SQUARE_STEP then
+        amplitude_2 := resize(speed, AMPLITUDE_WIDTH);
+        modulator_2 := speed;
+      end if;
+
+      -- First clock.
+      step_1_to_4 := sweep_step & step_1_to_4(1 to 3);
+
+      if sweep_step = SWEEP_CLOCKS - 1 then
+        held_direction := direction;
+        held_speed     := speed;
+        held_square    := square;
+        held_a         := word_a;
+        held_b         := word_b;
+      end if;
+      speed_squared <= held_square;
+    end if;
+
+  end process multiply;
+
+  judge : process (clock) is
+
+    variable is_whole : std_ulogic := '0';
+
+  begin
+
+    if rising_edge(clock) then
+      if sweep_step = 0 then
+        is_whole := '1';
+      elsif sweep_step = SWEEP_CLOCKS - 1 then
+        swept <= is_whole;
+      end if;
+      if (write_amplitude or write_choice) = '1' then
+        is_whole := '0';
+        swept    <= '0';
+      end if;
+    end if;
+
+  end process judge;
+
+end architecture rtl;

@@ -1,0 +1,73 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # slewed_word
+--
+-- Leads a word to its target by at most `slew` a step, so that what follows it makes no jump.
+--
+-- **Latency.** 1 clock from `step` to `word`.
+--
+-- **Number formats.** target and word s1.16; slew u0.32 a step. Within s1.32, of which `word` is cut off.
+--
+-- **Reset.** 0.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.conditions_pkg.all;
+
+entity slewed_word is
+  port (
+    clock   : in    std_ulogic;
+    reset   : in    std_ulogic;
+    step    : in    std_ulogic;               -- strobe
+    slew    : in    u_unsigned(31 downto 0);  -- u0.32
+    target  : in    modulator;                -- s1.16
+    word    : out   modulator;                -- s1.16
+    reached : out   std_ulogic := '0'         -- word is the target of the last step
+  );
+end entity slewed_word;
+
+architecture rtl of slewed_word is
+
+  constant BELOW : positive := 32 - MODULATOR_FRACTION;
+
+  subtype fine_word is u_signed(MODULATOR_WIDTH + BELOW downto 0);
+
+  signal fine : fine_word := (others => '0');
+
+begin
+
+  lead : process (clock) is
+
+    variable way  : fine_word;
+    variable goal : fine_word;
+
+  begin
+
+    if rising_edge(clock) then
+      if step = '1' then
+        goal    := resize(target, fine'length - BELOW) & (BELOW - 1 downto 0 => '0');
+        way     := goal - fine;
+        reached <= '0';
+        if way > signed("000" & slew) then
+          fine <= fine + signed("000" & slew);
+        elsif way < -signed("000" & slew) then
+          fine <= fine - signed("000" & slew);
+        else
+          fine    <= goal;
+          reached <= '1';
+        end if;
+      end if;
+
+      if reset = '1' then
+        fine    <= (others => '0');
+        reached <= '0';
+      end if;
+    end if;
+
+  end process lead;
+
+  word <= fine(MODULATOR_WIDTH + BELOW - 1 downto BELOW);
+
+end architecture rtl;

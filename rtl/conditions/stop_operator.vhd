@@ -1,0 +1,157 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # stop_operator
+--
+-- Follows the direction of motion as friction does: Prandtl's stop operator. Its place moves with the table and stops at
+-- ±width. Place / width is the direction h: +1 after a way up, -1 after a way down, in between on a straight line.
+-- Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989), stop; x = min(max(x + dR, -W), W).
+--
+-- **Dead zone.** The table may move by `dead_zone` counts to and fro and the place stands (play operator before the stop).
+--
+-- **Unknown.** At reset, and after a change of `width`, the place may be anywhere from -width to width. Two operators begin at
+-- these ends; once they meet, the place is known, whatever it was. That takes 2·width counts of motion to one side, at the
+-- most, and the dead zone.
+--
+-- **Motion** is what the edges brought: `position` without `put_back`. A step of more than MOST_STEP counts in a clock is a change of
+-- the carrier or a reset of the decoder, and counts as no motion. Counts that head 1 lost are lost here too.
+--
+-- **Latency.** 7 clocks from `position` to `place` and `known`.
+--
+-- **Number formats.** position s31.0 counts modulo 2³²; put_back s15.0 counts modulo 2¹⁶; width u20.4 counts; dead_zone u8.0
+-- counts; place s20.4 counts.
+--
+-- **Reset.** The place is unknown.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.conditions_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity stop_operator is
+  port (
+    clock     : in    std_ulogic;
+    reset     : in    std_ulogic;
+    position  : in    u_signed(POSITION_WIDTH - 1 downto 0);       -- counts
+    put_back  : in    u_signed(15 downto 0);                       -- counts in position that no edge brought
+    width     : in    u_unsigned(STOP_WIDTH - 1 downto 0);         -- counts, u20.4
+    dead_zone : in    u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0);    -- counts
+    place     : out   u_signed(STOP_WIDTH downto 0);               -- counts, s20.4, -width to width
+    known     : out   std_ulogic                            := '0' -- the place does not depend on where it began
+  );
+end entity stop_operator;
+
+architecture rtl of stop_operator is
+
+  -- A bit for the sign and one for the sum
+  subtype wide_place is u_signed(STOP_WIDTH + 1 downto 0);
+
+  signal low   : wide_place := (others => '0');
+  signal high  : wide_place := (others => '0');
+  signal meets   : std_ulogic             := '0';
+  signal reached : u_signed(place'range) := (others => '0');
+
+begin
+
+  follow : process (clock) is
+
+    -- Registers; the number is the clock after the position in which they hold.
+    variable count_1      : u_signed(15 downto 0)                      := (others => '0');
+    variable count_2      : u_signed(15 downto 0)                      := (others => '0');
+    variable step_2       : u_signed(15 downto 0)                      := (others => '0');
+    variable step_3       : u_signed(4 downto 0)                       := (others => '0');
+    variable slack        : u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0)   := (others => '0');
+    variable motion_4     : u_signed(DEAD_ZONE_WIDTH + 1 downto 0)     := (others => '0');
+    variable way_5        : wide_place                                 := (others => '0');
+    variable to_top_5     : wide_place                                 := (others => '0');
+    variable to_bottom_5  : wide_place                                 := (others => '0');
+    variable width_before : u_unsigned(width'range)                    := (others => '0');
+    variable settling     : u_unsigned(1 downto 0)                     := "11";
+
+    variable top          : wide_place;
+    variable moved        : u_signed(DEAD_ZONE_WIDTH + 1 downto 0);
+    variable beyond       : u_signed(DEAD_ZONE_WIDTH + 1 downto 0);
+
+    -- The stop: as far as the way leads, and no further than the ends.
+    function stopped (from, way, to_top, to_bottom, end_top : wide_place) return wide_place is
+    begin
+
+      if from > to_top then
+        return end_top;
+      elsif from < to_bottom then
+        return -end_top;
+      end if;
+      return from + way;
+
+    end function stopped;
+
+  begin
+
+    if rising_edge(clock) then
+      top := u_signed("00" & width);
+
+      -- Seventh clock.
+      meets   <= '1' when low = high else '0';
+      reached <= high(place'range);
+
+      -- Fifth and sixth clock: both operators, against bounds that were worked out a clock earlier.
+      low         <= stopped(low, way_5, to_top_5, to_bottom_5, top);
+      high        <= stopped(high, way_5, to_top_5, to_bottom_5, top);
+      way_5       := shift_left(resize(motion_4, way_5'length), STOP_FRACTION);
+      to_top_5    := top - way_5;
+      to_bottom_5 := -top - way_5;
+
+      -- Fourth clock: the dead zone.
+      moved  := u_signed("00" & slack) + step_3;
+      beyond := moved - u_signed("00" & dead_zone);
+      if moved(moved'high) = '1' then
+        motion_4 := moved;
+        slack    := (others => '0');
+      elsif beyond > 0 then
+        motion_4 := beyond;
+        slack    := dead_zone;
+      else
+        motion_4 := (others => '0');
+        slack    := u_unsigned(moved(slack'range));
+      end if;
+
+      -- Third clock: steps that no table makes are no motion.
+      step_3 := step_2(step_3'range);
+      if step_2 > MOST_STEP or step_2 < -MOST_STEP then
+        step_3 := (others => '0');
+      end if;
+
+      -- Second and first clock.
+      step_2  := count_1 - count_2;
+      count_2 := count_1;
+      count_1 := position(15 downto 0) - put_back;
+
+      if settling /= 0 then
+        step_3   := (others => '0');
+        settling := settling - 1;
+      end if;
+
+      if width /= width_before then
+        low   <= -top;
+        high  <= top;
+        meets <= '0';
+      end if;
+      width_before := width;
+
+      if reset = '1' then
+        low          <= -top;
+        high         <= top;
+        meets        <= '0';
+        slack        := (others => '0');
+        motion_4     := (others => '0');
+        settling     := "11";
+      end if;
+    end if;
+
+  end process follow;
+
+  place <= reached;
+  known <= meets;
+
+end architecture rtl;

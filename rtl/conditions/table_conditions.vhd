@@ -1,0 +1,365 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # table_conditions
+--
+-- The conditions that multiply the amplitudes of lanes, with the window of registers that sets them: direction h (stop_operator),
+-- speed over nominal speed (table_speed) and two words of the processor (slewed_word). It counts the steps of the sweep too,
+-- in which amplitude_sweep works them into the amplitudes. One divider serves direction and speed, each in its part of
+-- the sweep.
+--
+-- **Unknown direction.** While the direction is not known h is 0. Once it is, h goes to it by `slew` a sweep, so that the
+-- output makes no step, and then follows it at once.
+--
+-- **Words of the window**, by `address`: 0 width, 1 dead_zone, 2 nominal_speed, 3 word_a, 4 word_b (held to ±1), 5 slew; read-only: 6
+-- direction, with bit 31 high while it is known, 7 speed, 8 speed squared. Signed words are read sign-extended.
+--
+-- **Latency.** From a motion of the table to h 1 to 2 sweeps and 8 clocks: 3 µs at 100 MHz. 1 clock to `read_data` and `done`.
+--
+-- **Number formats.** position s31.0 counts; correction s19.11 counts; modulators s1.16, at most 1; see table_speed and stop_operator.
+--
+-- **Reset.** All words 0 and slew 2⁻¹⁶: from 0 to 1 in 94 ms.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.conditions_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity table_conditions is
+  generic (
+    WINDOW     : positive range 4 to 20 := WINDOW_BITS; -- see table_speed
+    LONGEST    : positive range 6 to 24 := 24           -- see table_speed
+  );
+  port (
+    clock              : in    std_ulogic;
+    reset              : in    std_ulogic;
+    -- What moves: the reading that is corrected, and the corrected one
+    position           : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
+    put_back           : in    u_signed(15 downto 0);                   -- counts in position that no edge brought
+    corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
+    correction         : in    u_signed(CORRECTION_WIDTH - 1 downto 0); -- counts, s19.11
+    -- Window of the register map
+    read_enable        : in    std_ulogic;                              -- pulse
+    write_enable       : in    std_ulogic;                              -- pulse
+    address            : in    u_unsigned(3 downto 0);                  -- number of the word
+    write_data         : in    std_ulogic_vector(31 downto 0);
+    done               : out   std_ulogic := '0';                       -- pulse
+    read_data          : out   std_ulogic_vector(31 downto 0);
+    -- To the sweep
+    sweep_step         : out   u_unsigned(7 downto 0);                  -- 0 to SWEEP_CLOCKS - 1
+    direction          : out   modulator;
+    speed              : out   modulator;
+    word_a             : out   modulator;
+    word_b             : out   modulator;
+    speed_squared      : in    modulator                                -- as the sweep has it
+  );
+end entity table_conditions;
+
+architecture rtl of table_conditions is
+
+  subtype bus_word is std_ulogic_vector(31 downto 0);
+
+  constant SLEW_AT_RESET : bus_word := x"00010000";
+
+  -- At most 1 in size: the formats of the lanes hold no more.
+  function limited (value : bus_word) return modulator is
+
+    variable whole : u_signed(31 downto 0);
+
+  begin
+
+    whole := u_signed(value);
+    if whole > MODULATOR_ONE then
+      return MODULATOR_ONE;
+    elsif whole < -MODULATOR_ONE then
+      return -MODULATOR_ONE;
+    end if;
+    return resize(whole, MODULATOR_WIDTH);
+
+  end function limited;
+
+  function with_sign (size : u_unsigned; negative : std_ulogic) return modulator is
+
+    variable straight : modulator;
+
+  begin
+
+    straight := resize(u_signed('0' & size), MODULATOR_WIDTH);
+    if negative = '1' then
+      return -straight;
+    end if;
+    return straight;
+
+  end function with_sign;
+
+  signal width         : u_unsigned(STOP_WIDTH - 1 downto 0)      := (others => '0');
+  signal dead_zone     : u_unsigned(DEAD_ZONE_WIDTH - 1 downto 0) := (others => '0');
+  signal nominal       : u_unsigned(31 downto 0)                  := (others => '0');
+  signal target_a      : modulator                                := (others => '0');
+  signal target_b      : modulator                                := (others => '0');
+  signal slew          : u_unsigned(31 downto 0)                  := u_unsigned(SLEW_AT_RESET);
+
+  signal step          : u_unsigned(7 downto 0) := (others => '0');
+  signal sweep_begins  : std_ulogic;
+
+  signal place         : u_signed(STOP_WIDTH downto 0);
+  signal known         : std_ulogic;
+  signal is_known      : std_ulogic := '0';
+  signal has_caught_up : std_ulogic := '0';
+  signal led_direction : modulator;
+  signal reached       : std_ulogic;
+  signal real_direction : modulator := (others => '0');
+  signal goal_direction : modulator;
+
+  signal measured       : std_ulogic;
+  signal travel         : u_unsigned(TRAVEL_WIDTH - 1 downto 0);
+  signal is_down        : std_ulogic;
+  signal is_bound       : std_ulogic;
+  signal nominal_travel : u_unsigned(NOMINAL_WIDTH - 1 downto 0);
+
+  signal start         : std_ulogic := '0';
+  signal dividend      : u_unsigned(NOMINAL_WIDTH - 1 downto 0) := (others => '0');
+  signal divisor       : u_unsigned(NOMINAL_WIDTH - 1 downto 0) := (others => '0');
+  signal divided       : std_ulogic;
+  signal ratio         : u_unsigned(MODULATOR_FRACTION downto 0);
+  signal speed_size    : u_unsigned(MODULATOR_FRACTION downto 0) := (others => '0');
+  signal speed_is_down : std_ulogic := '0';
+
+begin
+
+  sweep_step   <= step;
+  sweep_begins <= step ?= 0;
+
+  stop : entity work.stop_operator
+    port map (
+      clock     => clock,
+      reset     => reset,
+      position  => position,
+      put_back  => put_back,
+      width     => width,
+      dead_zone => dead_zone,
+      place     => place,
+      known     => known
+    );
+
+  speed_of_table : entity work.table_speed
+    generic map (
+      WINDOW  => WINDOW,
+      LONGEST => LONGEST
+    )
+    port map (
+      clock          => clock,
+      reset          => reset,
+      position       => corrected_position,
+      correction     => correction,
+      nominal        => nominal,
+      measured       => measured,
+      travel         => travel,
+      is_down        => is_down,
+      is_bound       => is_bound,
+      nominal_travel => nominal_travel
+    );
+
+  divider : entity work.unit_divider
+    port map (
+      clock    => clock,
+      reset    => reset,
+      start    => start,
+      dividend => dividend,
+      divisor  => divisor,
+      done     => divided,
+      quotient => ratio
+    );
+
+  goal_direction <= real_direction when is_known = '1' else
+                    (others => '0');
+
+  lead_direction : entity work.slewed_word
+    port map (
+      clock   => clock,
+      reset   => reset,
+      step    => sweep_begins,
+      slew    => slew,
+      target  => goal_direction,
+      word    => led_direction,
+      reached => reached
+    );
+
+  lead_word_a : entity work.slewed_word
+    port map (
+      clock   => clock,
+      reset   => reset,
+      step    => sweep_begins,
+      slew    => slew,
+      target  => target_a,
+      word    => word_a,
+      reached => open
+    );
+
+  lead_word_b : entity work.slewed_word
+    port map (
+      clock   => clock,
+      reset   => reset,
+      step    => sweep_begins,
+      slew    => slew,
+      target  => target_b,
+      word    => word_b,
+      reached => open
+    );
+
+  direction <= real_direction when has_caught_up = '1' else
+               led_direction;
+  speed     <= with_sign(speed_size, speed_is_down);
+
+  divide_in_turn : process (clock) is
+
+    variable is_measured      : std_ulogic := '0';
+    variable down_then        : std_ulogic := '0';
+    variable bound_then       : std_ulogic := '0';
+    variable place_was_down   : std_ulogic := '0';
+    variable place_was_known  : std_ulogic := '0';
+    variable serves_speed     : std_ulogic := '0';
+    -- The direction was known before the last step of its slew
+    variable was_known        : std_ulogic := '0';
+    variable size             : u_signed(STOP_WIDTH downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      start <= '0';
+
+      if step = DIRECTION_STEP then
+        size            := place;
+        if place < 0 then
+          size := -place;
+        end if;
+        start           <= '1';
+        dividend        <= resize(u_unsigned(size(STOP_WIDTH - 1 downto 0)), NOMINAL_WIDTH);
+        divisor         <= resize(width, NOMINAL_WIDTH);
+        place_was_down  := place(place'high);
+        place_was_known := known;
+        serves_speed    := '0';
+      elsif step = SPEED_STEP and is_measured = '1' then
+        start        <= '1';
+        -- Both in 2⁻³² count
+        dividend     <= shift_left(resize(travel, NOMINAL_WIDTH), 32 - CORRECTION_FRACTION);
+        divisor      <= nominal_travel;
+        down_then    := is_down;
+        bound_then   := is_bound;
+        serves_speed := '1';
+        is_measured  := '0';
+      end if;
+      is_measured := is_measured or measured;
+
+      if divided = '1' and serves_speed = '0' then
+        real_direction <= with_sign(ratio, place_was_down);
+        is_known       <= place_was_known;
+      elsif divided = '1' and bound_then = '0' then
+        speed_size    <= ratio;
+        speed_is_down <= down_then;
+      elsif divided = '1' and ratio < speed_size then
+        speed_size <= ratio;
+      end if;
+
+      if step = SWEEP_CLOCKS - 1 then
+        step          <= (others => '0');
+        has_caught_up <= is_known and (has_caught_up or (reached and was_known));
+        was_known     := is_known;
+      else
+        step <= step + 1;
+      end if;
+
+      if reset = '1' then
+        step           <= (others => '0');
+        start          <= '0';
+        is_measured    := '0';
+        is_known       <= '0';
+        was_known      := '0';
+        has_caught_up  <= '0';
+        speed_size     <= (others => '0');
+        real_direction <= (others => '0');
+      end if;
+    end if;
+
+  end process divide_in_turn;
+
+  registers : process (clock) is
+
+    function extended (word : modulator) return bus_word is
+    begin
+
+      return bus_word(resize(word, 32));
+
+    end function extended;
+
+  begin
+
+    if rising_edge(clock) then
+      done      <= read_enable or write_enable;
+      read_data <= (others => '0');
+
+      case to_integer(address) is
+
+        when 0 =>
+          read_data <= bus_word(resize(width, 32));
+          if write_enable = '1' then
+            width <= u_unsigned(write_data(width'range));
+          end if;
+
+        when 1 =>
+          read_data <= bus_word(resize(dead_zone, 32));
+          if write_enable = '1' then
+            dead_zone <= u_unsigned(write_data(dead_zone'range));
+          end if;
+
+        when 2 =>
+          read_data <= bus_word(nominal);
+          if write_enable = '1' then
+            nominal <= u_unsigned(write_data);
+          end if;
+
+        when 3 =>
+          read_data <= extended(target_a);
+          if write_enable = '1' then
+            target_a <= limited(write_data);
+          end if;
+
+        when 4 =>
+          read_data <= extended(target_b);
+          if write_enable = '1' then
+            target_b <= limited(write_data);
+          end if;
+
+        when 5 =>
+          read_data <= bus_word(slew);
+          if write_enable = '1' then
+            slew <= u_unsigned(write_data);
+          end if;
+
+        when 6 =>
+          read_data     <= extended(direction);
+          read_data(31) <= is_known;
+
+        when 7 =>
+          read_data <= extended(speed);
+
+        when others =>
+          read_data <= extended(speed_squared);
+
+      end case;
+
+      if reset = '1' then
+        width     <= (others => '0');
+        dead_zone <= (others => '0');
+        nominal   <= (others => '0');
+        target_a  <= (others => '0');
+        target_b  <= (others => '0');
+        slew      <= u_unsigned(SLEW_AT_RESET);
+        done      <= '0';
+      end if;
+    end if;
+
+  end process registers;
+
+end architecture rtl;

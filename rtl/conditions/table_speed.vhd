@@ -1,0 +1,175 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # table_speed
+--
+-- Measures how far the table turns in a window of time, and how far it would have turned at the nominal speed: their ratio
+-- is the speed of the lanes' modulators. The angle is the corrected one with its fraction; a window begins and ends where
+-- the reading passes from one period of A and B to the next, so that unequal places of the four edges cancel.
+--
+-- **Window.** It ends with the first such passage after WINDOW = 2¹⁴ clocks (164 µs at 100 MHz). The mean over it is the only filter.
+-- Where periods are longer, a window is one period.
+--
+-- **Slowing down.** Where no passage comes for WINDOW clocks, the speed is at most 4 counts in that time. Every WINDOW clocks
+-- `is_bound` says so: |speed| is not above 8 counts / (time since the window began). Where the window held passages before,
+-- its mean is that of a faster motion and is dropped.
+--
+-- **Standstill.** After 2²⁴ - 1 clocks (168 ms) without a window's end the speed is 0. Tremble across one passage moves less than
+-- 2 counts and counts as 0: there is no chatter.
+--
+-- **Error.** In steady motion each end of a window lies within a clock of its passage, so the ratio errs by at most 1 / 2¹⁴ =
+-- 6·10⁻⁵ of itself, and 2⁻¹⁷ of the nominal speed from the rounding of the quotient.
+-- **Lag.** The mean of a window is half a window old when it ends and one and a half when the next one does:
+-- 0.08 to 0.25 ms at 100 MHz, and a period of A and B; with it comes the division, of 3 µs at the most.
+--
+-- **Range.** From a period of A and B in 168 ms up to a count a clock. `nominal` 0 makes every ratio 0.
+--
+-- **Latency.** 3 clocks from `position` and `correction` to the outputs, which stand until the next `measured`.
+--
+-- **Number formats.** position s31.0 counts; correction s19.11 counts; nominal u0.32 counts a clock; travel u20.11 counts;
+-- nominal_travel u24.32 counts.
+--
+-- **Reset.** No window, no speed.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.conditions_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity table_speed is
+  generic (
+    WINDOW         : positive range 4 to 20 := WINDOW_BITS; -- log2 of the clocks of a window
+    LONGEST        : positive range 6 to 24 := 24           -- log2 of the clocks until the table stands
+  );
+  port (
+    clock          : in    std_ulogic;
+    reset          : in    std_ulogic;
+    position       : in    u_signed(POSITION_WIDTH - 1 downto 0);             -- counts, corrected
+    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, that was taken off
+    nominal        : in    u_unsigned(31 downto 0);                           -- counts a clock, u0.32
+    measured       : out   std_ulogic                                := '0';  -- strobe: the others are new
+    travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; where the angle fell, a unit less
+    is_down        : out   std_ulogic                                := '0';  -- the angle fell
+    is_bound       : out   std_ulogic                                := '0';  -- the speed is not above the ratio
+    nominal_travel : out   u_unsigned(NOMINAL_WIDTH - 1 downto 0)             -- counts, u24.32
+  );
+end entity table_speed;
+
+architecture rtl of table_speed is
+
+  constant FINE_WIDTH : positive := TRAVEL_WIDTH + 1;
+  -- Counts, in 2⁻¹¹
+  constant TREMBLE    : positive := 2 * 2 ** CORRECTION_FRACTION;
+  constant MOST_QUIET : positive := 8 * 2 ** CORRECTION_FRACTION;
+
+  subtype fine_count is u_signed(FINE_WIDTH - 1 downto 0);
+
+begin
+
+  assert WINDOW < LONGEST
+    report "table_speed: a window of 2**WINDOW clocks must be shorter than the time until the table stands"
+    severity failure;
+
+  measure : process (clock) is
+
+    -- Registers; the number is the clock after the position in which they hold.
+    variable fine_1       : fine_count                               := (others => '0');
+    variable period_1     : u_unsigned(3 downto 0)                   := (others => '0');
+    variable period_2     : u_unsigned(3 downto 0)                   := (others => '0');
+    variable fine_2       : fine_count                               := (others => '0');
+    variable way_2        : fine_count                               := (others => '0');
+    variable passes_2     : std_ulogic                               := '0';
+    -- Of the window: where it began, for how long it lasts, and the way at the nominal speed
+    variable base         : fine_count                               := (others => '0');
+    variable elapsed      : u_unsigned(LONGEST - 1 downto 0)         := (others => '0');
+    variable nominal_way  : u_unsigned(NOMINAL_WIDTH - 1 downto 0)   := (others => '0');
+    -- The window began with a passage; it held others
+    variable is_anchored  : std_ulogic                               := '0';
+    variable has_passed   : std_ulogic                               := '0';
+    variable was_over     : std_ulogic                               := '0';
+
+    variable raw          : u_unsigned(5 downto 0);
+    variable is_full      : std_ulogic;
+    variable is_tick      : std_ulogic;
+    variable is_over      : std_ulogic;
+    variable size         : fine_count;
+    variable begins       : std_ulogic;
+
+  begin
+
+    if rising_edge(clock) then
+      -- Third clock.
+      is_full := or elapsed(LONGEST - 1 downto WINDOW);
+      is_tick := is_full and not (or elapsed(WINDOW - 1 downto 0)) and (or elapsed(LONGEST - 1 downto WINDOW + 1));
+      is_over := and elapsed;
+      size    := way_2 xor (way_2'range => way_2(way_2'high));
+      begins  := '0';
+
+      measured <= '0';
+      if passes_2 = '1' and is_full = '1' and is_anchored = '1' and is_over = '0' then
+        measured       <= '1';
+        is_bound       <= '0';
+        is_down        <= way_2(way_2'high);
+        nominal_travel <= nominal_way;
+        travel         <= u_unsigned(size(travel'range));
+        if size < TREMBLE then
+          travel <= (others => '0');
+        end if;
+        begins := '1';
+      elsif passes_2 = '1' and is_anchored = '0' then
+        begins := '1';
+      elsif (is_over = '1' and was_over = '0') or is_tick = '1' then
+        measured       <= '1';
+        is_bound       <= '1';
+        nominal_travel <= nominal_way;
+        travel         <= to_unsigned(MOST_QUIET, TRAVEL_WIDTH);
+        if is_over = '1' then
+          travel      <= (others => '0');
+          is_anchored := '0';
+        elsif has_passed = '1' then
+          is_anchored := '0';
+        end if;
+      end if;
+
+      was_over := is_over;
+
+      if begins = '1' then
+        base        := fine_2;
+        is_anchored := '1';
+        has_passed  := '0';
+        elapsed     := to_unsigned(1, LONGEST);
+        nominal_way := resize(nominal, NOMINAL_WIDTH);
+      elsif is_over = '0' then
+        has_passed  := has_passed or passes_2;
+        elapsed     := elapsed + 1;
+        nominal_way := nominal_way + nominal;
+      end if;
+
+      -- Second clock.
+      way_2    := fine_1 - base;
+      fine_2   := fine_1;
+      passes_2 := period_1 ?/= period_2;
+      period_2 := period_1;
+
+      -- First clock. The reading is the corrected position and the rounded correction.
+      raw      := u_unsigned(position(5 downto 0)) + u_unsigned(correction(CORRECTION_FRACTION + 5 downto CORRECTION_FRACTION))
+                  + ("" & correction(CORRECTION_FRACTION - 1));
+      period_1 := raw(5 downto 2);
+      fine_1   := (position(FINE_WIDTH - CORRECTION_FRACTION - 1 downto 0) & (CORRECTION_FRACTION - 1 downto 0 => '0'))
+                  - correction(CORRECTION_FRACTION - 1 downto 0);
+
+      if reset = '1' then
+        measured    <= '0';
+        is_anchored := '0';
+        has_passed  := '0';
+        was_over    := '0';
+        elapsed     := (others => '0');
+        nominal_way := (others => '0');
+        passes_2    := '0';
+      end if;
+    end if;
+
+  end process measure;
+
+end architecture rtl;

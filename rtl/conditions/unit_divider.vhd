@@ -1,0 +1,88 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # unit_divider
+--
+-- Divides two numbers without a sign, a bit a clock (restoring division), and limits the quotient to 1.
+--
+-- **Latency.** 18 clocks from the clock of `start` to that of `done`, which comes with `quotient`; it stands until the next.
+-- Begin no other division before.
+--
+-- **Number formats.** dividend and divisor: any, the same; quotient u1.16, rounded half up, at most 1.
+-- Divided by 0 it is 0.
+--
+-- **Reset** ends a division without `done`.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.conditions_pkg.all;
+
+entity unit_divider is
+  port (
+    clock    : in    std_ulogic;
+    reset    : in    std_ulogic;
+    start    : in    std_ulogic;                                -- strobe
+    dividend : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- with start
+    divisor  : in    u_unsigned(NOMINAL_WIDTH - 1 downto 0);    -- with start
+    done     : out   std_ulogic                        := '0';  -- strobe
+    quotient : out   u_unsigned(MODULATOR_FRACTION downto 0)    -- u1.16
+  );
+end entity unit_divider;
+
+architecture rtl of unit_divider is
+
+  -- The bits of the quotient and the one that it is rounded by
+  constant STEPS : positive := MODULATOR_FRACTION + 1;
+
+begin
+
+  divide : process (clock) is
+
+    variable rest    : u_unsigned(NOMINAL_WIDTH downto 0)     := (others => '0');
+    variable against : u_unsigned(NOMINAL_WIDTH downto 0)     := (others => '0');
+    variable found   : u_unsigned(STEPS downto 0)             := (others => '0');
+    variable left    : natural range 0 to STEPS + 1           := 0;
+
+    variable less    : u_unsigned(NOMINAL_WIDTH + 1 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      done <= '0';
+      less := ('0' & rest) - ('0' & against);
+
+      if start = '1' then
+        rest    := '0' & dividend;
+        against := '0' & divisor;
+        left    := STEPS + 1;
+        found   := (others => '0');
+      elsif left > 0 then
+        -- The first bit is that of 1: there the quotient ends, and a divisor of 0 leaves it 0.
+        found := found(STEPS - 1 downto 0) & not less(less'high);
+        if less(less'high) = '0' then
+          rest := less(rest'range);
+        end if;
+        rest := shift_left(rest, 1);
+        left := left - 1;
+        if left = 0 then
+          done     <= '1';
+          quotient <= resize(shift_right(found + 1, 1), quotient'length);
+          if found(STEPS) = '1' then
+            quotient <= to_unsigned(2 ** MODULATOR_FRACTION, quotient'length);
+          end if;
+          if (or against) = '0' then
+            quotient <= (others => '0');
+          end if;
+        end if;
+      end if;
+
+      if reset = '1' then
+        left := 0;
+        done <= '0';
+      end if;
+    end if;
+
+  end process divide;
+
+end architecture rtl;

@@ -1,0 +1,77 @@
+"""Model of the entity ``table_speed``: travel of the table in a window of time."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from arctrue.generated.number_formats import CORRECTION_FRACTION
+
+WINDOW_BITS: Final = 14
+"""A window has 2^14 clocks."""
+LONGEST_BITS: Final = 24
+"""After 2^24 - 1 clocks without the end of a window the table stands."""
+SPEED_LATENCY: Final = 3
+"""Clocks from a position to what is measured of it."""
+_ONE = 1 << CORRECTION_FRACTION
+_TREMBLE = 2 * _ONE
+_MOST_QUIET = 8 * _ONE
+
+
+class Measured(NamedTuple):
+    """A window's end, or a bound."""
+
+    travel: int
+    """2⁻¹¹ count, without its sign; where the angle fell, a unit less."""
+    is_down: bool
+    is_bound: bool
+    nominal_travel: int
+    """2⁻³² count: the travel of the same time at the nominal speed."""
+
+
+class TableSpeed:
+    """One corrected reading a call (latency left out)."""
+
+    def __init__(
+        self, nominal: int, window: int = WINDOW_BITS, longest: int = LONGEST_BITS
+    ) -> None:
+        """``nominal`` in 2⁻³² count a clock; ``window`` and ``longest``: log2 of clocks."""
+        self._nominal, self._window = nominal, 1 << window
+        self._longest = (1 << longest) - 1
+        self._period: int | None = None
+        self._base = self._elapsed = 0
+        self._anchored = self._passed = self._was_over = False
+        self._is_down = False
+
+    def move(self, position: int, correction: int) -> Measured | None:
+        """``position`` in counts, corrected by ``correction`` in 2⁻¹¹ count."""
+        rounded = (correction + _ONE // 2) >> CORRECTION_FRACTION
+        period = (position + rounded) // 4
+        passes = self._period is not None and period != self._period
+        self._period = period
+        fine = (position + rounded) * _ONE - correction
+        way = fine - self._base
+        over = self._elapsed >= self._longest
+        begins, found = False, None
+        if passes and self._elapsed >= self._window and self._anchored and not over:
+            self._is_down = way < 0
+            size = ~way if way < 0 else way
+            travel = 0 if size < _TREMBLE else size
+            found = Measured(travel, self._is_down, False, self._nominal * self._elapsed)
+            begins = True
+        elif passes and not self._anchored:
+            begins = True
+        elif (over and not self._was_over) or self._is_tick():
+            travel = 0 if over else _MOST_QUIET
+            found = Measured(travel, self._is_down, True, self._nominal * self._elapsed)
+            self._anchored = self._anchored and not over and not self._passed
+        self._was_over = over
+        if begins:
+            self._base, self._elapsed = fine, 1
+            self._anchored, self._passed = True, False
+        elif not over:
+            self._passed = self._passed or passes
+            self._elapsed += 1
+        return found
+
+    def _is_tick(self) -> bool:
+        return self._elapsed % self._window == 0 and self._elapsed >= 2 * self._window

@@ -1,0 +1,244 @@
+"""cocotb tests of compensation_pipeline with modulators, against its model clock by clock."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.triggers import RisingEdge
+
+from arctrue.gateware.amplitude_sweep import Modulators, effective_amplitudes, modulated
+from arctrue.gateware.coefficient_memory import bank_words
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.gateware.error_compensation import add_pairs, correction_limit, subtract
+from arctrue.gateware.extension import MODULATORS, Conditions, Extension
+from arctrue.gateware.harmonic_unit import harmonic_unit
+from arctrue.gateware.phase_unit import phase_unit
+from arctrue.gateware.table_conditions import MODULATOR_ONE, SWEEP_CLOCKS
+from arctrue.generated.number_formats import AMPLITUDE_CLOCK, PAIR_FRACTION, PHASE_LATENCY
+from tb.core.compensation_pipeline_bench import (
+    COUNTS_PER_REV,
+    FOLD,
+    LANES,
+    LATENCY,
+    align,
+    outputs,
+    start,
+    write,
+)
+
+ANGLES = 1200
+# Clocks from a step of the sweep to the first read that sees what it writes.
+WRITE_CLOCKS = 6
+# Clocks from an angle to the read of its amplitude.
+READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
+NAMES = ("direction", "speed", "word_a", "word_b")
+
+
+def bank_of(seed: int) -> Coefficients:
+    """Lanes of every modulator, order 0 among them."""
+    rng = np.random.default_rng(seed)
+    orders = rng.integers(0, 90, LANES)
+    orders[0] = 0
+    conditions = Conditions(160, 4, 90.0)
+    followed = tuple((lane, MODULATORS[1 + lane % 5]) for lane in range(LANES) if lane % 6 < 5)
+    bank = Coefficients.from_harmonics(
+        orders,
+        rng.uniform(20.0, 80.0, LANES),
+        rng.uniform(-np.pi, np.pi, LANES),
+        COUNTS_PER_REV,
+        LANES,
+    )
+    return Coefficients(
+        bank.phase_steps,
+        bank.phase_offsets,
+        bank.amplitudes,
+        0,
+        COUNTS_PER_REV,
+        None,
+        Extension(conditions=conditions, modulators=followed),
+    )
+
+
+class Sweep:
+    """Drives the step and the modulators in every clock, and writes down what was there."""
+
+    def __init__(self, dut: Any, seed: int) -> None:
+        self.dut = dut
+        self.choose = random.Random(seed)
+        self.now = Modulators()
+        self.moves = False
+        self.clock = 0
+        self.steps: list[int] = []
+        self.held: list[Modulators] = []
+        """Modulators at the last step of a sweep, in order."""
+
+    def put(self, modulators: Modulators) -> None:
+        self.now = modulators
+        for name in NAMES:
+            getattr(self.dut, name).value = getattr(modulators, name)
+
+    def random(self) -> Modulators:
+        one = MODULATOR_ONE
+        return Modulators(*(self.choose.randint(-one, one) for _ in NAMES))
+
+    async def run(self) -> None:
+        step = 0
+        self.put(self.now)
+        while True:
+            self.dut.sweep_step.value = step
+            self.steps.append(step)
+            if step == SWEEP_CLOCKS - 1:
+                self.held.append(self.now)
+            await RisingEdge(self.dut.clock)
+            self.clock += 1
+            step = (step + 1) % SWEEP_CLOCKS
+            if self.moves and step == 7:
+                self.put(self.random())
+
+    async def load(self, bank: Coefficients) -> int:
+        """Write and swap; the clocks until the new bank is met."""
+        for address, data in bank_words(bank):
+            await write(self.dut, address, data)
+        self.dut.swap.value = 1
+        await RisingEdge(self.dut.clock)
+        self.dut.swap.value = 0
+        waited = 0
+        while self.dut.swap_done.value != 1:
+            await RisingEdge(self.dut.clock)
+            waited += 1
+        return waited - LATENCY
+
+    async def settle(self) -> None:
+        while True:
+            for _ in range(LATENCY + 3 * SWEEP_CLOCKS):
+                await RisingEdge(self.dut.clock)
+            if self.dut.ramp_busy.value == 0 and self.dut.swap_busy.value == 0:
+                return
+
+
+async def begin(dut: Any, seed: int) -> Sweep:
+    sweep = Sweep(dut, seed)
+    dut.sweep_step.value = 0
+    await start(dut)
+    cocotb.start_soon(sweep.run())
+    dut.apply.value = 1
+    return sweep
+
+
+@cocotb.test()
+async def held_modulators(dut: Any) -> None:
+    """While they stand the outputs are those of amplitudes times modulators, for each FOLD."""
+    sweep = await begin(dut, 1)
+    rng = np.random.default_rng(3)
+    one = MODULATOR_ONE
+    for number, held in enumerate((Modulators(one, -one, one, -one), sweep.random())):
+        bank = bank_of(number)
+        sweep.put(held)
+        dut.angle.value = 0
+        waited = await sweep.load(bank)
+        assert waited <= 2 * SWEEP_CLOCKS + FOLD + 8, "a whole sweep, and what is left of one"
+        await sweep.settle()
+        angles = rng.integers(0, COUNTS_PER_REV, 150)
+        await align(dut)
+        seen = []
+        for clock in range(FOLD * angles.size + LATENCY):
+            now = min(clock // FOLD, angles.size - 1)
+            dut.angle.value = dut.position.value = int(angles[now])
+            await RisingEdge(dut.clock)
+            seen.append(outputs(dut))
+        found = np.array(seen[LATENCY::FOLD][: angles.size])
+        model = compensate(angles, angles, modulated(bank, held))
+        assert np.array_equal(found, np.column_stack(model))
+        assert np.ptp(found[:, 2]) > 40 * 2048
+
+
+@cocotb.test()
+async def the_read_back_is_nominal(dut: Any) -> None:
+    """Words read back, and filled after a swap, are those that were written."""
+    sweep = await begin(dut, 2)
+    bank = bank_of(5)
+    sweep.put(sweep.random())
+    await sweep.load(bank)
+    await sweep.settle()
+    for address, data in bank_words(bank):
+        dut.read_address.value = address
+        for _ in range(3):
+            await RisingEdge(dut.clock)
+        assert int(dut.read_data.value) == data
+    # The other bank holds them too: it corrects the same.
+    dut.angle.value = dut.position.value = COUNTS_PER_REV // 3
+    await sweep.settle()
+    before = outputs(dut)
+    dut.swap.value = 1
+    await RisingEdge(dut.clock)
+    dut.swap.value = 0
+    await sweep.settle()
+    assert outputs(dut) == before
+
+
+@cocotb.test()
+async def moving_modulators(dut: Any) -> None:
+    """Each angle meets the amplitudes that the sweep had written when it was read."""
+    sweep = await begin(dut, 4)
+    bank = bank_of(9)
+    dut.angle.value = 0
+    await sweep.load(bank)
+    await sweep.settle()
+    sweep.moves = True
+    await align(dut)
+    near = sweep.clock
+    rng = np.random.default_rng(6)
+    angles = np.cumsum(rng.integers(-3, 12, ANGLES)) % COUNTS_PER_REV
+    seen, step_of_first = [], -1
+    for clock in range(ANGLES + LATENCY):
+        dut.angle.value = dut.position.value = int(angles[min(clock, ANGLES - 1)])
+        await RisingEdge(dut.clock)
+        if clock == 0:
+            step_of_first = int(dut.sweep_step.value)
+        seen.append(outputs(dut))
+    # Which of the two coroutines hears of an edge first is cocotb's choice.
+    first = next(c for c in (near - 1, near, near + 1) if sweep.steps[c] == step_of_first)
+    effective = effective_history(sweep, bank)
+    accepted = np.arange(0, ANGLES, FOLD)
+    built = LANES // FOLD
+    blocks = np.arange(LANES) // built
+    rows = first + accepted[:, np.newaxis] + blocks + READ_CLOCKS
+    amplitudes = effective[rows, np.arange(LANES)]
+    phases = phase_unit(angles[accepted], bank.phase_steps, bank.phase_offsets)
+    sums = add_pairs(harmonic_unit(phases, amplitudes), 0)
+    limit = correction_limit(COUNTS_PER_REV) << PAIR_FRACTION
+    model = subtract(
+        angles[accepted], angles[accepted], np.clip(sums, -limit, limit), COUNTS_PER_REV
+    )
+    found = np.array(seen[LATENCY::FOLD][: accepted.size])
+    expected = np.column_stack(model)
+    apart = np.flatnonzero((found != expected).any(axis=1))
+    assert not apart.size, (apart[:5], apart.size, found[apart[:3]], expected[apart[:3]])
+    assert np.unique(amplitudes[:, 0]).size > 5
+
+
+def effective_history(sweep: Sweep, bank: Coefficients) -> np.ndarray[Any, Any]:
+    """What a read in each clock sees of every lane of bank 1, (clocks, lanes)."""
+    clocks = len(sweep.steps) + SWEEP_CLOCKS
+    found = np.zeros((clocks, LANES), dtype=np.int64)
+    now = np.zeros(LANES, dtype=np.int64)
+    held, sweeps = Modulators(), iter(sweep.held)
+    writes: dict[int, tuple[int, int]] = {}
+    for clock, step in enumerate(sweep.steps):
+        lane = step - 64
+        if 0 <= lane < LANES:
+            number = bank.modulator_numbers[lane]
+            word = effective_amplitudes(bank.amplitudes[lane], held.values[number])
+            writes[clock + WRITE_CLOCKS] = (lane, int(word))
+        if step == SWEEP_CLOCKS - 1:
+            held = next(sweeps)
+    for clock in range(clocks):
+        if clock in writes:
+            lane, word = writes[clock]
+            now[lane] = word
+        found[clock] = now
+    return found

@@ -1,0 +1,178 @@
+"""cocotb tests of table_conditions: registers, and modulators that follow a table."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import RisingEdge
+
+from arctrue.gateware.table_conditions import MODULATOR_ONE, SWEEP_CLOCKS, slewed, unit_quotient
+
+WIDTH, DEAD_ZONE, NOMINAL, WORD_A, WORD_B, SLEW, DIRECTION, SPEED, SQUARED = range(9)
+WINDOW = 1 << 8
+LONGEST = 1 << 13
+KNOWN = 1 << 31
+
+
+class Window:
+    """The table's reading, clock by clock, and the registers."""
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.place = 0.0
+        self.speed = 0.0
+
+    async def start(self) -> None:
+        for name in ("position", "put_back", "corrected_position", "correction"):
+            getattr(self.dut, name).value = 0
+        for name in ("read_enable", "write_enable", "address", "write_data", "speed_squared"):
+            getattr(self.dut, name).value = 0
+        self.dut.reset.value = 1
+        cocotb.start_soon(Clock(self.dut.clock, 10, unit="ns", impl="gpi").start())
+        for _ in range(8):
+            await RisingEdge(self.dut.clock)
+        self.dut.reset.value = 0
+
+    async def clock(self, number: int = 1) -> None:
+        for _ in range(number):
+            self.place += self.speed
+            self.dut.position.value = int(self.place // 1)
+            self.dut.corrected_position.value = int(self.place // 1)
+            await RisingEdge(self.dut.clock)
+
+    async def write(self, address: int, word: int) -> None:
+        self.dut.address.value = address
+        self.dut.write_data.value = word & 0xFFFF_FFFF
+        self.dut.write_enable.value = 1
+        await self.clock()
+        self.dut.write_enable.value = 0
+        await self.clock()
+        assert self.dut.done.value
+
+    async def read(self, address: int) -> int:
+        self.dut.address.value = address
+        self.dut.read_enable.value = 1
+        await self.clock()
+        self.dut.read_enable.value = 0
+        await self.clock()
+        assert self.dut.done.value
+        return int(self.dut.read_data.value)
+
+
+def signed(word: int) -> int:
+    """Bits 17 to 0 as s1.16."""
+    return (word & 0x3FFFF ^ 0x20000) - 0x20000
+
+
+@cocotb.test()
+async def words_are_kept_and_limited(dut: Any) -> None:
+    window = Window(dut)
+    await window.start()
+    assert await window.read(SLEW) == 0x10000
+    for address, word, kept in (
+        (WIDTH, 0xFFFF_FFFF, 0xFF_FFFF),
+        (DEAD_ZONE, 0x1234, 0x34),
+        (NOMINAL, 0x89AB_CDEF, 0x89AB_CDEF),
+        (WORD_A, 70_000, MODULATOR_ONE),
+        (WORD_B, -2_000_000_000, -MODULATOR_ONE & 0xFFFF_FFFF),
+        (WORD_B, -5, 0xFFFF_FFFB),
+        (SLEW, 7, 7),
+    ):
+        await window.write(address, word)
+        assert await window.read(address) == kept
+    dut.speed_squared.value = 1234
+    assert await window.read(SQUARED) == 1234
+    # A read-only word takes no write.
+    await window.write(SPEED, 55)
+    assert await window.read(SPEED) == 0
+
+
+@cocotb.test()
+async def words_come_by_slew(dut: Any) -> None:
+    """A word goes to its target by the slew each sweep, and the sweeps have 144 clocks."""
+    window = Window(dut)
+    await window.start()
+    await window.write(SLEW, 1 << 26)
+    await window.write(WORD_A, 30_000)
+    while int(dut.sweep_step.value) != SWEEP_CLOCKS - 1:
+        await window.clock()
+    fine = int(dut.word_a.value) << 16
+    for _ in range(40):
+        await window.clock(3)
+        fine = slewed(fine, 30_000, 1 << 26)
+        assert dut.word_a.value.to_signed() == fine >> 16
+        await window.clock(SWEEP_CLOCKS - 3)
+        assert int(dut.sweep_step.value) == SWEEP_CLOCKS - 1
+    assert fine == 30_000 << 16
+
+
+@cocotb.test()
+async def direction_follows_and_is_led_in(dut: Any) -> None:
+    """Unknown: 0. Then by slew to 1, without a jump; at a reversal on the straight line to -1."""
+    window = Window(dut)
+    await window.start()
+    width = 400
+    await window.write(WIDTH, 16 * width)
+    await window.write(SLEW, 1 << 28)
+    await window.clock(2 * SWEEP_CLOCKS)
+    assert dut.direction.value.to_signed() == 0
+    assert not await window.read(DIRECTION) & KNOWN
+    window.speed = 0.25
+    seen = []
+    for _ in range(8 * width):
+        await window.clock()
+        seen.append(dut.direction.value.to_signed())
+    assert seen[8 * width - 10] == 0, "not before the table has moved by 2 W"
+    for _ in range(40 * SWEEP_CLOCKS):
+        await window.clock()
+        seen.append(dut.direction.value.to_signed())
+    assert seen[-1] == MODULATOR_ONE
+    assert max(b - a for a, b in pairwise(seen)) <= (1 << 12)
+    assert await window.read(DIRECTION) == KNOWN | MODULATOR_ONE
+    window.speed = -0.25
+    turned_at = window.place
+    for _ in range(10 * width):
+        await window.clock()
+        # Up to two sweeps late: 72 counts of the 400 at a quarter of a count a clock.
+        way = turned_at - window.place
+        now = max(1.0 - way / width, -1.0)
+        before = max(1.0 - max(way - 75.0, 0.0) / width, -1.0)
+        found = dut.direction.value.to_signed() / MODULATOR_ONE
+        assert now - 0.006 <= found <= before + 0.006, (way, found)
+    assert dut.direction.value.to_signed() == -MODULATOR_ONE
+
+
+@cocotb.test()
+async def speed_of_a_table(dut: Any) -> None:
+    """Steady motion: the ratio to one clock in a window. Stopped: it decays and ends at 0."""
+    window = Window(dut)
+    await window.start()
+    nominal = round(0.5 * 2**32)
+    await window.write(NOMINAL, nominal)
+    for speed in (0.2, 0.01, -0.31):
+        window.speed = speed
+        await window.clock(6 * WINDOW + round(12 / abs(speed)))
+        found = dut.speed.value.to_signed() / MODULATOR_ONE
+        assert abs(found - speed / 0.5) <= abs(speed / 0.5) / WINDOW + 2.0**-16
+    window.speed = 0.9
+    await window.clock(5 * WINDOW)
+    assert dut.speed.value.to_signed() == MODULATOR_ONE, "limited"
+    window.speed = 0.0
+    stopped = []
+    for _ in range(LONGEST + 4 * SWEEP_CLOCKS):
+        await window.clock()
+        stopped.append(dut.speed.value.to_signed())
+    after = stopped[3 * WINDOW + SWEEP_CLOCKS]
+    assert after <= unit_quotient(8 * 2**32, nominal * 2 * WINDOW)
+    falls = [a - b for a, b in pairwise(stopped)]
+    assert min(falls[WINDOW:]) >= 0
+    assert stopped[-1] == 0
+    # Tremble over the edge of a period: no chatter.
+    edge = 4.0 * (window.place // 4)
+    for clock in range(10 * WINDOW):
+        window.place = edge + (0.5 if clock // 97 % 2 else -0.5)
+        await window.clock()
+        assert dut.speed.value.to_signed() == 0

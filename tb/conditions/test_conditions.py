@@ -1,0 +1,45 @@
+"""What amplitudes of lanes follow: direction, speed, words, in VHDL as in the models."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+def test_stop_operator() -> None:
+    simulate("stop_operator", "tb.conditions.stop_operator_bench")
+
+
+def test_table_speed() -> None:
+    simulate(
+        "table_speed", "tb.conditions.table_speed_bench", generics={"WINDOW": 6, "LONGEST": 10}
+    )
+
+
+def test_unit_divider() -> None:
+    simulate("unit_divider", "tb.conditions.unit_divider_bench")
+
+
+def test_slewed_word() -> None:
+    simulate("slewed_word", "tb.conditions.slewed_word_bench")
+
+
+def test_table_conditions() -> None:
+    simulate(
+        "table_conditions",
+        "tb.conditions.table_conditions_bench",
+        generics={"WINDOW": 8, "LONGEST": 13},
+    )
+
+
+@pytest.mark.parametrize("fold", [1, 2, 4, 8])
+def test_modulated_pipeline(fold: int) -> None:
+    """Amplitudes that follow conditions, for each FOLD equal to the model in every clock."""
+    simulate(
+        "compensation_pipeline",
+        "tb.conditions.modulated_pipeline_bench",
+        generics={"LANES": 8, "FOLD": fold, "MODULATORS": "true"},
+        environment={"LANES": "8", "FOLD": str(fold), "COUNTS_PER_REV": "65536"},
+        backend="llvm",
+    )
