@@ -11,35 +11,41 @@ from arctrue.studies.monte_carlo.trial import ECCENTRICITY_UM, GRADUATION_ARCSEC
 
 HEAD = """# Coverage of the stated uncertainty
 
-`arctrue monte-carlo` is a coverage study over random tables: each trial draws a table and all input
-quantities, measures two heads, runs `arctrue calibrate` and compares what it says with the truth.
-*Coverage* is how often the truth lies in the region that the stated uncertainty gives for 95 %: of
-an order, the ellipse of its cosine and sine in their stated covariance; of the error at a reading
-±1.96 u; of α ±1.65 u, its error being rectangular.
+`arctrue monte-carlo` is a coverage study over random tables. Each trial draws a table and all input
+quantities, simulates a capture of two heads, runs `arctrue calibrate`, and compares the result with
+the truth. *Coverage* is the share of trials in which the truth lies in the stated 95 % region:
 
-It is not the propagation of distributions of supplement 1 of the GUM (JCGM 101:2008). That takes
-one measurement with its estimates, and gives the distribution of the measurand for it, a coverage
-interval and a numerical tolerance (clause 7.9). Here the tables differ from trial to trial, and the
-result is how often an interval holds over all of them.
+| Quantity | Region |
+|---|---|
+| an order | the ellipse of its cosine and sine in their stated covariance |
+| the error at a reading | ±1.96 u |
+| α | ±1.65 u, since its error is rectangular |
+
+The study is not the propagation of distributions of supplement 1 of the GUM (JCGM 101:2008). That
+method starts from the estimates of one measurement and gives the distribution of its measurand, a
+coverage interval and a numerical tolerance (clause 7.9). Here the tables differ from trial to
+trial, and the result is the share of intervals that hold.
 
     arctrue monte-carlo FOLDER --trials 400          # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue monte-carlo FOLDER --trials 400 --page docs/monte-carlo.md
 
-A stopped calculation goes on where it stopped; see [campaigns](campaigns.md).
+The second command made this page. An interrupted calculation continues when the command is
+repeated ([campaigns](campaigns.md)).
 """
 
 READING = """## How to read it
 
-The truth is the error R₁ − θ of head 1 as a function of its reading, at the mean temperature of the
-capture. Radial motion is a part of it: it moves the reading. A deviation is what is stated less the
-truth. An uncertainty is called *too small* or *too large* where chance explains its coverage in
-less than 1 % of such calculations, over all figures of one case. *Estimate*: the sum of all orders
-fitted. *Corrected*: the angle after the bit-true gateware, with the lanes that there are and whole
-counts; it is compared with the same u of the estimate, which knows of neither.
-
-The same trial has the same table and the same draws in every case, so cases differ by their inputs
-alone. `quantisation` has no other input: whole counts of 2²⁴ a turn and the gateware's words, which
-act in all other cases too.
+- The truth is the error R₁ − θ of head 1 as a function of its reading, at the mean temperature of
+  the capture. It includes radial motion, which moves the reading.
+- A deviation is the stated value minus the truth.
+- An uncertainty is *too small* or *too large* if chance explains its coverage with a probability
+  below 1 %, over all figures of one case.
+- *Estimate* is the sum of all fitted orders. *Corrected* is the angle after the bit-true gateware,
+  with the available lanes and whole counts. It is compared with the u of the estimate, which does
+  not contain these two.
+- A trial has the same table and the same draws in every case, so that cases differ by their inputs
+  alone. `quantisation` has no other input: whole counts of 2²⁴ a turn and the gateware's words,
+  which act in all other cases too.
 """
 
 
@@ -149,8 +155,8 @@ def where_off(found: Mapping[str, Any]) -> list[str]:
                 if of[name] is not None and of[name]["stated_uncertainty"] == verdict:
                     told.append(
                         f"{verdict} for {title}: coverage {100 * of[name]['rate']:.1f} %, "
-                        f"deviation {of[name]['rms_deviation_arcsec']:.4f}″ RMS beside "
-                        f"{of[name]['rms_stated_arcsec']:.4f}″ stated"
+                        f"deviation {of[name]['rms_deviation_arcsec']:.4f}″ RMS, "
+                        f"stated {of[name]['rms_stated_arcsec']:.4f}″"
                     )
         if told:
             lines.append(f"- {_title(case)}: {'; '.join(told)}.")
