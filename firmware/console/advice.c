@@ -71,24 +71,23 @@ static const struct {
      "receiver; turn slower or set a shorter output_spacing, make the servo safe, then "
      "clear_output, and let the receiver look for its zero"},
     {"overrun",
-     "turns came faster than they are worked on and were left out; nothing else is lost"},
+     "turns came faster than they are processed, and some were left out; nothing else is lost"},
     {"stuck_capture", "four turns without a capture: it was begun anew; look at sample_period"},
     {"coefficients", "the gateware does not hold what was written to it: do not use this board"},
     {"temperature", "the die is hotter than alarm_temperature_c: cool the board"},
     {"thermometer", "the table's temperature is held at its last good value: status tells why; the "
                     "loaded lanes that follow it stay as they are"},
-    {"silent", "the thermometer does not answer: look at its cable; temperature VALUE tells it "
+    {"silent", "the thermometer does not answer: look at its cable; temperature VALUE sets it "
                "from the host meanwhile"},
-    {"jumped", "the thermometer said what the table cannot have become (temperature_jump_k): look "
-               "at it, then temperature sensor"},
-    {"unchanged",
-     "the thermometer, or the host, has told nothing new for temperature_still_s: look at "
-     "it; where the table is as even as that, set it longer"},
+    {"jumped", "the temperature changed faster than a table can (temperature_jump_k): look "
+               "at the thermometer, then temperature sensor"},
+    {"unchanged", "the temperature has not changed for temperature_still_s: look at "
+                  "the thermometer; where the table is as steady as that, set it longer"},
     {"not_copied",
      "a step of the turn does not fit into the copy: more samples a turn, or fewer than "
      "6,144; dump again"},
     {"swap",
-     "the core did not take new coefficients: the correction is off and everything is found "
+     "the core did not take new coefficients: the correction is off and the calibration starts "
      "anew; if it comes again, do not use this board"},
     {"wrong_crc", "the frame was changed on the way, or is no frame: send it again"},
     {"wrong_frame", "another frame was expected: begin the load anew"},
@@ -134,9 +133,8 @@ static const struct {
     {"fewer_orders",
      "the record holds more orders than would be saved now: let the table turn until "
      "they are active, or forget first if they are to go"},
-    {"golden_stays",
-     "the golden image is never written again: the board starts it where the other is "
-     "not whole"},
+    {"golden_stays", "the golden image is never written again: the board starts it if the other is "
+                     "not whole"},
     {"zero_lost",
      "a head lost counts: the core moved the zero of head 1 to its index, that of head "
      "2 is followed; look at cables and terminations"},

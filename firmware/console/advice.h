@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What a reason to refuse a turn, or an alarm, means for the person at the table. */
+/* Explains a reason to refuse a turn, or an alarm, to the person at the table. */
 
 #ifndef ARCTRUE_ADVICE_H
 #define ARCTRUE_ADVICE_H
 
-/* By the name that telemetry and status tell; NULL for any other word. */
+/* Finds the advice for a name that telemetry or status prints; NULL for any other word. */
 const char *advice_for(const char *name);
 
 #endif

@@ -19,7 +19,7 @@ typedef void command_action(struct console *console, char *const *words, uint32_
 struct command {
     const char *name;
     const char *use;
-    /* Words with the name, at least and at most. */
+    /* Least and greatest number of words, the name included. */
     uint32_t least;
     uint32_t most;
     command_action *action;
@@ -69,7 +69,7 @@ static void show_alarms(struct console *console) {
     }
 }
 
-/* Each fault that took the line drivers' enable away, and whether it is still there. */
+/* Prints each fault that disabled the line drivers, and whether it is still present. */
 static void show_released(struct console *console) {
     uint32_t causes = application_release_causes(console->application);
     uint32_t present = application_release_present(console->application);
@@ -254,7 +254,7 @@ static void show(struct console *console, char *const *words, uint32_t number) {
     }
 }
 
-/* False, and told, where the word is neither on nor off. */
+/* False, after an error message, if the word is neither on nor off. */
 static bool read_switch(struct console *console, const char *word, bool *on) {
     *on = text_equal(word, "on");
     if (!*on && !text_equal(word, "off")) {
@@ -345,10 +345,10 @@ static void clear_output(struct console *console, char *const *words, uint32_t n
         text_line(&console->sink, "ok, the line drivers are enabled again");
         break;
     case OUTPUT_NO_FAULT:
-        text_error(&console->sink, "the output is at no fault", "");
+        text_error(&console->sink, "the output has no fault", "");
         break;
     case OUTPUT_FAULT_AGAIN:
-        text_error(&console->sink, "the output came to a fault again; try help output", "");
+        text_error(&console->sink, "the output has a fault again; try help output", "");
         break;
     case OUTPUT_STAYS_RELEASED:
         tell_still_present(console);
@@ -367,7 +367,7 @@ static void rearm(struct console *console, char *const *words, uint32_t number) 
         text_error(&console->sink, "no core answers", "");
         return;
     }
-    text_line(&console->sink, "ok, the index is looked for again");
+    text_line(&console->sink, "ok, waiting for the index again");
 }
 
 static void help(struct console *console, char *const *words, uint32_t number);
@@ -392,7 +392,7 @@ static const struct command commands[] = {
     {"freeze", "freeze on | freeze off: keep the coefficients as they are", 2, 2, freeze},
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},
     {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},
-    {"forget", "forget: correction off, begin with nothing known", 1, 1, forget},
+    {"forget", "forget: correction off, calibrate from nothing", 1, 1, forget},
     {"clear_output",
      "clear_output: end the fault of the output, whose missed counts stay lost, and enable "
      "released line "
@@ -400,7 +400,7 @@ static const struct command commands[] = {
      "for its zero "
      "afterwards",
      1, 1, clear_output},
-    {"rearm", "rearm: look for the core and the index again", 1, 1, rearm},
+    {"rearm", "rearm: start the core and wait for the index again", 1, 1, rearm},
 };
 
 enum { COMMANDS = sizeof commands / sizeof commands[0] };

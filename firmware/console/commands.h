@@ -5,7 +5,7 @@
 
 #include "console.h"
 
-/* Do what the words say and answer. `number` is at least 1. */
+/* Executes the command in the words and answers it. `number` is at least 1. */
 void commands_run(struct console *console, char *const *words, uint32_t number);
 
 #endif

@@ -67,7 +67,7 @@ void console_receive(struct console *console, uint8_t character) {
     }
 }
 
-/* The alarms of a line that is left out are in the next one that is told. */
+/* The next line that is printed contains the alarms of a line that was left out. */
 static void tell_turn(struct console *console) {
     uint32_t alarms = console->application->report.alarms | console->untold_alarms;
     bool told = telemetry_turn(&console->sink, console->application, alarms);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The operator's line on a serial port. Every line gets an answer of its own; what cannot be
-   understood gets one line that begins with "error:". */
+/* The console on a serial port. Each line that the operator sends gets one answer; the answer to a line that
+   the console does not understand begins with "error:". */
 
 #ifndef ARCTRUE_CONSOLE_H
 #define ARCTRUE_CONSOLE_H
@@ -12,7 +12,7 @@
 
 enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 9 };
 
-/* A word that somebody else knows. */
+/* The handler of words that the console itself does not know. */
 typedef const char *console_word(void);
 
 struct console {
@@ -20,42 +20,42 @@ struct console {
     struct text_sink sink;
     char line[CONSOLE_LINE_MOST + 1];
     uint32_t length;
-    /* The line is too long or holds what is no text: it is read to its end and refused. */
+    /* The line is too long or contains a character that is not text: it is read to its end and refused. */
     bool spoiled;
-    /* Rows of a capture that are still to be told. */
+    /* Rows of a capture that are still to be printed. */
     uint32_t dump_place;
     uint32_t dump_end;
-    /* Lines of telemetry for which the port had no room, and their alarms until they are told. */
+    /* Lines of telemetry that were left out because the port had no room, and their alarms until they are printed. */
     uint32_t telemetry_overruns;
     uint32_t untold_alarms;
-    /* Times that the port lost characters. */
+    /* Number of times that the port lost characters. */
     uint32_t overruns;
-    /* Where boot images are written to; NULL: nowhere. */
+    /* The flash that receives boot images; NULL: none. */
     struct image_store *images;
-    /* Where the boot ROM found the image that runs, bytes from the flash's beginning. */
+    /* Offset of the running image in the flash, in bytes, as the boot ROM found it. */
     uint32_t started_from;
-    /* Version of the firmware and the commit that it was built of; NULL: nobody tells. */
+    /* Version of the firmware and the commit that it was built from; NULL: unknown. */
     const char *firmware;
     const char *build;
-    /* What the last reset was for; NULL: nothing to tell. */
+    /* Cause of the last reset; NULL: none is reported. */
     const char *reset_reason;
-    /* Where the program was then. */
+    /* Instruction at which the program was then. */
     uint32_t reset_instruction;
-    /* What the fabric's configuration came to; NULL: nothing to tell. */
+    /* Result of the fabric's configuration; NULL: none is reported. */
     console_word *fabric;
-    /* Longest step of the application; 0 where nobody measures. */
+    /* Longest step of the application; 0 if it is not measured. */
     double longest_step_us;
 };
 
 void console_prepare(struct console *console, struct application *application,
                      const struct text_sink *sink);
 
-/* One character from the port; 0 where the port has lost some. */
+/* Accepts one character from the port; 0 if the port lost some. */
 void console_receive(struct console *console, uint8_t character);
 
-/* What is to be told without being asked: telemetry, and a part of a dump. */
+/* Prints what no command asked for: telemetry, and a part of a dump. */
 void console_step(struct console *console);
-/* There is more to tell at once. */
+/* True while there is more to print at once. */
 bool console_busy(const struct console *console);
 
 #endif

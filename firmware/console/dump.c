@@ -10,9 +10,9 @@
 const char dump_use[] =
     "dump: the next turn's capture as CSV with a CRC a row | dump rows FIRST NUMBER: of it again";
 
-/* A step: the rest of the firmware goes on in between. */
+/* One step; the other work of the firmware goes on between two steps. */
 enum { ROWS_A_STEP = 8 };
-/* A row has five digits, two numbers of 64 bits and a CRC. */
+/* A row has five digits, two 64-bit numbers and a CRC. */
 enum { ROW_CHARACTERS_MOST = 64 };
 #define NO_TEMPERATURE 0x80000000U
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* `dump`: the next turn's capture in frames, a line each, with their number and a CRC-32 over the
-   numbers of the line as little-endian words. */
+/* `dump`: prints the next captured turn, one frame per line, with the frame's number and a CRC-32 over
+   the numbers of the line as little-endian words. */
 
 #ifndef ARCTRUE_DUMP_H
 #define ARCTRUE_DUMP_H
@@ -11,9 +11,9 @@
 extern const char dump_use[];
 
 void dump_command(struct console *console, char *const *words, uint32_t number);
-/* What there is to tell of a capture that was copied, some rows at a time. */
+/* Prints a captured turn that was copied, a few rows at a time. */
 void dump_step(struct console *console);
-/* There are rows to tell; and room for one of them. */
+/* True if rows are left to print and the sink has room for one. */
 bool dump_busy(const struct console *console);
 bool dump_can_go_on(const struct console *console);
 

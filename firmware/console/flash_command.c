@@ -20,14 +20,14 @@ static void told(const struct console *console, enum image_answer answer) {
     text_error(&console->sink, "flash ", image_answer_name(answer));
 }
 
-/* What has begun is told when it has ended. */
+/* The answer of an operation is printed when the operation has ended. */
 static void begun(const struct console *console, enum image_answer answer) {
     if (answer != IMAGE_DONE) {
         told(console, answer);
     }
 }
 
-/* Eight digits a word; 0: what is there is no row of words. */
+/* Parses eight digits per word; 0 if the text is no row of words. */
 static uint32_t read_words(char *digits, uint32_t words[IMAGE_WORDS_MOST]) {
     uint32_t number = 0;
     while (*digits != '\0') {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* `flash`: boot images into the flash, what `arctrue flash` sends. */
+/* `flash`: writes boot images into the flash; `arctrue flash` sends these commands. */
 
 #ifndef ARCTRUE_FLASH_COMMAND_H
 #define ARCTRUE_FLASH_COMMAND_H
@@ -11,7 +11,7 @@ extern const char flash_use[];
 
 void flash_command(struct console *console, char *const *words, uint32_t number);
 
-/* The answer of what was under way. */
+/* Prints the answer of an operation that has ended. */
 void flash_step_told(struct console *console);
 
 #endif

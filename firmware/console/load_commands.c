@@ -31,7 +31,7 @@ static void answer(struct console *console, enum load_answer given) {
     text_error(&console->sink, "load ", load_answer_name(given));
 }
 
-/* Whole numbers and, last, a CRC; false where one is none. */
+/* Parses whole numbers and a final CRC; false if one of them is wrong. */
 static bool read_numbers(char *const *words, uint32_t number, int64_t *values, uint32_t *crc) {
     for (uint32_t place = 0; place + 1 < number; place++) {
         if (!text_parse_whole(words[place], WORD_MOST, &values[place])) {
@@ -129,7 +129,7 @@ static void order_line(struct console *console, const char *name, uint32_t order
     text_line(&console->sink, "");
 }
 
-/* The lanes of `set` whose bits are set. */
+/* Prints the lanes whose bits are set in `set`. */
 static void order_lines(struct console *console, const char *name, const struct coefficients *set,
                         uint64_t places) {
     ASSERT(set->lanes <= LANES_LIMIT);

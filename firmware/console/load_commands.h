@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* `load`: coefficients from a file, a line a frame. */
+/* `load`: receives coefficients from a file, one frame per line. */
 
 #ifndef ARCTRUE_LOAD_COMMANDS_H
 #define ARCTRUE_LOAD_COMMANDS_H

@@ -10,7 +10,7 @@
 const char set_use[] = "set PARAMETER VALUE";
 const char trigger_use[] = "trigger | trigger width CLOCKS: the pulse with each sample";
 const char sync_use[] = "sync | sync capture 1: a sample at each edge of the pin | sync falling 1";
-const char probe_use[] = "probe: where the table was at its last edge | probe falling 1";
+const char probe_use[] = "probe: the position at its last edge | probe falling 1";
 const char compare_use[] = "compare | compare first COUNTS | compare interval COUNTS | compare on "
                            "1 | compare width CLOCKS: "
                            "pulses at an angle after the index and at every interval from there";
@@ -58,13 +58,13 @@ static void set(const struct console *console, const char *name, const char *wor
     switch (application_set(console->application, name, value, &description)) {
     case PARAMETER_SET:
         text_line(sink,
-                  description->effect == EFFECT_REARM ? "ok, the index is looked for again" : "ok");
+                  description->effect == EFFECT_REARM ? "ok, waiting for the index again" : "ok");
         break;
     case PARAMETER_OUT_OF_RANGE:
         tell_range(sink, name, description);
         break;
     case PARAMETER_NOT_WHOLE:
-        text_error(sink, "a whole number is needed, not ", word);
+        text_error(sink, "expected a whole number, not ", word);
         break;
     case PARAMETER_UNKNOWN:
     default:

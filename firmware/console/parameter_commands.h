@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Parameters shown and set; and those of the pins beside the table by themselves, each with what its unit of
-   the core says. */
+/* Shows and sets parameters. The pins trigger, sync, probe and compare have commands of their own, which also
+   print the state of their unit in the core. */
 
 #ifndef ARCTRUE_PARAMETER_COMMANDS_H
 #define ARCTRUE_PARAMETER_COMMANDS_H
@@ -14,7 +14,7 @@ extern const char sync_use[];
 extern const char probe_use[];
 extern const char compare_use[];
 
-/* All whose names begin with `beginning`. */
+/* Prints all parameters whose names begin with `beginning`. */
 void parameters_show(const struct console *console, const char *beginning);
 
 void set_command(struct console *console, char *const *words, uint32_t number);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* `save`: parameters, switches and coefficients into the flash. Its answer comes when the record
-   was read back, seconds later. */
+/* `save`: writes parameters, switches and coefficients into the flash. The answer comes seconds later,
+   after the record has been read back. */
 
 #ifndef ARCTRUE_SAVE_COMMAND_H
 #define ARCTRUE_SAVE_COMMAND_H
@@ -11,7 +11,7 @@
 extern const char save_use[];
 
 void save_command(struct console *console, char *const *words, uint32_t number);
-/* The answer, once the save has ended. */
+/* Prints the answer when the save has ended. */
 void save_step_told(struct console *console);
 
 #endif

@@ -47,7 +47,7 @@ static void alarm_part(const struct text_sink *sink, uint32_t alarms) {
     text_word(sink, "]");
 }
 
-/* Faults that took the line drivers' enable away. */
+/* Prints the faults that disabled the line drivers. */
 static void released_part(const struct text_sink *sink, uint32_t causes) {
     bool first = true;
     key(sink, "released");
@@ -63,7 +63,7 @@ static void released_part(const struct text_sink *sink, uint32_t causes) {
     text_word(sink, "]");
 }
 
-/* The turn itself was told in a line before. */
+/* The turn itself has been printed in an earlier line. */
 static void alarm_line(const struct text_sink *sink, const struct application *application,
                        uint32_t alarms) {
     text_word(sink, "{\"turn\":");
@@ -109,7 +109,7 @@ static void temperature_part(const struct text_sink *sink, const struct turn_rep
     }
 }
 
-/* Of the table, where its temperature is known. */
+/* Prints the table's temperature if it is known. */
 static void table_part(const struct text_sink *sink, const struct table_temperature *table) {
     if (!table_temperature_is_known(table)) {
         return;
@@ -132,7 +132,7 @@ static void estimate_part(const struct text_sink *sink, const struct application
     fixed(sink, "candidate_arcsec", application->report.prediction.candidate_arcsec);
 }
 
-/* What the loaded orders leave, and those of them that nobody could judge. */
+/* Prints the residual of the loaded orders, and those orders that no turn could judge. */
 static void loaded_part(const struct text_sink *sink, const struct application *application) {
     const struct load *load = &application->load;
     const struct coefficients *set = load_at_work(load);

@@ -6,8 +6,8 @@
 #include "application.h"
 #include "text.h"
 
-/* The latest turn as one line of JSON, with these alarms; the harmonics only where there are any. False:
-   the sink has no room for all of it, and nothing is told. */
+/* Prints the latest turn as one line of JSON, with these alarms, and with the harmonics if there are any.
+   False: the sink has no room for the whole line, and nothing is printed. */
 bool telemetry_turn(const struct text_sink *sink, const struct application *application,
                     uint32_t alarms);
 

@@ -8,11 +8,11 @@
 #include "assertion.h"
 
 enum { DIGITS_MOST = 20, DECIMALS_MOST = 9, HEXADECIMAL_DIGITS = 8 };
-/* Times 1e9 it fits into 64 bits. */
+/* This limit times 1e9 fits into 64 bits. */
 #define FIXED_MOST 9e8
-/* Every whole number up to 2^53 is a double. */
+/* A double holds every whole number up to 2^53. */
 #define WHOLE_MOST 9007199254740992.0
-/* More digits say nothing in a double. */
+/* A double has no more digits than these. */
 enum { PARSED_DIGITS_MOST = 15 };
 
 bool text_has_room(const struct text_sink *sink, size_t number) {
@@ -70,7 +70,7 @@ void text_fixed(const struct text_sink *sink, double value, unsigned decimals) {
     for (unsigned place = 0; place < decimals; place++) {
         scale *= 10;
     }
-    /* Also what is not a number. */
+    /* This also covers text that is not a number. */
     if (!(fabs(value) < FIXED_MOST)) {
         text_word(sink, "null");
         return;
@@ -151,7 +151,7 @@ bool text_parse_hexadecimal(const char *word, uint32_t *value) {
 }
 
 bool text_equal(const char *first, const char *second) {
-    /* The library's strcmp() is 700 bytes. */
+    /* The library's strcmp() takes 700 bytes. */
     while (*first != '\0' && *first == *second) {
         first++;
         second++;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* `version`: firmware, build, gateware, its configuration, and the chip. */
+/* `version`: prints versions of firmware, build and gateware, the gateware's configuration, and the chip. */
 
 #ifndef ARCTRUE_VERSION_COMMAND_H
 #define ARCTRUE_VERSION_COMMAND_H

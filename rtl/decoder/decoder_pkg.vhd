@@ -2,7 +2,7 @@
 --
 -- # decoder_pkg
 --
--- The signals of a decoder as records: the edges of A and B between its parts, and its outputs.
+-- Records of a decoder's signals: the edges of A and B, which its parts exchange, and its outputs.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -12,8 +12,9 @@ library ieee;
 
 package decoder_pkg is
 
-  -- What the filtered levels of A and B say. `comes` belongs to the clock of the levels, the others to the clock after it;
-  -- `up` and `down` stay until the next edge. `stands` and `down` are registers of their own, for what is decided by them.
+  -- The steps of the filtered levels of A and B. `comes` belongs to the clock of the levels, the others to the clock after it;
+  -- `up` and `down` keep their value until the next edge. `stands` = not `moves` and `down` = not `up` have registers of their own
+  -- to shorten the paths of the decisions that use them.
   type counted_edge is record
     comes        : std_ulogic; -- one of A and B differs from its level before: a count
     moves        : std_ulogic; -- the same, a clock later

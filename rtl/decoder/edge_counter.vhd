@@ -5,22 +5,22 @@
 -- Compares the filtered levels of A and B with those of the clock before, and counts their edges (x4) into a multi-turn
 -- position. Source: section 3.1 and figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
 --
--- **Latency.** 2 clocks from a change of `levels` to `position`. `edge.comes` belongs to the clock of the levels, the rest of
--- `edge` to the clock after it. position, direction, step, step_up and last_edge_time belong to one clock.
+-- **Latency.** 2 clocks from a change of `levels` to `position`. `edge.comes` belongs to the clock of the levels, the other
+-- fields of `edge` to the clock after it. position, direction, step, step_up and last_edge_time belong to one clock.
 --
 -- **Number formats.** position s31.0 counts; timestamp and last_edge_time u64.0 clocks.
 --
--- **Position** starts at RESET_POSITION with the reset and is never changed but by edges. It wraps modulo 2**32: readers use
--- differences, which are right while they stay within +-2**31 counts.
+-- **Position** starts at RESET_POSITION on reset; only edges change it. It wraps modulo 2**32: readers use
+-- differences, which are correct as long as they lie within +-2**31 counts.
 --
--- **Phase.** `phase_of_zero` is the place of (A, B) in 00, 10, 11, 01 at position 0 and every fourth count from
--- there. It comes 2 clocks after the position and changes by illegal transitions only, after the reset.
+-- **Phase.** `phase_of_zero` is the index of (A, B) in the sequence 00, 10, 11, 01 at position 0 and at every fourth count from
+-- there. It follows the position by 2 clocks. After the reset only illegal transitions change it.
 --
--- **Order.** Where A and B change in one clock the direction is unknown: `edge.breaks_order` is high and nothing is counted.
+-- **Order.** If A and B change in one clock the direction is unknown: `edge.breaks_order` is high and no count is made.
 --
--- **Reset.** While `preload` is high the levels make no edge: counting starts from those of its last clock.
+-- **Reset.** While `preload` is high, changes of the levels are no edges: counting starts from the levels of its last clock.
 --
--- **last_edge_time** is the timestamp of the clock in which the edge was counted, the one before the position shows it.
+-- **last_edge_time** is the timestamp of the clock that counted the edge, one clock before the position changes.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -52,7 +52,7 @@ end entity edge_counter;
 
 architecture rtl of edge_counter is
 
-  -- Levels one clock ago, and what differs from them
+  -- Levels of the clock before, and which of them differ now
   signal a_before  : std_ulogic := '0';
   signal b_before  : std_ulogic := '0';
   signal a_changes : std_ulogic;
@@ -83,7 +83,7 @@ begin
 
   count : process (clock) is
 
-    -- Place of (A, B) in 00, 10, 11, 01, of the clock of the position
+    -- Index of (A, B) in 00, 10, 11, 01 in the clock of the position
     variable place : u_unsigned(1 downto 0) := "00";
 
   begin
@@ -91,7 +91,7 @@ begin
     if rising_edge(clock) then
       phase_of_zero <= place - u_unsigned(position(1 downto 0));
 
-      -- Stage 2: take the step.
+      -- Stage 2: count the step.
       place := b_before & (a_before xor b_before);
       if (preload = '1') then
         phase_of_zero <= "00";
@@ -104,6 +104,7 @@ begin
         if (up = '1') then
           position <= position + 1;
         else
+          -- not (not x + 1) = x - 1, on the same carry chain as x + 1.
           position <= not (not position + 1);
         end if;
         last_edge_time <= timestamp;

@@ -2,19 +2,19 @@
 --
 -- # glitch_filter
 --
--- Each output takes over a new level of its input when that level has lasted `filter_length`
--- samples in a row, one a clock; a shorter pulse leaves no trace. All inputs are delayed alike, so
--- edges keep their distance.
+-- Each output takes a new level of its input after the input has held that level for `filter_length`
+-- consecutive samples, one per clock; a shorter pulse has no effect. All inputs have the same delay, so
+-- the intervals between edges are preserved.
 --
--- **Latency.** `filter_length` clocks from a change of `unfiltered` that lasts to `filtered`.
+-- **Latency.** `filter_length` clocks from a lasting change of `unfiltered` to `filtered`.
 --
 -- **Number formats.** filter_length u8.0 clocks: 1 is off, 0 acts as 1.
 --
--- **Run time.** `filter_length` may change in any clock; it is compared with the samples counted so
--- far. A new length acts in the same clock on a level that is already waiting.
+-- **Run time.** `filter_length` may change in any clock; the filter compares it with the samples counted so
+-- far. A new length therefore also applies to a level that is already being counted.
 --
--- **Reset** loads the outputs from the inputs and forgets the samples counted: levels that stand
--- during reset make no edge after it.
+-- **Reset** loads the outputs from the inputs and clears the sample counters, so that the levels present
+-- during reset cause no edge afterwards.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -43,7 +43,7 @@ begin
 
   follow : process (clock) is
 
-    -- Samples that the level has lasted, with the one at hand.
+    -- Samples for which the level has lasted, the present one included.
     variable lasted : sample_counts                         := (others => FIRST);
     variable level  : std_ulogic_vector(WIDTH - 1 downto 0) := (others => '0');
 

@@ -2,64 +2,63 @@
 --
 -- # index_zero
 --
--- Finds the index in Z, and counts the angle modulo `counts_per_rev` from the zero that the first index defines. It judges
--- the distance of the index marks and, where it may, moves the zero. Source: section 3.1 and figure 5 of the paper.
+-- Detects the index mark in Z and counts the angle modulo `counts_per_rev` from the zero that the first mark defines. It checks
+-- the distance between marks and, if `zero_again` permits, moves the zero. Source: section 3.1 and figure 5 of the paper.
 --
 -- **Latency.** angle and turn_position follow `edge.moves` by 1 clock, with the position of edge_counter. index_seen, with
 -- the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or with
 -- the next step if that is earlier. index_strobe, index_position, index_direction and index_interval
--- follow 1 clock after that. `misplaced` comes 2 clocks after index_strobe, in the clock before the angle counts from a zero
--- that moved.
+-- follow 1 clock after that. `misplaced` comes 2 clocks after index_strobe, one clock before the angle counts from a moved
+-- zero.
 --
 -- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts; angle u24.0 counts;
 -- counts_per_rev u25.0 counts; index_tolerance u16.0 counts.
 --
--- **Angle.** It is a counter of its own, so it stays right for any turn when the position wraps. `turn_position` is
--- position - position of the zero, and wraps likewise. While nothing wraps, angle is
--- turn_position modulo counts_per_rev in every clock, before the first index too.
+-- **Angle.** The angle has its own counter, so it stays correct when the position wraps. `turn_position` is
+-- position - position of the zero, and wraps likewise. As long as neither wraps, angle equals
+-- turn_position modulo counts_per_rev in every clock, also before the first index.
 --
--- **Index.** The zero is one edge of Z: the rising one while counting up, which is the falling one
--- while counting down. A change of Z belongs to the step of A or B beside which it comes, up to
--- INDEX_SKEW clocks before or after it; its level is taken so many clocks after the step, or just before
--- the next one, and compared with that of the step before. Up, the position after the step is
--- latched, down the one before it, so both directions give the same count. Where Z changes within a
--- count, further from both its edges, the step that leaves the count decides the direction, and that
--- count is latched; a reversal within it leaves no trace. Hence the direction is never that of a motion long past, and
--- neither skewed pins nor a tremble beside either edge of the mark take one edge of it for the other, as
--- long as two steps in opposite directions are further apart than Z is from its step. `filter_length` above
--- INDEX_SKEW sees to that. The first index after reset or rearm defines the zero of angle and
--- turn_position; later ones do not change them. Each later index must lie 0 or
--- +-counts_per_rev from the one before it, within +-`index_tolerance`, otherwise `index_error`: counts
--- were lost or added, or an index was. A real mark repeats to +-1 count, so that two of them lie up to 2
--- counts off; a slip of a period of A and B adds 4. `index_interval` reads 0 while there are fewer
--- than two.
--- With `zero_again` high the zero moves when it is proven wrong, 5 clocks after the mark that proves it is told: a mark
--- in the wrong place for which `other_head_agrees` (see zero_witness; the first mark after lost counts), or
+-- **Index.** The zero is one edge of Z: the rising edge while counting up, which is the falling edge
+-- while counting down. Each change of Z is assigned to the step of A or B that is at most INDEX_SKEW clocks before or
+-- after it: the level of Z is sampled INDEX_SKEW clocks after the step, or just before the next step, and compared with the
+-- level sampled for the step before. Counting up, the entity latches the position after the step, counting down the
+-- position before it, so that both directions give the same count. If Z changes within a count, further from both of the
+-- count's edges, the step that leaves the count decides the direction, and that count is latched; a reversal within the
+-- count has no effect. Therefore the direction always belongs to the present motion, and neither skewed pins nor a
+-- vibration at one edge of the mark make the entity take one edge for the other, as long as two steps in opposite
+-- directions are further apart than Z is from its step. A `filter_length` above INDEX_SKEW ensures that.
+-- The first index after reset or rearm defines the zero of angle and turn_position; later ones do not change it. Each
+-- later index must lie 0 or +-counts_per_rev from the one before it, within +-`index_tolerance`; otherwise `index_error`
+-- is set: counts or an index were lost or added. A true mark repeats to +-1 count, so that two of them differ by up to 2
+-- counts; a slip by one period of A and B adds 4. `index_interval` reads 0 while there are fewer
+-- than two marks.
+-- **Moving the zero.** With `zero_again` high the zero moves 5 clocks after the strobe of a mark that proves the zero wrong. The
+-- proof is a misplaced mark for which `other_head_agrees` (see zero_witness; the first mark after lost counts), or
 -- the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance (the second
 -- mark after lost counts).
--- One false mark does not move the zero to its place: no other lies a turn from it. `index_seen` stays, so the
--- correction goes on. A turn of less than 9 counts keeps its zero. Where the zero moves to another count,
--- `zero_slip` is the angle that the mark had (the counts lost, with a minus), `zero_moved` turns over and `zero_moves`
--- counts, in the clock in which angle and turn_position count from the new zero; index_error is set, and
--- counts once, in the same clock. The position keeps what it lost. With `heal` high `put_back` loses `zero_slip`
--- in that clock, so that position + put_back keeps no slip; one of 2**14 counts and more is not put back.
--- `index_trusted` tells 3 clocks after index_strobe that the mark is where the zero says.
--- Where Z is meant to change within a count and comes near its edge at one speed only, the index is one
--- count off then.
--- **Fastest index.** With pins up to s clocks apart, 1 to INDEX_SKEW, that holds from s + INDEX_SKEW + 1 clocks a count on: 5, 6 and 7,
--- which is 14 million counts a second at 100 MHz. Where Z changes half a count beside its step it takes twice 7. Faster, Z
--- that comes before a step cannot be told from Z that comes after the step before it: a mark may be taken at its other
--- edge. Pins that change in one clock give every mark its place at any speed.
--- A Z edge before the first step after reset counts with that step.
+-- A single false mark does not move the zero, because no other mark lies one turn from it. `index_seen` stays high, so the
+-- correction continues. A turn of less than 9 counts keeps its zero. If the zero moves to another count,
+-- `zero_slip` is the angle that the mark had (the negative of the lost counts), `zero_moved` toggles and `zero_moves`
+-- increments, in the clock in which angle and turn_position count from the new zero; index_error is set, and
+-- its counter increments once, in the same clock. The position keeps its error. With `heal` high `zero_slip` is subtracted
+-- from `put_back` in that clock, so that position + put_back is free of the slip; a slip of 2**14 counts or more is not put back.
+-- `index_trusted` pulses 3 clocks after index_strobe if the mark lies at the zero.
+-- If Z is to change within a count and lies near an edge of that count at one speed only, the index is one
+-- count off at that speed.
+-- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, this holds for at least s + INDEX_SKEW + 1 clocks
+-- per count, that is 5, 6 and 7 clocks, or 14 million counts per second at 100 MHz. If Z changes half a count from its step, the
+-- limit is twice 7 clocks. At higher speeds a Z before a step cannot be distinguished from a Z after the previous step, and
+-- the entity may take the other edge of a mark. With pins that change in the same clock each mark is placed correctly at any speed.
+-- A Z edge before the first step after reset belongs to that step.
 --
--- **Rearm.** While `rearm` is high, angle and turn_position are 0, and the index is forgotten (index_seen
--- and index_interval are 0; index_position keeps its value). The position counts on. Angle and
--- turn_position count from 0 with the first step after it, and the next index defines the zero
--- anew.
--- `counts_per_rev` (4 to 2**24, any integer) is taken over while rearm, preload or reset is high; at other times a change of
--- it has no effect. index_tolerance may change at any time.
+-- **Rearm.** While `rearm` is high, angle and turn_position are 0 and the index is cleared (index_seen
+-- and index_interval are 0; index_position keeps its value). The position keeps counting. After rearm, angle and
+-- turn_position count from 0 with the first step, and the next index defines the zero
+-- again.
+-- `counts_per_rev` (4 to 2**24, any integer) is sampled while rearm, preload or reset is high; at other times a change has
+-- no effect. index_tolerance may change at any time.
 --
--- **Reset.** While `preload` is high the level of Z makes no mark: the level of its last clock is where it starts.
+-- **Reset.** While `preload` is high a change of Z is no mark: detection starts from the level of its last clock.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -102,13 +101,13 @@ end entity index_zero;
 
 architecture rtl of index_zero is
 
-  -- Clocks from an index told to its judgement.
+  -- Clocks from the detection of an index to its check.
   constant JUDGED_AFTER : positive := 3;
 
-  -- Of a slip that is put back.
+  -- Width of a slip that can be put back.
   constant HEAL_WIDTH : positive := 15;
 
-  -- A place of a turn. Whether it is the first or the last one is kept beside it: a step needs no comparison.
+  -- A count within the turn. It carries flags for the first and the last count, so that a step needs no comparison.
   type turn_place is record
     count   : u_unsigned(ANGLE_WIDTH - 1 downto 0);
     is_zero : std_ulogic;
@@ -119,12 +118,12 @@ architecture rtl of index_zero is
 
   constant ZERO_PLACE : turn_place := (count => (others => '0'), is_zero => '1', is_last => '0');
 
-  -- A small number of counts. Its sums are tables: they are too narrow for a carry chain.
+  -- A small number of counts. Sums of these numbers are tables, because they are too narrow for a carry chain.
   subtype few_counts is u_signed(3 downto 0);
 
   type tables is array (natural range <>) of few_counts;
 
-  -- A number of counts (bits 5 to 2) and a step: whether there is one, and up (bits 1 and 0).
+  -- Index of the table: a number of counts (bits 5 to 2), whether there is a step (bit 1), and whether it is up (bit 0).
   function with_a_step return tables is
 
     variable table  : tables(0 to 63);
@@ -148,8 +147,8 @@ architecture rtl of index_zero is
 
   constant WITH_STEP : tables := with_a_step;
 
-  -- From the zero of an index to the position, where the index is met in the clock of a step: whether there is a
-  -- step, and up (bits 3 and 2), whether the index is within a count, and upwards (bits 1 and 0).
+  -- Counts from the zero of an index to the position, if the index is detected in the clock of a step. Index of the table:
+  -- there is a step (bit 3), it is up (bit 2), the index lies within a count (bit 1), it is passed upwards (bit 0).
   function behind_index return tables is
 
     variable table  : tables(0 to 15);
@@ -176,12 +175,12 @@ architecture rtl of index_zero is
 
   constant BEHIND_INDEX_OF : tables := behind_index;
 
-  -- From the zero of an index to the position before the step of the clock: whether it is within a count, and upwards
-  -- (bits 1 and 0).
+  -- Counts from the zero of an index to the position before the step of the clock. Index: the index lies within a count (bit 1),
+  -- it is passed upwards (bit 0).
   constant BEFORE_INDEX_OF : tables(0 to 3) := BEHIND_INDEX_OF(0 to 3);
 
-  -- A place, a step later; where an index is told, the one that is `from_zero` (-2 to 2) counts from 0. The choices
-  -- exclude each other, so that a bit takes one look-up table after the carry chains of the two neighbours.
+  -- The count after a step; if an index is detected, the count that is `from_zero` (-2 to 2) counts from 0. The cases
+  -- exclude each other, so that a bit needs one look-up table after the carry chains of the two neighbouring counts.
   function next_place (
     place             : turn_place;
     last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
@@ -212,11 +211,12 @@ architecture rtl of index_zero is
     is_zero   := (not is_told and up and place.is_last) or (is_told and (from_zero ?= 0));
     is_before := is_told and (from_zero ?= -2);
 
-    -- The first and the second count.
+    -- Count 1 or count 2.
     first    := (others => '0');
     first(0) := is_told and (from_zero ?= 1);
     first(1) := is_told and (from_zero ?= 2);
 
+    -- not (not x + 1) = x - 1, on the same carry chain as x + 1.
     below        := not (not place.count + 1);
     result.count := ((place.count + 1) and (below'range => rises))
                     or (below and (below'range => falls))
@@ -230,24 +230,24 @@ architecture rtl of index_zero is
 
   end function next_place;
 
-  -- The two counters of places of `find`, and which of them is the angle
+  -- The two counters of `find`, and which of them is the angle
   signal counters        : turn_places := (others => ZERO_PLACE);
   signal angle_is_second : std_ulogic  := '0';
   signal place_of_angle  : u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- An index is told in this clock, of the step before.
+  -- An index of the step before is detected in this clock.
   signal meets_index   : std_ulogic                    := '0';
-  -- A mark is judged; whether its distance from the one before is none, a turn up, a turn down, within the tolerance
+  -- A mark is checked; whether its distance from the previous mark is 0, a turn up, a turn down, within the tolerance
   signal judged        : std_ulogic                    := '0';
   signal are_within    : std_ulogic_vector(2 downto 0) := "000";
-  -- The mark that is judged is the last one told.
+  -- The checked mark is the latest one.
   signal is_old_enough : std_ulogic                    := '0';
   signal is_latest     : std_ulogic;
-  -- A mark was misplaced, and no two a turn apart have agreed since.
+  -- A mark was misplaced, and since then no two marks one turn apart have agreed.
   signal is_in_doubt   : std_ulogic                    := '0';
-  -- The angle of the mark is neither 0 nor a turn.
+  -- The angle of the mark is neither 0 nor a whole turn.
   signal has_slip      : std_ulogic                    := '0';
-  -- There are more than 8 counts in a turn.
+  -- A turn has more than 8 counts.
   signal is_long_turn  : std_ulogic                    := '0';
   signal is_off        : std_ulogic;
   signal moves_zero    : std_ulogic;
@@ -259,7 +259,7 @@ begin
                     counters(0).count;
   angle          <= place_of_angle;
 
-  -- Two marks a turn apart agree, or the other head counted a turn between this one and a good one.
+  -- Two marks one turn apart agree, or the other head counted one turn between this mark and a trusted one.
   is_off     <= judged and not (or are_within);
   is_latest  <= is_old_enough and not meets_index;
   moves_zero <= judged and (((are_within(1) or are_within(0)) and is_in_doubt) or (is_off and other_head_agrees))
@@ -271,54 +271,54 @@ begin
 
     -- Level of Z one clock ago
     variable before          : std_ulogic                              := '0';
-    -- Z: the level that is taken as that of the last step, or of the count before it; the clocks until
-    -- that of the step in hand is taken; the clocks since that
+    -- Z: the level that is assigned to the last step, or to the count before it; the clocks until
+    -- the level of the present step is sampled; the clocks since then
     variable index_level     : std_ulogic                              := '0';
     variable until_settled   : natural range 0 to INDEX_SKEW           := 0;
     variable since_settled   : natural range 0 to INDEX_SKEW + 1       := 0;
     variable settled_level   : std_ulogic;
     variable settles         : std_ulogic;
-    -- Levels of the clocks before, the youngest in the low bit
+    -- Levels of the clocks before, the latest in the low bit
     variable earlier_levels  : std_ulogic_vector(INDEX_SKEW downto 0)  := (others => '0');
-    -- Z changed within the count that the step in hand left.
+    -- Z changed within the count that the present step left.
     variable may_be_inside   : std_ulogic;
     variable was_inside      : std_ulogic                              := '0';
     variable meets           : std_ulogic;
     variable meets_up        : std_ulogic                              := '1';
     variable meets_inside    : std_ulogic                              := '0';
     variable leaves_inside   : std_ulogic                              := '0'; -- the same, upwards
-    -- Stage 2: two counters of places: one counts from the zero, the
-    -- other one from the last index told. Where the zero moves to that index, they change their parts.
+    -- Stage 2: two counters. One counts from the zero, the
+    -- other one from the latest index. If the zero moves to that index, the counters exchange their roles.
     variable places          : turn_places                             := (others => ZERO_PLACE);
     variable is_second       : std_ulogic                              := '0'; -- which of them is the angle
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     variable before_last     : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
-    -- From the zero of the last index told to the position, while that is judged, and clocks since
+    -- Counts from the zero of the latest index to the position while the index is checked, and clocks since its detection
     variable from_zero       : few_counts                              := "0000";
     variable from_index      : few_counts; -- of an index told now
     variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
-    -- The angle before the step of the clock before, and from the zero of an index met there
+    -- The angle before the step of the previous clock, and the counts from the zero of an index detected there
     variable angle_then      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     variable from_zero_then  : few_counts                              := "0000";
     variable still_in_doubt  : std_ulogic;
     variable sets_zero       : std_ulogic;
-    -- The angle of the last index told, less a turn, and which of them is the nearer to 0
+    -- The angle of the latest index, the same minus a turn, and which of the two is nearer to 0
     variable off_zero        : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
     variable less_a_turn     : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
     variable past_half       : u_signed(COUNTS_PER_REV_WIDTH + 1 downto 0) := (others => '0');
     variable slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0) := (others => '0');
     variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
-    -- Indices told in the last clocks, the youngest in the low bit; one of them is judged, and no other came since
+    -- Indices of the last clocks, the latest in the low bit; one of them is checked, and no other has come since
     variable told_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
     variable is_small        : std_ulogic;
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
-    -- Where an index told in this clock lies: after its step up, before its step down
+    -- Count of an index detected in this clock: after its step if up, before its step if down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     -- Stage 3: index
     variable index_before    : std_ulogic                              := '0';
     variable repeats         : std_ulogic                              := '0';
-    -- Stage 4: the interval, less a turn upwards, less a turn downwards
+    -- Stage 4: the interval, the interval minus a turn, the interval plus a turn
     variable turn            : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     variable off_none        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     variable off_up          : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
@@ -333,7 +333,7 @@ begin
       index_trusted  <= is_latest and not still_in_doubt and not rearm;
       is_small       := (and slip(slip'high downto HEAL_WIDTH - 1)) or not (or slip(slip'high downto HEAL_WIDTH - 1));
 
-      -- Stages 5 and 4: judge the index.
+      -- Stages 5 and 4: check the index.
       judged     <= to_judge;
       are_within <= is_within(off_none, index_tolerance) & is_within(off_up, index_tolerance)
                     & is_within(off_down, index_tolerance);
@@ -358,7 +358,7 @@ begin
         index_before := '1';
       end if;
 
-      -- Stage 2: take the step.
+      -- Stage 2: count the step.
       zero_now := add_with_carry(position, (position'range => leaves_inside), not meets_up);
       if (edge.moves = '1') then
         if (edge.up = '1') then
@@ -368,7 +368,7 @@ begin
         end if;
       end if;
 
-      -- The angle of the index, while it is judged; the step that it was met with is in neither.
+      -- The angle of the index while it is checked; it excludes the step at which the index was detected.
       has_slip  <= not ((off_zero ?= 0) or (off_zero ?= turn(off_zero'range)));
       slip_then := slip;
       slip      := less_a_turn(slip'range);
@@ -385,7 +385,7 @@ begin
 
       passed_index := meets_index;
       passed_up    := meets_up;
-      -- From the zero to where the step of this clock leads.
+      -- Counts from the zero after the step of this clock.
       sets_zero := moves_zero;
       from_index := BEHIND_INDEX_OF(to_integer(u_unsigned'(not edge.stands & edge.up & meets_inside & meets_up)));
       if (meets_index = '1') then
@@ -416,10 +416,10 @@ begin
         end if;
       end if;
 
-      -- Stage 1. Z of the step before: when the pins had time to settle, or the last level before this step.
+      -- Stage 1. Z of the previous step: sampled after the pins settled, or the last level before this step.
       settled_level := z;
       settles       := '0';
-      -- It had for so long that it may have changed again within the count that a step leaves now.
+      -- So much time has passed that Z may have changed again within the count that a step leaves now.
       may_be_inside := '0';
       if (until_settled = 0 and since_settled >= INDEX_SKEW) then
         may_be_inside := '1';
@@ -468,7 +468,7 @@ begin
       earlier_levels := earlier_levels(INDEX_SKEW - 1 downto 0) & z;
       before         := z;
 
-      -- Only where nothing counts by them.
+      -- This applies only while no unit counts with the old value.
       is_long_turn <= or last_angle(last_angle'high downto 3);
       if (reset = '1' or preload = '1' or rearm = '1') then
         turn        := signed(resize(counts_per_rev, POSITION_WIDTH));

@@ -2,18 +2,18 @@
 --
 -- # input_synchroniser
 --
--- Brings asynchronous pins into the clock's domain: STAGES registers in a row for each, so that a
--- pin caught while it changes has STAGES - 1 clocks to settle.
+-- Brings asynchronous pins into the clock domain by STAGES registers in series per pin, so that a register
+-- that samples a changing pin has STAGES - 1 clocks to settle.
 --
 -- **Latency.** STAGES clocks from `asynchronous` to `synchronised`.
 --
 -- **Number formats.** None: bits.
 --
--- **Limits.** Pins that change together may come out one clock apart, since each is caught on its
--- own. The attribute `async_reg` asks the placer to keep the registers of a pin side by side; tools
--- that do not know it ignore it.
+-- **Limits.** Pins that change together may appear one clock apart, because each pin is sampled
+-- independently. The attribute `async_reg` makes the placer put the registers of a pin next to each other; tools
+-- that do not know the attribute ignore it.
 --
--- **Reset** does not touch the registers: they follow the pins at any time.
+-- **Reset** does not affect the registers: they follow the pins at any time.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -32,7 +32,7 @@ end entity input_synchroniser;
 
 architecture rtl of input_synchroniser is
 
-  -- The youngest stage in the low bits.
+  -- The latest stage is in the low bits.
   signal stage_registers : std_ulogic_vector(WIDTH * STAGES - 1 downto 0) := (others => '0');
 
   attribute async_reg : string;

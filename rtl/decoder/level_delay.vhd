@@ -2,15 +2,15 @@
 --
 -- # level_delay
 --
--- Delays the levels of a head's A, B and Z together by 0 to 255 clocks, which takes out how much later the electronics of
--- another head are: 100 ns at 90 degrees a second are 0.032 arcsec.
+-- Delays A, B and Z of a head together by 0 to 255 clocks. This compensates a slower electronics of
+-- another head: 100 ns at 90 degrees per second are 0.032 arcsec.
 --
--- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` acts 2 clocks later; levels are
--- left out or repeated with it, so change it only while the table stands.
+-- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` takes effect 2 clocks later and skips
+-- or repeats levels, so change it only while the table stands.
 --
 -- **Number formats.** delay u8.0 clocks.
 --
--- There is no reset: after power-up, or a larger delay, so many clocks show older levels.
+-- There is no reset: for `delay` clocks after power-up, or after an increase of `delay`, the output shows older levels.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -40,7 +40,7 @@ architecture rtl of level_delay is
 
 begin
 
-  -- From two clocks on, a word that was written before it is read.
+  -- From a delay of two clocks on, the memory is read after the word has been written.
   delayed <= levels when is_none = '1' else
              previous when is_one = '1' else
              stored;

@@ -2,28 +2,28 @@
 --
 -- # plausibility_check
 --
--- Keeps and counts the faults of a head: index marks out of their place, illegal transitions of A and B, edges that follow
--- each other too fast, and edges that the filter swallowed. Source: section 3.1 of the paper.
+-- Stores and counts the faults of a head: misplaced index marks, illegal transitions of A and B, edges that follow
+-- each other too fast, and edges that the filter suppressed. Source: section 3.1 of the paper.
 --
 -- **Latency.** illegal follows `edge.breaks_order`, and index_error follows `misplaced`, by 1 clock; overspeed follows
 -- `edge.moves` by 2 clocks. swallowed and overspeed of swallowed edges: 3 clocks from the levels before the filter.
 --
 -- **Number formats.** filter_length u8.0 and minimum_edge_spacing u16.0 clocks; counters u16.0.
 --
--- **Faults.** `illegal`: A and B changed in one clock. `overspeed`: a counted edge came less than minimum_edge_spacing
--- clocks after the one before it (0 and 1: never).
--- An illegal transition is not an edge in this sense.
--- Edges that the filter swallows are over-speed too, and set `swallowed` with it, since then counts are lost: the levels before
--- the filter are decoded as well, and `overspeed` is set, and counted, when they are a whole period of A and B (4 counts) ahead of those
--- after it, or have broken the order 4 times where the filter shows nothing. Once the pins have
--- been quiet for filter_length clocks this starts anew. A pulse on one pin that is shorter than the
--- filter leaves no trace here either, unless another pin changes within it: then it
--- cannot be told from a period that was lost.
+-- **Faults.** `illegal`: A and B changed in the same clock. `overspeed`: a counted edge came less than minimum_edge_spacing
+-- clocks after the previous one (0 and 1 disable this check).
+-- An illegal transition is no edge for this check.
+-- Edges that the filter suppresses also count as overspeed, and set `swallowed` too, because counts are lost. To detect them the
+-- entity also decodes the levels before the filter. It sets and counts `overspeed` when these levels are a whole period of A
+-- and B (4 counts) ahead of the filtered ones, or have made 4 illegal transitions that the filtered levels do not show. After the
+-- pins have been quiet for filter_length clocks this comparison restarts. A pulse on one pin that is shorter than the
+-- filter has no effect here either, unless another pin changes during the pulse: the pulse then
+-- cannot be distinguished from a lost period.
 --
--- **Clear semantics.** index_error, illegal, overspeed and swallowed stay set, and their counters stop at
--- 65,535, until `clear` or reset. A fault in the very clock of a clear is kept: flag set, counter 1.
+-- **Clear semantics.** index_error, illegal, overspeed and swallowed stay set, and their counters saturate at
+-- 65,535, until `clear` or reset. A fault in the clock of a clear is kept: flag set, counter 1.
 --
--- **Reset** clears all of it. While `settling` is high the levels before the filter are not looked at.
+-- **Reset** clears all flags and counters. While `settling` is high the levels before the filter are ignored.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -60,13 +60,13 @@ architecture rtl of plausibility_check is
 
   constant LONGEST_FILTER : u_unsigned(7 downto 0) := (others => '1'); -- clocks
 
-  -- A small number of counts. Its sums are a table: they are too narrow for a carry chain.
+  -- A small number of counts. Its sums are a table, because they are too narrow for a carry chain.
   subtype few_counts is u_signed(3 downto 0);
 
   type tables is array (natural range <>) of few_counts;
 
-  -- By how many counts the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either:
-  -- whether there is one, and up (bits 3 and 2 unfiltered, 1 and 0 filtered). A period and more is PERIOD.
+  -- Counts by which the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either. Bits 3 and 2:
+  -- the unfiltered levels step, and up; bits 1 and 0: the same of the filtered ones. A period or more is PERIOD.
   function ahead_after_steps return tables is
 
     variable table : tables(0 to 127);
@@ -108,16 +108,16 @@ begin
 
   check : process (clock) is
 
-    -- A and B before the filter, one clock ago, and what they say
+    -- A and B before the filter, one clock ago, and their step
     variable raw_before    : std_ulogic_vector(1 downto 0)   := (others => '0');
     variable raw_changes   : std_ulogic_vector(1 downto 0);
     variable raw_moves     : std_ulogic                      := '0';
     variable raw_up        : std_ulogic                      := '0';
     variable raw_breaks    : std_ulogic                      := '0';
-    -- Clocks since they changed, less one
+    -- Clocks since their last change, minus one
     variable still         : u_unsigned(7 downto 0)          := (others => '0');
     variable is_quiet      : std_ulogic                      := '0';
-    -- Counts by which they are ahead of the filtered ones, and breaks of the order that the filter hides
+    -- Counts by which they are ahead of the filtered levels, and illegal transitions that the filter hides
     variable ahead         : u_signed(2 downto 0)            := "000";
     variable ahead_now     : few_counts;
     variable hidden_breaks : natural range 0 to PERIOD - 1   := 0;
@@ -130,7 +130,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Faults, each with its event of the clock before.
+      -- Record the faults of the previous clock.
       too_fast := too_near or edges_lost;
       if (clear = '1') then
         index_error       <= misplaced;
@@ -158,7 +158,7 @@ begin
         end if;
       end if;
 
-      -- Spacing of the counted edges.
+      -- Check the spacing of the counted edges.
       too_near := '0';
       if (edge.moves = '1') then
         if (spacing < minimum_edge_spacing) then
@@ -169,7 +169,7 @@ begin
         spacing := spacing + 1;
       end if;
 
-      -- What the filter swallows: steps of the clock before, at its input and at its output.
+      -- Find what the filter suppresses: steps of the previous clock at its input and at its output.
       edges_lost := '0';
       if (settling = '1' or is_quiet = '1') then
         ahead         := "000";

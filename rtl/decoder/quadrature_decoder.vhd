@@ -2,34 +2,34 @@
 --
 -- # quadrature_decoder
 --
--- Decodes one head: counts every edge of an incremental encoder's A and B (x4) into a multi-turn position and, beside
--- it, into an angle modulo `counts_per_rev` whose zero the first index defines. It checks the
--- distance of the index marks, the order of the edges and their spacing. The pins pass input_synchroniser and glitch_filter;
--- edge_counter counts, index_zero finds the index and keeps the zero, plausibility_check keeps the faults. Source: section 3.1 and
--- figures 4 and 5 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
+-- Decodes one head: counts every edge of an incremental encoder's A and B (x4) into a multi-turn position and, in
+-- parallel, into an angle modulo `counts_per_rev` whose zero the first index defines. It checks the
+-- distance of the index marks, the order of the edges and their spacing. input_synchroniser and glitch_filter condition the pins,
+-- edge_counter counts, index_zero detects the index and holds the zero, plausibility_check stores the faults. Source: section 3.1
+-- and figures 4 and 5 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`:
 -- 5 with the filter off. position, angle, turn_position, direction, step, step_up,
 -- last_edge_time, illegal and illegal_count belong to one clock; overspeed and overspeed_count follow 1
 -- clock after it. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or with
 -- the next step if that is earlier. index_strobe, index_position, index_direction and index_interval
--- follow 1 clock after that, index_error and index_error_count 4 clocks. Edges that the filter swallows show
+-- follow 1 clock after that, index_error and index_error_count 4 clocks. Edges that the filter suppresses are reported
 -- SYNCHRONISER_STAGES + 4 clocks after the pins. last_edge_time is SYNCHRONISER_STAGES + filter_length + 1 after the timestamp
 -- of the pin's change; with position, read in the same clock, it gives the velocity.
 --
--- **Number formats.** Of the outputs: decoder_pkg. counts_per_rev u25.0 counts; filter_length u8.0 and
+-- **Number formats.** decoder_pkg states those of the outputs. counts_per_rev u25.0 counts; filter_length u8.0 and
 -- minimum_edge_spacing u16.0 clocks; index_tolerance u16.0 counts; timestamp u64.0 clocks.
 --
--- **Settings.** filter_length, minimum_edge_spacing and index_tolerance may change at any time. counts_per_rev is taken over
--- while rearm or reset is high, and for SYNCHRONISER_STAGES + 1 clocks after reset; at other times a change of it has no
+-- **Settings.** filter_length, minimum_edge_spacing and index_tolerance may change at any time. counts_per_rev is sampled
+-- while rearm or reset is high, and for SYNCHRONISER_STAGES + 1 clocks after reset; at other times a change has no
 -- effect.
--- `filter_length` above INDEX_SKEW keeps two steps in opposite directions further apart than Z is from its step, which
--- index_zero asks for.
+-- A `filter_length` above INDEX_SKEW keeps two steps in opposite directions further apart than Z is from its step, as
+-- index_zero requires.
 --
--- **Clear** touches the faults only, rearm the index only.
+-- **Clear** affects only the faults, rearm only the index.
 --
--- **Reset** may be as short as one clock. The levels of the pins in its last clock are where counting
--- starts: whatever they are, they make no edge; every later change counts.
+-- **Reset** may be as short as one clock. Counting starts from the levels of the pins in its last clock:
+-- these levels cause no edge, and every later change counts.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -75,7 +75,7 @@ architecture rtl of quadrature_decoder is
   signal levels   : std_ulogic_vector(2 downto 0);
   signal filtered : std_ulogic_vector(2 downto 0);
 
-  -- Reset and the clocks after it in which the synchroniser still holds older levels of the pins.
+  -- The reset and the clocks after it in which the synchroniser still holds earlier levels of the pins.
   signal settling : std_ulogic_vector(SYNCHRONISER_STAGES downto 0) := (others => '1');
   signal preload  : std_ulogic;
 
@@ -125,7 +125,7 @@ begin
     levels <= levels_in;
   end generate delays;
 
-  -- Its reset lasts to the last level from before the end of ours.
+  -- The filter's reset lasts until the last level from before the end of this entity's reset has passed.
   filter : entity work.glitch_filter
     generic map (
       WIDTH => 3

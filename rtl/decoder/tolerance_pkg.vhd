@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- Whether a count lies where it ought to.
+-- Tests whether a count lies within a tolerance of its nominal value.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -8,13 +8,13 @@ library ieee;
 
 package tolerance_pkg is
 
-  -- Whether -tolerance <= deviation <= tolerance, with a comparison of the tolerance's bits only.
+  -- True if -tolerance <= deviation <= tolerance; compares only as many bits as the tolerance has.
   function is_within (
     deviation : u_signed;
     tolerance : u_unsigned
   ) return std_ulogic;
 
-  -- Whether a number is so much or less, bit by bit: Yosys would make a carry chain of the comparison.
+  -- True if a number is at most a limit, bit by bit: Yosys would build a carry chain for the comparison operator.
   function is_at_most (
     number : u_unsigned;
     bound  : natural
@@ -37,7 +37,7 @@ package body tolerance_pkg is
     high := deviation(deviation'high downto tolerance'length);
     low  := u_unsigned(deviation(tolerance'range));
 
-    -- The size of a negative number is its complement and 1.
+    -- The magnitude of a negative number is its complement plus 1.
     if (high = 0) then
       return low ?<= tolerance;
     elsif (high = -1) then

@@ -2,21 +2,21 @@
 --
 -- # zero_witness
 --
--- Says whether an index mark of one head is true, from what the other head counted since the last mark that
--- was trusted. Both heads read one disc: between two passages of the true mark the other head counts a turn
--- exactly, whatever this head lost. At a false mark it counts something else. A head that stands still or lost
+-- Checks an index mark of one head against the counts of the other head since the last trusted
+-- mark. Both heads read the same disc: between two passages of the true mark the other head counts exactly one turn,
+-- whatever this head lost. At a false mark it counts another number. A head that stands still or lost
 -- counts itself never agrees.
 --
 -- **Latency.** `agrees` comes 2 clocks after `index_strobe` and belongs to that mark until the next one. The other head's
 -- counts are those of 2 clocks before `index_strobe`.
 --
 -- **Number formats.** other_position s31.0 counts, of the other head; it may wrap. counts_per_rev u25.0 counts;
--- tolerance u16.0 counts: `agrees` is high where the other head counted one turn, up or down, within it.
+-- tolerance u16.0 counts: `agrees` is high if the other head counted one turn, up or down, within the tolerance.
 --
--- **Trust.** `trusted` makes the last mark the one from which the other head's counts are taken. Until the first
--- one after a reset or `rearm` nothing agrees.
+-- **Trust.** `trusted` makes the last mark the reference for the other head's counts. Before the first
+-- trusted mark after a reset or `rearm`, `agrees` is low.
 --
--- **Reset** forgets the trusted mark, as `rearm` does.
+-- **Reset** clears the trusted mark, as `rearm` does.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -30,7 +30,7 @@ entity zero_witness is
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
     rearm          : in    std_ulogic;                                    -- level: forgets the trusted mark
-    index_strobe   : in    std_ulogic;                                    -- a mark was told
+    index_strobe   : in    std_ulogic;                                    -- strobe: a mark was detected
     trusted        : in    std_ulogic;                                    -- strobe: it lies where the zero says
     other_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the other head
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
@@ -50,14 +50,14 @@ begin
     variable is_known     : std_ulogic := '0';
     variable at_trusted   : count      := (others => '0');
     variable at_mark      : count      := (others => '0');
-    -- other_position, a clock before and two
+    -- other_position one clock ago and two clocks ago
     variable position     : count      := (others => '0');
     variable position_then : count     := (others => '0');
     variable since        : count      := (others => '0');
-    -- What lies between that and a turn up, and down
+    -- Deviation of the counts from a turn up, and from a turn down
     variable off_up       : count      := (others => '0');
     variable off_down     : count      := (others => '0');
-    -- From the trusted mark it counted a turn up, or down.
+    -- The other head counted a turn up, or a turn down, since the trusted mark.
     variable is_turn_up   : std_ulogic := '0';
     variable is_turn_down : std_ulogic := '0';
     variable strobe_then  : std_ulogic := '0';

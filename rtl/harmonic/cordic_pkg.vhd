@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- The constants of the CORDIC rotation of equations (10) and (11), worked out at elaboration for
+-- The constants of the CORDIC rotation of equations (10) and (11), computed at elaboration for
 -- any number of iterations and bits, and its adder.
 
 library ieee;
@@ -10,16 +10,16 @@ library ieee;
 
 package cordic_pkg is
 
-  -- The first iterations have so few outcomes that a table of 5-input functions holds them.
+  -- A table of 5-input functions replaces the first iterations, because they have few outcomes.
   constant TABULATED_ITERATIONS : positive := 6;
-  -- Bits of x and y below the cosine's last one.
+  -- Number of bits of x and y below the cosine's last bit.
   constant GUARD_WIDTH          : positive := 2;
 
   type naturals is array (natural range <>) of natural;
 
   type reals is array (natural range <>) of real;
 
-  -- Fraction bits of z, in turns: 2**-21 turn for a cosine of 18 bits.
+  -- Number of fraction bits of z, in turns: 2**-21 turn for a cosine of 18 bits.
   function angle_fraction (
     cosine_width : positive
   ) return positive;
@@ -29,20 +29,20 @@ package cordic_pkg is
     iterations, fraction : positive
   ) return naturals;
 
-  -- Bits of z, with sign, before iteration i = 1 to iterations.
+  -- Number of bits of z, sign included, before iteration i = 1 to iterations.
   function remainder_widths (
     steps    : naturals;
     fraction : positive
   ) return naturals;
 
-  -- 1 / gain of all iterations: x0 of equation (11).
+  -- 1 / gain of all iterations, which is x0 of equation (11).
   function start_radius (
     iterations : positive
   ) return real;
 
-  -- x, or y where `of_y`, after the tabulated iterations of a vector that starts
-  -- with x0 = radius, y0 = 0. The first of them turns to the left; bit TABULATED_ITERATIONS - 1 - i
-  -- of the index is high where iteration i turned to the right.
+  -- x (or y if `of_y`) after the tabulated iterations of a vector that starts
+  -- with x0 = radius, y0 = 0. The first iteration turns to the left; bit TABULATED_ITERATIONS - 1 - i
+  -- of the index is high if iteration i turned to the right.
   function tabulated_vectors (
     radius : real;
     of_y   : boolean
@@ -89,7 +89,7 @@ package body cordic_pkg is
     fraction : positive
   ) return naturals is
 
-    -- -bound <= z < bound: after iteration 0 an eighth of a turn.
+    -- -bound <= z < bound; the bound is an eighth of a turn after iteration 0.
     variable bound  : natural := 2 ** (fraction - 3);
     variable widths : naturals(1 to steps'length);
 
@@ -170,9 +170,9 @@ package body cordic_pkg is
 
   begin
 
-    -- The lowest bit makes the borrow: the fraction bit of b when it subtracts, its complement,
-    -- and with it the two's complement of a rounded b, when it adds. Written as a difference,
-    -- since Yosys may swap the operands of a sum; a enters the carry chain without a LUT.
+    -- The lowest bit provides the carry. When b is subtracted, it is the fraction bit of b as a borrow. When b is added, it is the
+    -- complement of that bit, which makes the two's complement of a rounded b. The sum is written as a difference,
+    -- because Yosys may swap the operands of a sum; so a enters the carry chain without a LUT.
     difference := (a & '0') - (b xor (b'range => not subtract));
     return difference(a'length downto 1);
 

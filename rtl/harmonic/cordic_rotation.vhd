@@ -2,29 +2,29 @@
 --
 -- # cordic_rotation
 --
--- The cosine of an angle of the first quadrant by rotating a vector, equations (10) to (12) of the
--- paper, CORDIC_ITERATIONS times, with the signs and the start value put right (see the errata).
--- Only what the cosine needs is built.
+-- Computes the cosine of an angle of the first quadrant by rotating a vector, equations (10) to (12) of the
+-- paper, in CORDIC_ITERATIONS iterations, with signs and start value corrected (see the errata).
+-- It contains only what the cosine needs.
 --
--- **Latency.** CORDIC_ITERATIONS − 1 = 15 clocks: iteration 0 always turns to the left by an eighth
--- of a turn, which takes no adder. One angle per clock.
+-- **Latency.** CORDIC_ITERATIONS − 1 = 15 clocks, because iteration 0 always turns to the left by an eighth
+-- of a turn and needs no adder. One angle per clock.
 --
 -- **Number formats.** folded 22 bits, 2⁻²⁴ turn; x and y s1.COSINE_WIDTH, two bits more than the
 -- cosine at the end; z in 2⁻²¹ turn (COSINE_WIDTH + 3 fraction bits, 24 at most), each stage as
--- wide as z can still be there: 19 bits at first, 6 in the last stage.
+-- wide as its largest z requires: 19 bits at first, 6 in the last stage.
 --
--- **z.** The bits of the phase below 2⁻²¹ turn are cut off. z stands for the middle of what they can
--- be: half a unit is meant in addition throughout, at no cost, and the sign is the same.
+-- **z.** The bits of the phase below 2⁻²¹ turn are truncated. z represents the middle of the truncated
+-- interval: an implicit half unit is added throughout, which needs no logic and does not change the sign.
 --
--- **x and y.** After the iterations 0 to 5 they are one of 32 constants, rounded from the exact
--- ones. From then on one adder does each addition or subtraction, and the shifted operand is
--- rounded by the carry into it. y is not rotated any further when less than half a unit of x
--- depends on it: after iteration 9, where the square of the angle left over is below 2⁻¹⁸.
+-- **x and y.** After the iterations 0 to 5 they are one of 32 constants, rounded from exact
+-- values. From then on one adder performs each addition or subtraction, and its carry input rounds the shifted
+-- operand. Once y changes x by less than half a unit, y is no longer rotated:
+-- after iteration 9, where the square of the remaining angle is below 2⁻¹⁸.
 --
--- **Error.** Swept, with the rounding to s1.16 that follows: at most 5.2·10⁻⁵ over all phases of 20
--- bits and 5.5·10⁻⁵ over all of 24 bits, where (A.1) + (A.5) as printed give 1.18·10⁻⁴.
+-- **Error.** By an exhaustive sweep, including the subsequent rounding to s1.16: at most 5.2·10⁻⁵ over all phases of 20
+-- bits and 5.5·10⁻⁵ over all phases of 24 bits; (A.1) + (A.5) as printed give 1.18·10⁻⁴.
 --
--- There is no reset: it would only touch angles on their way.
+-- There is no reset, because no register holds state.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -52,7 +52,7 @@ architecture rtl of cordic_rotation is
   constant T              : positive := TABULATED_ITERATIONS;
   constant FRACTION       : positive := COSINE_WIDTH - 2 + GUARD_WIDTH;
   constant WIDTH          : positive := COSINE_WIDTH + GUARD_WIDTH;
-  -- The first iteration that leaves y as it is.
+  -- The first iteration that does not change y.
   constant Y_FINAL        : positive := (FRACTION + 3) / 2;
   constant Z_FRACTION     : positive := angle_fraction(COSINE_WIDTH);
   constant Z_WIDTH        : positive := Z_FRACTION - 2;
@@ -109,12 +109,12 @@ begin
 
     if rising_edge(clock) then
 
-      -- The last iteration first: a variable is read before it takes its new value.
+      -- The last iteration comes first, so that each variable is read before it takes its new value.
       for i in LAST downto 1 loop
         if i > 1 then
           old_z := z(i);
         else
-          -- Iteration 0: an eighth of a turn less.
+          -- Iteration 0 subtracts an eighth of a turn.
           old_z           := u_signed(folded(folded'high downto folded'length - Z_WIDTH));
           old_z(Z_WIDTH - 1) := not old_z(Z_WIDTH - 1);
         end if;

@@ -2,26 +2,26 @@
 --
 -- # harmonic_lane
 --
--- One term amplitude · cos(phase) of equation (9): quadrant_fold, cordic_rotation, one rounding of
--- the cosine to COSINE_WIDTH bits and the multiplication by the amplitude in one DSP48E1, which
--- can add the product of a partner lane on the way. With ROTATION = table, table_rotation takes the place of
+-- Computes one term amplitude · cos(phase) of equation (9): quadrant_fold, cordic_rotation, one rounding of
+-- the cosine to COSINE_WIDTH bits, and the multiplication by the amplitude in one DSP48E1, which
+-- can also add the product of a partner lane. With ROTATION = table, table_rotation replaces
 -- cordic_rotation; latency and formats are the same.
 --
 -- **Latency.** One angle per clock, from `phase`: fold 1 clock, rotation CORDIC_ITERATIONS − 1 (15),
 -- rounding 1, multiplication 2; in all CORDIC_ITERATIONS + 3 (19) clocks to `product`. With
--- ADD_PARTNER one clock more, CORDIC_ITERATIONS + 4 (20), so that the product of a partner without
+-- ADD_PARTNER it is one clock more, CORDIC_ITERATIONS + 4 (20), so that the product of a partner without
 -- ADD_PARTNER arrives when it is added. `amplitude` belongs to the phase that came CORDIC_ITERATIONS
--- (16, AMPLITUDE_CLOCK) clocks before, `partner` to that of CORDIC_ITERATIONS + 3 (19) clocks before.
+-- (16, AMPLITUDE_CLOCK) clocks before, `partner` to the phase that came CORDIC_ITERATIONS + 3 (19) clocks before.
 --
 -- **Number formats.** phase u0.24 turn; cosine sign, integer bit and COSINE_WIDTH − 2 fraction bits
 -- (s1.16); amplitude s13.11 counts; products s15.(COSINE_WIDTH + 9) counts (s15.27), exact.
 --
 -- **Rounding.** The rotation's two extra bits are rounded half up, then the sign of the quadrant
--- is applied: −cos and cos have the same size.
+-- is applied, so that −cos and cos have the same magnitude.
 --
--- **Error.** Of the cosine, swept over all phases: see cordic_rotation and table_rotation.
+-- **Error.** cordic_rotation and table_rotation state the error of the cosine, swept over all phases.
 --
--- There is no reset: it would only touch phases on their way.
+-- There is no reset, because no register holds state.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -92,7 +92,7 @@ begin
 
   round_and_multiply : process (clock) is
 
-    -- Registers; those of the multiplier's ports are twofold where a partner comes a clock earlier.
+    -- Registers; those at the multiplier's ports are doubled if a partner comes a clock earlier.
     variable negative       : std_ulogic_vector(1 to CORDIC_ITERATIONS - 1) := (others => '0');
     variable cosine         : u_signed(COSINE_WIDTH - 1 downto 0)           := (others => '0');
     variable factor         : u_signed(AMPLITUDE_WIDTH - 1 downto 0)        := (others => '0');
@@ -107,7 +107,7 @@ begin
 
     if rising_edge(clock) then
 
-      -- Multiplication: product register, register in the multiplier's middle.
+      -- Multiplication: product register, then the register inside the multiplier.
       if ADD_PARTNER then
         product      <= unadded + partner;
         unadded      := later_cosine * later_factor;
@@ -119,8 +119,8 @@ begin
       end if;
       factor := amplitude;
 
-      -- Rounding. With the complement instead of the negative, the last guard bits make up for the
-      -- unit that it lacks: the result is the negative of the rounded value.
+      -- Rounding. -x equals (not x) + 1. Only the complement is formed, guard bits included: their rounding makes up for the
+      -- missing unit, so the result is the negative of the rounded value.
       signed_bits := rotated xor (rotated'range => negative(negative'right));
       sum         := signed_bits(rotated'high downto GUARD_WIDTH - 1) + ('0' & signed_bits(GUARD_WIDTH - 1));
       cosine      := sum(COSINE_WIDTH downto 1);

@@ -2,21 +2,21 @@
 --
 -- # harmonic_unit
 --
--- The terms amplitude · cos(phase) of equation (9) for all lanes in parallel, added in pairs: one
--- harmonic_lane for each, the second of a pair adds the product of the first in its DSP48E1. Figure 9
+-- Computes the terms amplitude · cos(phase) of equation (9) for all lanes in parallel and adds them in pairs. Each lane is one
+-- harmonic_lane; the second lane of a pair adds the product of the first in its DSP48E1. Figure 9
 -- and section 3.3 of the paper.
 --
 -- **Latency.** CORDIC_ITERATIONS + 4 = 20 clocks from `phases` to `pair_sums`, one angle per clock.
 -- `amplitudes` belong to the phases that came CORDIC_ITERATIONS = 16 clocks (AMPLITUDE_CLOCK) before.
 --
 -- **Number formats.** phases u0.24 turn; amplitudes s13.11 counts; pair sums s15.27 counts. Flat
--- ports carry lane 0 in the low bits; pair i is the lanes 2i and 2i + 1, the last pair of an odd
--- number of lanes is the last lane alone.
+-- ports carry lane 0 in the low bits; pair i consists of the lanes 2i and 2i + 1; if the number of lanes is odd, the last
+-- lane is a pair alone.
 --
--- **Rounding.** Only that of the cosines to COSINE_WIDTH bits. Up to 18 bits the pair sums are exact; of a
--- wider cosine they are cut off to PAIR_FRACTION = 27 fraction bits.
+-- **Rounding.** Only the cosines are rounded, to COSINE_WIDTH bits. Up to 18 bits the pair sums are exact; with a
+-- wider cosine they are truncated to PAIR_FRACTION = 27 fraction bits.
 --
--- There is no reset: it would only touch phases on their way.
+-- There is no reset, because no register holds state.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -44,7 +44,7 @@ architecture rtl of harmonic_unit is
   constant PRODUCT_WIDTH    : positive := AMPLITUDE_WIDTH + COSINE_WIDTH;
   constant PRODUCT_FRACTION : positive := AMPLITUDE_FRACTION + COSINE_WIDTH - 2;
 
-  -- Fraction bits of the sums too many, or too few.
+  -- Number of surplus, or missing, fraction bits of the sums.
   constant CUT_OFF          : natural  := maximum(PRODUCT_FRACTION, PAIR_FRACTION) - PAIR_FRACTION;
   constant APPENDED         : natural  := maximum(PRODUCT_FRACTION, PAIR_FRACTION) - PRODUCT_FRACTION;
 
@@ -52,7 +52,7 @@ architecture rtl of harmonic_unit is
 
   type products is array (natural range <>) of product;
 
-  -- From lane to lane; what the first lane of a pair adds is 0.
+  -- Products from lane to lane; the first lane of a pair adds 0.
   signal partners : products(0 to LANES - 1);
   signal sums     : products(0 to LANES - 1);
 

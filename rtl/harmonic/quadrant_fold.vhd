@@ -3,17 +3,17 @@
 -- # quadrant_fold
 --
 -- Folds a phase into the first quadrant, where the rotation of equations (10) to (12) converges,
--- and tells whether the cosine of the phase is the negative of that of the folded one.
+-- and signals whether the cosine of the phase is the negative of that of the folded phase.
 --
 -- **Latency.** 1 clock.
 --
 -- **Number formats.** phase u0.24 turn; folded 22 bits, 2⁻²⁴ turn, 0 to a quarter turn.
 --
--- A phase p of the second or fourth quadrant is mirrored by the complement of its bits, which
--- is one unit, 2⁻²⁴ turn, less than half a turn − p: no adder is needed, and a cosine is off by less
+-- A phase p of the second or fourth quadrant is mirrored by the complement of its bits. The complement
+-- is one unit (2⁻²⁴ turn) below half a turn − p, so that no adder is needed and the cosine is off by less
 -- than 4·10⁻⁷.
 --
--- There is no reset: it would only touch phases on their way.
+-- There is no reset, because no register holds state.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,27 +2,27 @@
 --
 -- # table_rotation
 --
--- The cosine of an angle of the first quadrant from a table of its tangents: it takes the place of cordic_rotation, with the
--- same ports and latency, with 39 % of the look-up tables of a lane and less than half of the error. No multiplier and no
--- block memory is used. The paper rotates a vector; this is another way to the cosine of equation (9).
+-- Computes the cosine of an angle of the first quadrant from a table of straight lines. It replaces cordic_rotation, with the
+-- same ports and latency, 39 % of a lane's look-up tables and less than half of the error. It uses no multiplier and no
+-- block memory. The paper rotates a vector; this is another way to the cosine of equation (9).
 --
--- **Latency.** 15 clocks, as cordic_rotation; 8 of them work, the angle waits for the others. One angle per clock.
+-- **Latency.** 15 clocks, as cordic_rotation; 8 of them compute, the others delay the angle. One angle per clock.
 --
 -- **Number formats.** folded 22 bits, 2⁻²⁴ turn; value s1.20; slope u3.8 a turn; cosine s1.18.
 --
 -- **Table.** The quadrant has 128 intervals of 2¹⁵ units. In the interval with the middle m and the half width h (rad) the cosine
--- is the straight line (1 − h²/4)·cos m − sin m·z, |z| ≤ h, through the middle of the tangent and the chord. The table holds its
--- value at the beginning of the interval and its slope.
+-- is approximated by the line (1 − h²/4)·cos m − sin m·z, |z| ≤ h, halfway between tangent and chord. The table holds the
+-- line's value at the beginning of the interval, and its slope.
 --
--- **Product.** The slope times the 10 upper bits of the 15 that say where the angle is in the interval, in five rows: a row
--- adds 0, 1, 2 or 3 slopes to a quarter of the row before it, cut off. The table's values contain the mean of
--- what is cut off: half a unit of the 10 bits, and half a unit of the last row.
+-- **Product.** Five rows multiply the slope by the 10 upper bits of the 15-bit place in the interval: each row
+-- adds 0, 1, 2 or 3 slopes to a quarter of the row before, truncated. The table's values include the mean of
+-- the truncated part: half a unit of the 10 bits, and half a unit of the last row.
 --
 -- **Error**, of a cosine of size 1, with the rounding to s1.16 that follows: line h²/4 = 9.5·10⁻⁶; sine for its angle h³/6 = 4·10⁻⁸;
 -- slope rounded 2⁻⁹·2⁻¹⁰ = 1.9·10⁻⁶; 5 bits of the angle 2π·2⁻²⁰ = 6.0·10⁻⁶; value rounded 2⁻²¹ = 4.8·10⁻⁷; rows 2⁻²⁰ = 9.6·10⁻⁷; fold
 -- 2π·2⁻²⁴ = 3.8·10⁻⁷; rounding 2⁻¹⁷ = 7.7·10⁻⁶: together at most 2.7·10⁻⁵. Swept over all 2²⁴ phases: 2.1·10⁻⁵.
 --
--- There is no reset: it would only touch angles on their way.
+-- There is no reset, because no register holds state.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -45,12 +45,12 @@ architecture rtl of table_rotation is
   constant ADDRESS_WIDTH  : positive := 7;
   constant OFFSET_WIDTH   : positive := folded'length - ADDRESS_WIDTH; -- place in an interval
   constant ROWS           : positive := 5;
-  constant DIGITS_WIDTH   : positive := 2 * ROWS;                      -- of the place, that the rows multiply
+  constant DIGITS_WIDTH   : positive := 2 * ROWS;                      -- bits of the place that the rows multiply
   constant SLOPE_FRACTION : positive := 8;
   constant SLOPE_WIDTH    : positive := SLOPE_FRACTION + 3;
   constant VALUE_FRACTION : positive := 20;
   constant VALUE_WIDTH    : positive := VALUE_FRACTION + 2;
-  -- Every row but the first drops two fraction bits of the product.
+  -- Every row except the first drops two fraction bits of the product.
   constant ROW_FRACTION   : positive := SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1);
   -- The last row is below 4 slopes.
   constant ROW_WIDTH      : positive := SLOPE_WIDTH + 2;
@@ -90,7 +90,7 @@ architecture rtl of table_rotation is
 
   end function middle_of;
 
-  -- Of the cosine, without its sign, in 2**-SLOPE_FRACTION a turn.
+  -- Slope of the cosine without its sign, in 2**-SLOPE_FRACTION per turn.
   function slope_of (address : table_address) return real is
   begin
 
@@ -112,7 +112,7 @@ architecture rtl of table_rotation is
 
   end function slopes_of_all;
 
-  -- The lines at the beginnings of their intervals.
+  -- The lines' values at the beginnings of their intervals.
   function values_of_all return value_table is
 
     -- Half of an interval and half a unit of the digits, turns
@@ -140,14 +140,14 @@ architecture rtl of table_rotation is
 
 begin
 
-  -- The amplitude comes at a clock of its own: no other width or latency fits.
+  -- The amplitude comes in a fixed clock, so that no other width or latency fits.
   assert COSINE_WIDTH = 18 and WAITING >= 1
     report "table_rotation: built for a cosine of 18 bits and 10 clocks at least; choose ROTATION = cordic"
     severity failure;
 
   look_up : process (clock) is
 
-    -- Registers in the order of the way
+    -- Registers in the order of the data path
     variable waits        : place_line(1 to WAITING)       := (others => (others => '0'));
     variable first_slope  : slope_count                    := (others => '0');
     variable first_digits : u_unsigned(DIGITS_WIDTH - 1 downto 0) := (others => '0');
@@ -167,7 +167,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- The last register first: a variable is read before it takes its new value.
+      -- The last register comes first, so that each variable is read before it takes its new value.
       product    := signed(shift_left(resize(row(ROWS), VALUE_WIDTH), VALUE_FRACTION - ROW_FRACTION));
       difference := value - product;
       cosine     <= difference(difference'high downto VALUE_FRACTION - (COSINE_WIDTH - 2 + GUARD_WIDTH));

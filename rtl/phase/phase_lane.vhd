@@ -2,27 +2,27 @@
 --
 -- # phase_lane
 --
--- The phase n·θ + Φ of one lane of equation (9), in turns; section 3.3 of the paper. The order n
--- stands in the phase step K = round(n·2⁴⁸ / counts_per_rev), so that n·θ is θ·K modulo 2⁴⁸: any
+-- Computes the phase n·θ + Φ of one lane of equation (9), in turns; section 3.3 of the paper. The phase step
+-- K = round(n·2⁴⁸ / counts_per_rev) contains the order n, so that n·θ is θ·K modulo 2⁴⁸, for any
 -- order and any `counts_per_rev`, without a division.
 --
 -- **Latency.** 5 clocks from `angle` and `phase_step` to `phase`, one angle per clock.
--- `phase_offset` is used in the third clock: give it PHASE_OFFSET_CLOCK = 2 clocks after its angle.
+-- `phase_offset` is used in the third clock: apply it PHASE_OFFSET_CLOCK = 2 clocks after its angle.
 --
 -- **Number formats.** angle u24.0 counts; phase step u0.48 turn a count; phase offset and phase
 -- u0.24 turn.
 --
--- **Error.** K is off by at most 2⁻⁴⁹ turn a count and the angle is below 2²⁴, so θ·K is off by
--- less than 2⁻²⁵ turn at every order. θ·K + Φ is rounded once, half up, to 24 bits: another 2⁻²⁵
--- turn at most.
+-- **Error.** K is off by at most 2⁻⁴⁹ turn per count and the angle is below 2²⁴, so θ·K is off by
+-- less than 2⁻²⁵ turn at every order. θ·K + Φ is rounded once, half up, to 24 bits, which adds at most
+-- 2⁻²⁵ turn.
 --
--- **Multipliers.** Three DSP48E1 in a cascade, for 17, 17 and 14 bits of K. The lowest 17 bits of
--- every partial sum belong to the result, the others go on to the next multiplier's adder. Bits of a
--- full turn and above are never formed. The first adder takes the phase offset and the half unit that
--- rounds. Each multiplier has registers at its inputs, at its product and at its sum, and each starts
--- one clock after the one before it: five clocks, without an adder elsewhere.
+-- **Multipliers.** Three DSP48E1 in cascade, for 17, 17 and 14 bits of K. The lowest 17 bits of
+-- every partial sum belong to the result; the others go to the adder of the next multiplier. Bits of a
+-- full turn and above are never computed. The first adder adds the phase offset and the half unit for
+-- rounding. Each multiplier has registers at its inputs, its product and its sum, and starts
+-- one clock after the one before: five clocks, without any other adder.
 --
--- There is no reset: it would only touch angles on their way.
+-- There is no reset, because no register holds state.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -42,14 +42,14 @@ end entity phase_lane;
 
 architecture rtl of phase_lane is
 
-  -- The multiplier takes 17 bits without sign at its narrow port.
+  -- The multiplier's narrow port takes 17 unsigned bits.
   constant PART_WIDTH   : positive := 17;
   constant LOW_WIDTH    : positive := ANGLE_WIDTH + PART_WIDTH;
   constant MIDDLE_WIDTH : positive := PHASE_STEP_WIDTH - PART_WIDTH;
   constant HIGH_WIDTH   : positive := PHASE_STEP_WIDTH - 2 * PART_WIDTH;
-  -- Of the middle sum, the lowest bit that is one of the phase.
+  -- The lowest bit of the middle sum that belongs to the phase.
   constant LOWEST_BIT   : natural  := PHASE_STEP_WIDTH - PHASE_WIDTH - PART_WIDTH;
-  -- Below the phase: half a unit of it.
+  -- Half a unit of the phase, for rounding.
   constant REST_WIDTH   : positive := PHASE_STEP_WIDTH - PHASE_WIDTH;
   constant HALF         : u_unsigned(REST_WIDTH - 1 downto 0) := (REST_WIDTH - 1 => '1', others => '0');
 
@@ -57,7 +57,7 @@ begin
 
   multiply_and_add : process (clock) is
 
-    -- Registers; the number is the clock after `angle` in which they hold.
+    -- Registers; the number is that of the clock after `angle` in which they are valid.
     variable angle_1          : u_unsigned(ANGLE_WIDTH - 1 downto 0)      := (others => '0');
     variable step_1           : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0) := (others => '0');
     variable low_product_2    : u_unsigned(LOW_WIDTH - 1 downto 0)        := (others => '0');
@@ -74,12 +74,12 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Fifth clock: the sum that is the phase's high part.
+      -- Fifth clock: the sum that is the high part of the phase.
       phase(PHASE_WIDTH - 1 downto PHASE_WIDTH - HIGH_WIDTH) <= high_product_4(HIGH_WIDTH - 1 downto 0)
                                                                 + middle_4(MIDDLE_WIDTH - 1 downto PART_WIDTH);
       phase(PHASE_WIDTH - HIGH_WIDTH - 1 downto 0)           <= middle_4(PART_WIDTH - 1 downto LOWEST_BIT);
 
-      -- Fourth clock. What only bits of whole turns depend on is left out.
+      -- Fourth clock. Bits that affect only whole turns are left out.
       high_product_4 := high_step_3 * angle_3;
       middle_4       := middle_product_3(MIDDLE_WIDTH - 1 downto 0) + low_3(PHASE_STEP_WIDTH - 1 downto PART_WIDTH);
 

@@ -2,17 +2,17 @@
 --
 -- # phase_unit
 --
--- The phases n·θ + Φ of all lanes in parallel: one phase_lane for each. Figure 8 and section 3.3
+-- Computes the phases n·θ + Φ of all lanes in parallel, with one phase_lane each. Figure 8 and section 3.3
 -- of the paper.
 --
 -- **Latency.** 5 clocks from `angle` and `phase_steps` to `phases`, one angle per clock.
--- `phase_offsets` are used in the third clock: give them PHASE_OFFSET_CLOCK = 2 clocks after their
+-- `phase_offsets` are used in the third clock: apply them PHASE_OFFSET_CLOCK = 2 clocks after their
 -- angle, as coefficient_memory does.
 --
 -- **Number formats.** angle u24.0 counts; phase steps u0.48 turn a count; phase offsets and
 -- phases u0.24 turn. Flat ports carry lane 0 in the low bits.
 --
--- There is no reset: it would only touch angles on their way.
+-- There is no reset, because no register holds state.
 
 library ieee;
   use ieee.std_logic_1164.all;

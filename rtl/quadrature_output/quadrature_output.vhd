@@ -2,63 +2,63 @@
 --
 -- # quadrature_output
 --
--- Follows the corrected position with the A, B and Z signals of an encoder, one count a step, so
+-- Generates the A, B and Z signals of an encoder that follow the corrected position, one count per step, so
 -- that a servo drive reads the compensated angle. A leads B while the position rises:
 -- (A, B) = 00, 10, 11, 01. Source: the end of section 3.3 of the paper (output of the
 -- compensated signal) and figure 4 (order of the levels).
 --
--- **Latency.** 6 clocks from `corrected_position` to the edge, when nothing holds the edge back.
+-- **Latency.** 6 clocks from `corrected_position` to the edge, if no rule delays the edge.
 -- `following_error` comes 2 clocks after the position, `cannot_keep_up` 3; the last edge comes 5 clocks after
--- that. `enable` and a change of `following_limit` or `counts_per_rev` act on them 1 to 3 clocks late, `phase_of_zero`
--- and the settings of a gated Z 1 clock.
+-- that. `enable` and a change of `following_limit` or `counts_per_rev` affect them 1 to 3 clocks late, `phase_of_zero`
+-- and the settings of a gated Z take effect 1 clock late.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts,
 -- of the same clock; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error
 -- s31.0 counts.
 --
 -- **Edges.** Two edges of A and B are at least `minimum_spacing` clocks apart (0 acts as 1: an edge
--- in every clock); a change holds from the next edge on. A and B never change together. On a
--- reversal the first count is held back until the position is 2 counts away from the output: a
--- position that trembles between two neighbouring counts gives no edges. After the reversal the
--- output follows to the very count.
+-- in every clock); a change applies from the next edge on. A and B never change together. After a
+-- reversal the output waits until the position is 2 counts away from it: a
+-- position that vibrates between two neighbouring counts gives no edges. Then the
+-- output follows exactly.
 --
--- **Phase.** A and B have the levels that the head's own A and B have at the same count: the place of (A, B) in
+-- **Phase.** A and B have the levels that the head's own A and B have at the same count: the index of (A, B) in
 -- 00, 10, 11, 01 is the output's count + `phase_of_zero`, modulo 4. So the zero lies in the same state of A and
--- B after every power-up, as far as counts_per_rev is a multiple of 4. `phase_of_zero` is taken over
--- while the output is not following; counts of the head that were lost meanwhile do not change it. It belongs to the head's
--- latest count, ahead of `corrected_position` by the pipeline: counts that are put back meanwhile come to the output on the
--- ramp, and the levels are those of the head once they have. (Delayed with the position it would be off by them for good.)
+-- B after every power-up, if counts_per_rev is a multiple of 4. `phase_of_zero` is sampled
+-- while the output is not following; counts that the head loses meanwhile do not change it. It belongs to the
+-- head's latest count, which is ahead of `corrected_position` by the pipeline. Counts that are put back meanwhile reach the output
+-- by the ramp, and then the levels are those of the head. (A phase delayed like the position would stay off by these counts.)
 --
--- **Z** shows the zero of the output's angle, which is corrected_angle - following error, modulo
+-- **Z** marks the zero of the output's angle, which is corrected_angle - following error, modulo
 -- counts_per_rev. It is high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A
--- and B). With `z_gated` low it begins at the zero. With `z_gated` high it begins in the state `z_state` (place in
--- 00, 10, 11, 01) of A and B, at that of the four counts from 2 before the zero to 1 after it which has this
--- state. It changes together with an edge of A or B. When corrected_angle jumps against corrected_position
--- (first index), Z follows the new angle 3 clocks later, and A and B make no edge. While `referenced` is low
+-- and B). With `z_gated` low it begins at the zero. With `z_gated` high it begins in the state `z_state` (index in
+-- 00, 10, 11, 01) of A and B: at the one of the four counts from 2 before the zero to 1 after it that has this
+-- state. Z changes together with an edge of A or B. If corrected_angle jumps relative to corrected_position
+-- (first index), Z follows the new angle 3 clocks later, without an edge of A and B. While `referenced` is low
 -- the angle has no zero on the table, and Z is low: before the first index of the head, and from a re-arm
--- to the next one. (A turn of 4 counts at an edge every clock works: 4 counts are under way, 1 is held.)
+-- to the next index. (The smallest turn, 4 counts at an edge every clock, works: 4 counts are in the pipeline, 1 is held.)
 --
--- **Pins.** `invert_a`, `invert_b` and `invert_z` turn the levels of a pin over, and `swap_ab` exchanges A and B before
--- that, so that the receiver counts the other way round. Phase, gate and the edges' spacing are those without. Change them
--- only while nobody counts: a change is an edge, or two at once.
+-- **Pins.** `invert_a`, `invert_b` and `invert_z` invert the level of a pin; `swap_ab` exchanges A and B before
+-- the inversion, so that the receiver counts in the other direction. Phase, gate and edge spacing refer to the signals before
+-- these changes. Change them only while no receiver counts: a change causes one edge, or two at once.
 --
 -- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
--- come within 3 clocks) and the output forgets how far it is behind. When it rises, the output goes to the present
--- position by at most 2 edges, those that lead from the held levels to the levels that belong to it; Z takes the
+-- come within 3 clocks) and the following error is 0. When `enable` rises, the output goes to the present
+-- position by at most 2 edges, which lead from the held levels to those of the position; Z takes the
 -- level of the present angle.
 --
--- **Following error** is position - output; it counts the edges still in the 4 clocks of the
--- pipeline as outstanding: 4 counts at one edge a clock. It reads 0 while disabled and after a fault.
+-- **Following error** is position - output; edges that are still in the 4 clocks of the
+-- pipeline count as outstanding: 4 counts at one edge per clock. It reads 0 while disabled and after a fault.
 --
 -- **Fault.** `cannot_keep_up` is set, while enabled, when |following error| exceeds `following_limit`
--- or 2 * counts_per_rev - 1. From then on the output stands as if disabled: it does not replay what it missed, so
+-- or 2 * counts_per_rev - 1. From then on the output stands as if disabled. It does not catch up the missed counts, so
 -- it never moves on by itself after a standstill. `clear` ends the fault: the output starts from the
--- present position as at a rise of `enable`, and what lies between is lost for the receiver, which has to look for
+-- present position as at a rise of `enable`. The receiver loses the counts in between and has to find
 -- its zero again. Disabling does not clear the fault. Below the limit every count is sent, at `minimum_spacing`:
 -- at most following_limit * minimum_spacing clocks late.
 --
--- **Reset** stops the output and clears the fault; Z is low. A and B keep their levels: no receiver
--- sees them drop together. At power-up they are low.
+-- **Reset** stops the output and clears the fault; Z is low. A and B keep their levels, so that no receiver
+-- sees both fall together. At power-up they are low.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -97,18 +97,18 @@ end entity quadrature_output;
 
 architecture rtl of quadrature_output is
 
-  -- The lag in hand lacks the steps of the last three clocks: two are taken off where it is made
-  -- narrow, the last one where it is judged.
+  -- The present lag does not include the steps of the last three clocks: two are subtracted where it is
+  -- narrowed, the last one in the decision.
   constant STEPS_UNDER_WAY : positive := 2;
 
-  -- A small number in thermometer code: (k) is high where it is k or more. To take a step off is to
-  -- shift it, so that what decides on a step has no adder.
+  -- A small number in thermometer code: bit k is high if the number is k or more. Subtracting a step is a
+  -- shift, so that the decision on a step needs no adder.
   type thermometer is array (4 downto -3) of std_ulogic;
 
   -- Wide enough for -2 to +2 turns.
   constant LIMIT_WIDTH : positive := COUNTS_PER_REV_WIDTH + 2;
 
-  -- A number for each turn from 2 before to 1 after the one of the corrected angle.
+  -- One number for each turn, from 2 turns before to 1 turn after that of the corrected angle.
   type of_turns is array (-2 to 1) of u_signed(POSITION_WIDTH - 1 downto 0);
 
   function counts_of (width : u_unsigned(1 downto 0)) return positive is
@@ -123,8 +123,8 @@ architecture rtl of quadrature_output is
 
   end function counts_of;
 
-  -- Whether Z is high so many counts after the zero: ungated, and gated, where the place of (A, B) is so much
-  -- after z_state.
+  -- Tables of the level of Z by the counts after the zero: not gated, and gated, by the distance of (A, B) from
+  -- z_state.
   function is_high_ungated (behind_zero : u_signed(3 downto 0); width : u_unsigned(1 downto 0)) return std_ulogic is
   begin
 
@@ -137,8 +137,8 @@ architecture rtl of quadrature_output is
 
   type gate_table is array (0 to 63) of std_ulogic;
 
-  -- High from 2 counts before z_state's place to 1 after it: behind_zero and behind_state, 4 and 2 bits. A table,
-  -- since a difference would make a carry chain.
+  -- High from 2 counts before z_state to 1 count after it; index: behind_zero and behind_state, 4 and 2 bits. This is a table,
+  -- because a difference would need a carry chain.
   function gate_of_place return gate_table is
 
     variable table  : gate_table;
@@ -194,7 +194,7 @@ begin
 
   follow : process (clock) is
 
-    -- enable one clock ago, and of the clocks before: (0) two clocks ago
+    -- `following`: enable one clock ago. `enabled`: the clocks before, (0) two clocks ago
     variable following   : std_ulogic                               := '0';
     variable a_level     : std_ulogic;
     variable b_level     : std_ulogic;
@@ -203,18 +203,18 @@ begin
     variable z_follows   : std_ulogic;
     variable z_held      : std_ulogic;
     variable enabled     : std_ulogic_vector(1 downto 0)            := (others => '0');
-    -- It follows, and has for two clocks.
+    -- The output follows, and has followed for two clocks.
     variable is_open     : std_ulogic                               := '0';
     variable output      : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable negative    : std_ulogic;
     variable is_far      : std_ulogic;
-    -- The lag without the step that the output takes now. One count of it is enough for a step up
-    -- (one_up) or else for a step down, and two for a step the other way: after a step, with that
-    -- step still to be taken off, one against it; otherwise one the way of the last step.
+    -- The lag without the step that the output makes now. One count of lag suffices for a step in the direction of the last
+    -- step (up: one_up, else down), two counts are needed for a step against it. If that last step is not
+    -- yet subtracted, the thresholds differ by that step.
     variable remaining   : thermometer                              := (4 downto 1 => '0', others => '1');
     variable one_up      : std_ulogic                               := '1';
-    -- (0) the step that the output takes now, (1) the one before
+    -- (0) the step that the output makes now, (1) the step before
     variable up          : std_ulogic_vector(STEPS_UNDER_WAY - 1 downto 0) := (others => '0');
     variable down        : std_ulogic_vector(STEPS_UNDER_WAY - 1 downto 0) := (others => '0');
     variable step_up     : std_ulogic;
@@ -226,11 +226,11 @@ begin
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
     -- While the output does not follow: the lowest bits that belong to the held phase
     variable place_of_output : u_unsigned(1 downto 0)               := "00";
-    -- The same, from 1 less it to the position
+    -- 1 minus these bits, plus the position
     variable less_place  : u_signed(POSITION_WIDTH - 1 downto 0);
     variable started     : u_signed(POSITION_WIDTH - 1 downto 0);
     variable stepped     : u_signed(POSITION_WIDTH - 1 downto 0);
-    -- From the position to the angle; the same for each turn; from the zero of each turn to the output
+    -- Counts from the position to the angle; the same for each turn; from the zero of each turn to the output
     variable angle_ahead  : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable angles_ahead  : of_turns                                 := (others => (others => '0'));
     variable behind_zero : of_turns                                 := (others => (others => '0'));
@@ -239,14 +239,14 @@ begin
     variable beyond      : u_signed(POSITION_WIDTH - 1 downto 3);
     variable near        : u_signed(3 downto 0);
     variable gated       : std_ulogic;
-    -- Of phase_then: how many places it comes after z_state, and whether a gated Z is as wide
+    -- Distance of phase_then from z_state, and whether a gated Z is as wide
     variable behind_state  : u_unsigned(1 downto 0)                 := "00";
     variable is_state_high : std_ulogic                             := '0';
-    -- following_limit, or what is less: two turns without a count
+    -- following_limit, or two turns minus one count if that is less
     variable limit       : u_signed(LIMIT_WIDTH - 1 downto 0)       := (others => '0');
     variable turn_limit  : u_signed(LIMIT_WIDTH - 1 downto 0)       := (others => '0');
     variable turns_are_less : std_ulogic                            := '0';
-    -- Negative where the lag is above the limit, and below its negative
+    -- Negative if the lag is above the limit, or below the negative limit
     variable above       : u_signed(POSITION_WIDTH downto 0);
     variable below       : u_signed(POSITION_WIDTH downto 0);
     variable too_far     : std_ulogic_vector(1 downto 0)            := "00";
@@ -254,7 +254,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Last stage: lag, behind_zero and phase_then belong to one clock.
+      -- Last stage: lag, behind_zero and phase_then belong to the same clock.
       a_level := phase_then(1) xor phase_then(0);
       b_level := phase_then(1);
       a       <= a_level xor invert_a;
@@ -275,7 +275,7 @@ begin
         end if;
       end loop;
 
-      -- What is held has its own look-up table: one more joins the four turns with it.
+      -- The held level has its own look-up table; a second table combines it with the four turns.
       z_follows := (or enabled) and not reset;
       z_held    := z_level and not z_follows and not reset;
       z_level   := z_held or (z_follows and is_at_zero);
@@ -299,7 +299,7 @@ begin
         too_far := above(above'high) & below(below'high);
       end if;
 
-      -- Settings: each clock does a part.
+      -- Settings: each clock does a part of the computation.
       limit := resize(signed('0' & following_limit), limit'length);
       if turns_are_less = '1' then
         limit := turn_limit;
@@ -330,8 +330,8 @@ begin
         spacing := spacing - 1;
       end if;
 
-      -- Make the lag narrow for the next decision. Beyond -4 .. 3 two steps leave the last word to
-      -- its sign.
+      -- Narrow the lag for the next decision. Outside -4 .. 3 its sign decides, because two steps cannot
+      -- change it.
       negative  := lag(lag'high);
       is_far    := or (lag(lag'high - 1 downto 2) xor (lag'high - 1 downto 2 => negative));
       remaining := thermometer_of(negative & lag(1 downto 0));
@@ -342,7 +342,7 @@ begin
         remaining := (others => not negative);
       end if;
 
-      -- Take the step decided one clock ago.
+      -- Make the step that was decided one clock ago.
       phase_then    := phase;
       behind_state  := phase - z_state;
       is_state_high := z_gated and (resize(behind_state, 3) ?< counts_of(z_width));
@@ -357,7 +357,7 @@ begin
       referenced_then := referenced_then(1 downto 0) & referenced;
 
       lag := corrected_position - output;
-      -- While it does not follow: the count nearest to the position which has the phase, from 2 before it to 1 after
+      -- While the output does not follow: the count nearest to the position that has the phase, from 2 before it to 1 after
       -- it. It is the last one up to position + 1: place + 4 * floor((position + 1 - place) / 4). 1 - place is -2 to 1.
       less_place := (0 => not place_of_output(0), others => place_of_output(1));
       started    := corrected_position + less_place;

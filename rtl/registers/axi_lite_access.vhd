@@ -2,28 +2,28 @@
 --
 -- # axi_lite_access
 --
--- An AXI4-Lite slave that takes one access at a time: it holds the access, gives a clock to judge it,
--- and holds the answer until it is taken. Source: AMBA AXI protocol
+-- An AXI4-Lite slave that accepts one transfer at a time: it holds the transfer, gives a unit one clock to check it,
+-- and holds the response until the master accepts it. Source: AMBA AXI protocol
 -- specification, issue D, chapters A3 and B1.
 --
--- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the answer: taken and judged
--- in the 1st after it, asked for in the 2nd by who judges it, answered in the 3rd. A unit that answers later than
--- it is asked adds its clocks. An access every 4 clocks, or 5.
+-- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the response: the transfer is accepted and checked
+-- in the 1st, the answer is requested in the 2nd and given in the 3rd. A unit that answers later
+-- adds its clocks. One transfer every 4 or 5 clocks.
 --
 -- **Number formats.** Addresses in bytes.
 --
--- **Order.** A write is taken when address and data are there, both in one clock. Where a read and a
--- write wait together they take turns: neither waits for more than one of the other kind.
+-- **Order.** A write is accepted when address and data are both valid, in the same clock. If a read and a
+-- write wait together they alternate: neither waits for more than one transfer of the other kind.
 --
--- **Judging.** `taken` is high in the first clock in which address, kind and strobes of an access stand
--- at the outputs; they keep their values to its end. `refused` is read in the clock after it. An access
--- that is refused is answered with `SLVERR` and data 0.
+-- **Check.** `taken` is high in the first clock in which address, kind and strobes of a transfer stand
+-- at the outputs; they keep their values until its end. `refused` is sampled in the clock after it. A refused
+-- transfer is answered with `SLVERR` and data 0.
 --
--- **Answer.** `answered` comes once for every access that is not refused, in the clock of `refused` or any later
+-- **Answer.** `answered` pulses once for every transfer that is not refused, in the clock of `refused` or any later
 -- one, with `data`.
 --
--- **Reset** drops an access under way, so master and units must be reset with it. What is asked for
--- during the reset waits: nothing is taken in it.
+-- **Reset** drops the present transfer, so master and units must be reset with it. A transfer requested
+-- during the reset waits: none is accepted during reset.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -81,8 +81,8 @@ begin
       case state is
 
         when IDLE =>
-          -- What is valid stays until its handshake, so it may be read in the clock before. is_write
-          -- still tells the last access: the other kind goes first.
+          -- A valid request stays until its handshake, so it may be sampled in the clock before. is_write
+          -- still describes the last transfer: the other kind has priority.
           choose_write  := s_axil_request.awvalid and s_axil_request.wvalid and not (s_axil_request.arvalid and is_write);
           address       <= s_axil_request.araddr(s_axil_request.araddr'high downto 2) & "00";
           write_data    <= s_axil_request.wdata;

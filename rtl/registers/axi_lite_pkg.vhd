@@ -2,8 +2,8 @@
 --
 -- # axi_lite_pkg
 --
--- The AXI4-Lite bus of the registers as two records, one for each direction, with the signals' names of the AMBA AXI
--- protocol specification, issue D, chapter B1. AWPROT and ARPROT are left out: nothing reads them.
+-- The AXI4-Lite bus of the registers as two records, one per direction, with the signal names of the AMBA AXI
+-- protocol specification, issue D, chapter B1. The records omit AWPROT and ARPROT, because no unit reads them.
 
 library ieee;
   use ieee.std_logic_1164.all;

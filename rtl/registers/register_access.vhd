@@ -2,21 +2,21 @@
 --
 -- # register_access
 --
--- The processor's way into the core: the AXI4-Lite port, the guard that says where an access goes, the
--- register block that is generated from the map, and the way past it to what other units answer. One
--- access is under way at a time, and each of its steps has a clock of its own.
+-- Connects the processor to the core: the AXI4-Lite port, access_guard, which decides where a transfer goes, the
+-- register block generated from the map, and the path to the words of other units. One
+-- transfer is processed at a time, and each of its steps has its own clock.
 --
--- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to a register's answer: which word is asked for is
--- decoded in the clock in which the access is judged, and the word that is read has a register in the block. Another
--- unit is asked 2 clocks after `arvalid`, or `awvalid` and `wvalid`; its answer is there a clock later.
+-- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to the response of a register: the address is
+-- decoded in the clock of the check, and the word that is read has a register in the block. Another
+-- unit is asked 2 clocks after `arvalid`, or `awvalid` and `wvalid`; its answer follows a clock later.
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.
 --
--- **Other units.** `access_address` and `access_data` stand from the clock before the pulse that asks for
--- a word to its answer. Each pulse is answered with one, in its own clock or later; what is read comes
--- with it.
+-- **Other units.** `access_address` and `access_data` are valid from the clock before the pulse that requests
+-- a word until its answer. Each pulse is answered by one pulse, in its own clock or later, together with the word that
+-- was read.
 --
--- **Reset** drops an access under way, so master and units must be reset with it.
+-- **Reset** drops the present transfer, so master and units must be reset with it.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -98,7 +98,7 @@ architecture rtl of register_access is
   signal word_asked       : std_ulogic_vector(0 to 2 ** (REGISTERS_ADDRESS_WIDTH - 2) - 1);
   signal register_written : std_ulogic;
 
-  -- A bit for each place, of which the one at `place` is high.
+  -- A bit for each place; only the bit at `place` is high.
   function decoded (place : std_ulogic_vector) return std_ulogic_vector is
 
     alias    digits : std_ulogic_vector(place'length - 1 downto 0) is place;
@@ -180,8 +180,8 @@ begin
 
   end generate byte_enables;
 
-  -- Without anything external the block never stalls, and answers a write in the clock of the request, a read in the
-  -- next.
+  -- Without external registers the block never stalls; it answers a write in the clock of the request, a read in the
+  -- next clock.
   registers : entity work.arctrue_registers
     port map (
       clk                  => clock,
@@ -205,7 +205,7 @@ begin
 
   take_snapshot <= register_request and not register_writes and word_asked(SNAPSHOT_ADDRESS / 4);
 
-  -- Word and kind have registers of their own for the block, where they go to some 500 bits.
+  -- Word and kind have separate registers for the block, where they drive about 500 bits.
   hold_for_registers : process (clock) is
   begin
 

@@ -2,17 +2,17 @@
 --
 -- # capture_memory
 --
--- One block RAM for both capture banks: 2 * DEPTH words of 64 bits, one write port and one read
--- port. Bank b, sample i lies at the linear address b * DEPTH + i, so that 2 * 12,288 words fill
--- 48 RAMB36 of the XC7Z020; an address padded to a power of two a bank would take 64.
+-- One block RAM for both capture banks: 2 * DEPTH words of 64 bits, with one write port and one read
+-- port. Sample i of bank b lies at the linear address b * DEPTH + i, so that 2 * 12,288 words fill
+-- 48 RAMB36 of the XC7Z020; banks padded to a power of two would need 64.
 --
--- **Latency.** A word is written with the clock edge that ends its clock. 2 clocks from
+-- **Latency.** A word is written at the clock edge that ends its clock. 2 clocks from
 -- `read_address` to `read_data`: the RAM's own register and its output register.
 --
 -- **Number formats.** A word is head 2 in bits 63..32, head 1 in bits 31..0, each s31.0 counts.
 --
--- There is no reset and no initial content: a word is undefined until it was written. A read of the
--- address being written gives the old word. Addresses from 2 * DEPTH on are an error.
+-- There is no reset and no initial content: a word is undefined until it is written. A read of the
+-- address that is being written gives the old word. Addresses from 2 * DEPTH on are an error.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -42,7 +42,7 @@ begin
 
   access_memory : process (clock) is
 
-    -- A variable: as a signal it would be 1.5 million signals to the simulator.
+    -- This is a variable: as a signal it would be 1.5 million signals for the simulator.
     variable memory : memory_words;
     variable word   : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
 

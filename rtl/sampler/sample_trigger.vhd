@@ -2,41 +2,41 @@
 --
 -- # sample_trigger
 --
--- Says when a sample is taken. Mode 0, equal time: every `sample_period` clocks (100000 is the
+-- Generates the trigger of each sample. Mode 0, equal time: every `sample_period` clocks (100000 is the
 -- paper's 1 kHz at 100 MHz). Mode 1, equal angle: each time the turn position of head 1 reaches
--- the next multiple of `angle_step` above or below the multiple that was reached last. Source:
--- section 3.2 of the paper (sampling clock of 1 kHz); equal angle steps are what the Fourier
--- transform D21[n] of its equation (7) supposes.
+-- the next multiple of `angle_step` above or below the last multiple reached. Source:
+-- section 3.2 of the paper (sampling clock of 1 kHz); the Fourier transform D21[n] of its
+-- equation (7) assumes equal angle steps.
 --
--- **Latency.** `trigger` is high one clock after the clock that it belongs to: whoever latches
--- with it latches values delayed by one clock and so gets those of the crossing itself.
+-- **Latency.** `trigger` is high one clock after the clock that it belongs to: a unit that latches
+-- values delayed by one clock with it gets the values of the crossing itself.
 --
 -- **Number formats.** turn_position s31.0 counts; angle_step u24.0 counts; sample_period u32.0
 -- clocks.
 --
 -- **Equal time.** The first trigger belongs to the clock `sample_period` - 1 clocks after the
--- first enabled one. A change of `sample_period` holds from the interval under way on: an
+-- first enabled one. A change of `sample_period` applies to the present interval: an
 -- interval already longer than the new period ends at once. 0 acts as 1.
 --
--- **Equal angle.** The multiples are m * angle_step from the zero of the index, worked out exactly:
--- nothing accumulates an error. A multiple is reached at the same count from below and from above,
--- so readings taken while turning up and down lie on the same grid. The multiple reached last is
--- not reached again before a neighbour was: a table that trembles on a step gives one sample, and
--- a reversal shows as a step that is passed without a sample. The first multiple after the start is
+-- **Equal angle.** The multiples are m * angle_step from the zero of the index, computed exactly:
+-- no error accumulates. A multiple is reached at the same count from below and from above,
+-- so samples of both directions lie on the same grid. The last multiple reached is
+-- not reached again before one of its neighbours: a table that vibrates at a multiple gives one sample, and
+-- after a reversal the table passes that multiple without a sample. The first multiple after the start is
 -- reached from either side; a table that stands on a multiple at the start has to reach a
--- neighbour first. The grid is found by a division, however the table moves meanwhile: there is no
--- trigger in the first 36 enabled clocks, and in at most 38 from the clock of a change of angle_step
--- on. 0 gives no trigger. turn_position wraps modulo 2**32; the grid goes on evenly across the wrap.
+-- neighbour first. A division finds the grid, also while the table moves: there is no
+-- trigger in the first 36 enabled clocks, and in at most 38 clocks from a change of angle_step
+-- on. 0 gives no trigger. turn_position wraps modulo 2**32; the grid continues evenly across the wrap.
 --
--- What moves is counted modulo angle_step from the start on, and the division only says at which
--- value of that counter a multiple lies. So turn_position may move by one count a clock at most, as
--- that of the decoder does. Where it jumps since its zero moves, `zero_moved` turns over with the first position from
--- the new zero, and the grid is found anew as after a change of angle_step: no trigger in that clock nor in the next 38.
+-- From the start on the entity counts the movement modulo angle_step; the division only gives the value
+-- of that counter at the multiples. So turn_position may move by at most one count per clock, as
+-- that of the decoder does. If it jumps because its zero moves, `zero_moved` toggles with the first position from
+-- the new zero, and the grid is computed again as after a change of angle_step: no trigger in that clock and the next 38.
 --
--- **External**, mode 2: a strobe of `external` is a trigger that belongs to the strobe's clock. Mode 3 gives none.
+-- **External**, mode 2: a strobe of `external` is a trigger that belongs to the strobe's clock. Mode 3 gives no trigger.
 --
--- **Reset and enable.** `reset` and a low `enable` do the same: no trigger, and everything starts
--- afresh. Without a change of `zero_moved` turn_position may jump (first index) only while `enable` is low.
+-- **Reset and enable.** `reset` and a low `enable` do the same: no trigger, and every counter starts
+-- again. Without a change of `zero_moved` turn_position may jump (first index) only while `enable` is low.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -65,7 +65,7 @@ architecture rtl of sample_trigger is
 
   subtype count is u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- The count above, modulo last + 1.
+  -- The count plus 1, modulo last + 1.
   function one_up (place, last : count) return count is
   begin
 
@@ -100,8 +100,8 @@ begin
 
   equal_time : process (clock) is
 
-    -- Clocks of the interval, this one included. In the first one is_first says so in its place: a bit to set in
-    -- place of 32.
+    -- Clocks of the interval, this one included. In the first clock is_first is set instead: one bit to set
+    -- instead of 32.
     variable elapsed  : u_unsigned(31 downto 0) := to_unsigned(1, 32);
     variable is_first : std_ulogic              := '1';
     variable ends     : std_ulogic;
@@ -130,7 +130,7 @@ begin
 
   equal_angle : process (clock) is
 
-    -- is_idle stands beside the state, since the bits of `moved` wait for it.
+    -- is_idle repeats the state in a register, because the bits of `moved` depend on it.
     variable state       : grid_state := IDLE;
     variable is_idle     : std_ulogic := '1';
     variable step        : count      := (others => '0');
@@ -146,10 +146,10 @@ begin
     variable remainder   : count                                   := (others => '0');
     variable shifted     : u_unsigned(ANGLE_WIDTH downto 0);
     variable reduced     : u_unsigned(ANGLE_WIDTH + 1 downto 0);
-    -- Counts moved since the start, modulo step, and where it is a count below a multiple, on it
-    -- and a count above it
+    -- Counts moved since the start, modulo step; its value one count below a multiple, at it
+    -- and one count above it
     variable moved       : count := (others => '0');
-    -- Whether that is 0 or `last`, kept beside it, so that no comparison stands before its wrap
+    -- Flags: the counter is 0, or `last`; they are registered, so that its wrap needs no comparison
     variable is_zero     : std_ulogic := '1';
     variable is_last     : std_ulogic := '0';
     variable rises       : std_ulogic;
@@ -158,14 +158,14 @@ begin
     variable below       : count := (others => '0');
     variable multiple    : count := (others => '0');
     variable above       : count := (others => '0');
-    -- The lowest bits of turn_position one clock ago say which way it moved.
+    -- The lowest bits of turn_position one clock ago give the direction of its step.
     variable before      : u_signed(1 downto 0) := "00";
     variable move        : u_signed(1 downto 0);
     variable up          : std_ulogic;
     variable down        : std_ulogic;
     variable stood       : std_ulogic;
     variable arrives     : std_ulogic;
-    -- The table stands on a multiple; which way it left the last one; there was none yet.
+    -- The table stands on a multiple; the direction in which it left the last one; no multiple yet.
     variable on_multiple : std_ulogic := '0';
     variable left_up     : std_ulogic := '0';
     variable fresh       : std_ulogic := '1';
@@ -184,13 +184,14 @@ begin
       stood         := moved ?= multiple;
       arrives       := (up and (moved ?= below)) or (down and (moved ?= above));
 
-      -- The choices exclude each other: a bit takes one look-up table after the carry chains.
+      -- The cases exclude each other: a bit needs one look-up table after the carry chains.
       rises      := up and not is_last;
       falls      := down and not is_zero;
       wraps_down := down and is_zero;
       if (up or down) = '1' then
         is_zero := (up and is_last) or (falls and (moved ?= 1)) or is_single;
         is_last := wraps_down or (rises and (moved ?= before_last)) or is_single;
+        -- not (not x + 1) = x - 1, on the same carry chain as x + 1.
         moved   := ((moved + 1) and (moved'range => rises))
                    or ((not (not moved + 1)) and (moved'range => falls))
                    or (last and (moved'range => wraps_down));
@@ -212,7 +213,7 @@ begin
           last      := angle_step - 1;
           is_single := angle_step ?= 1;
           before_last := angle_step - 2;
-          -- The sign bit weighs -2**31: the remainder of -1 starts the long division.
+          -- The sign bit has the weight -2**31: the long division starts with the remainder of -1.
           remainder := (others => '0');
           if turn_position(POSITION_WIDTH - 1) = '1' then
             remainder := last;
@@ -271,13 +272,13 @@ begin
 
       end case;
 
-      -- It is no step: a clock later it begins anew, by a change of angle_step, which waits for nothing that is slow.
+      -- This is no step: a change of angle_step restarts the division a clock later, which needs no fast path.
       if jumps = '1' then
         step          := (others => '0');
         angle_trigger <= '0';
       end if;
 
-      -- In every state, since START says where it begins: a choice less.
+      -- This applies in every state, because START defines the beginning: one case fewer.
       on_multiple := arrives or (on_multiple and not (up or down));
 
       if reset = '1' or enable = '0' or mode /= 1 or changes = '1' then

@@ -2,10 +2,10 @@
 --
 -- # sampler
 --
--- Takes all heads' turn positions on the same clock, at every trigger of `sample_trigger`, into
+-- Stores the turn positions of all heads in the same clock, at every trigger of `sample_trigger`, in
 -- one of two banks of `capture_memory`, turn by turn, and hands each full turn to the processor
--- with a header. Source: section 3.2 of the paper (1 kHz, 12,000 points a turn, both heads latched
--- on one edge).
+-- with a header. Source: section 3.2 of the paper (1 kHz, 12,000 points per turn, both heads latched
+-- at one clock edge).
 --
 -- **Latency.** The trigger belongs to one clock; its positions, time stamp and flags are those of
 -- that clock. The sample is in the memory 3 clocks later, and `capture_ready` with `bank_ready`
@@ -17,43 +17,43 @@
 --
 -- **A turn** starts with its first sample and ends with the first sample that lies
 -- counts_per_rev or more away from it in head 1, in either direction; that sample is stored and
--- counted. The sample after it starts the next turn. The distance is judged from the second clock
--- after the first sample on: a turn has 4 counts at least, and a decoder counts one a clock at most.
--- When DEPTH samples do not make a turn, the bank is handed over all the same with
+-- counted. The sample after it starts the next turn. The distance is checked from the second clock
+-- after the first sample on, which suffices: a turn has at least 4 counts, and a decoder counts at most one per clock.
+-- If DEPTH samples do not complete a turn, the bank is handed over with the flag
 -- `full_before_turn`.
 --
--- **Ownership.** A bank handed over is READY: the processor's, until `release_bank` is pulsed; it
--- is never written in that time. `bank_ready` says that there is one, `ready_bank` which,
--- `capture_ready` pulses with its start. At most one bank is READY; the other is being filled. When
--- its turn is finished before the release, that turn is dropped and the filling starts again in the
--- same bank: `capture_overrun` pulses, `overrun_count` counts, and the next header carries
--- `overrun`. A release up to the clock after that of the closing sample is in time. A release
--- without a READY bank does nothing. Release after the last read was answered.
+-- **Ownership.** A bank that is handed over is READY: it belongs to the processor until `release_bank` pulses, and
+-- the sampler does not write it in that time. `bank_ready` is high while a bank is READY, `ready_bank` is its number, and
+-- `capture_ready` pulses when it becomes READY. At most one bank is READY; the sampler fills the other one. If
+-- its turn is complete before the release, that turn is dropped and the sampler fills the
+-- same bank again: `capture_overrun` pulses, `overrun_count` increments, and the next header carries
+-- `overrun`. A release is in time up to the clock after that of the closing sample. A release
+-- without a READY bank has no effect. Release the bank after the last read has been answered.
 --
 -- **Header.** `header_start_time` is the time stamp of the first sample, `header_sequence` counts
 -- the banks handed over, from 0; `header_sample_count` is the number of stored pairs.
 -- `header_flags`: 0 index_seen1, 1 index_seen2, 2 index_error1, 3 index_error2, 4 illegal1,
--- 5 illegal2, 6 overspeed1, 7 overspeed2, 8 overrun, 9 full_before_turn. Flags 2 to 7 are set when
--- the flag was high in any clock from the first to the last sample; a flag that the decoder still
--- holds from before counts too, and one that it raises some clocks after the fault may come in the
+-- 5 illegal2, 6 overspeed1, 7 overspeed2, 8 overrun, 9 full_before_turn. Flags 2 to 7 are set if
+-- the decoder's flag was high in any clock from the first to the last sample. A flag that the decoder still
+-- holds from an earlier fault counts too; a flag that it raises some clocks after the fault may appear in the
 -- next bank only. The header keeps its value while `bank_ready` is high.
 --
--- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. When one
--- goes low, the unfinished turn is dropped without a count; a READY bank stays READY. Change
+-- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. If one
+-- goes low, the unfinished turn is dropped and not counted as an overrun; a READY bank stays READY. Change
 -- counts_per_rev only while `enable` is low. mode, sample_period and angle_step may change at any
--- time (see `sample_trigger`); the turn under way then holds samples of both settings.
+-- time (see `sample_trigger`); the present turn then contains samples of both settings.
 --
--- **Reading.** The read port shows the samples of the READY bank alone. Without one, and from sample
+-- **Reading.** The read port reads only the samples of the READY bank. Without a READY bank, and from sample
 -- header_sample_count on, it gives 0.
 --
--- **More heads.** With HEADS = 3 or 4 a second memory takes the other heads' positions in the same clocks; `read_further`
--- with `read_enable` reads head 3 and 4 where it would be head 1 and 2. Which head's turn is captured and triggers
--- is then chosen outside: `reference_position` and `reference_zero_moved` are its own, and sampling runs while `enable`
--- is high, whatever index was seen. Change the reference only while `enable` is low.
--- `header_further_flags` are flags 0 to 7 of heads 3 and 4. With two heads all of that is left out.
+-- **More heads.** With HEADS = 3 or 4 a second memory stores the positions of the other heads in the same clocks; a read with
+-- `read_further` high reads head 3 or 4 in place of head 1 or 2. A unit outside selects the head whose turn is captured and that
+-- triggers: `reference_position` and `reference_zero_moved` belong to that head, and sampling runs while `enable`
+-- is high, whichever indices were seen. Change the reference only while `enable` is low.
+-- `header_further_flags` are flags 0 to 7 of heads 3 and 4. A core of two heads does not contain this part.
 --
--- **Reset** frees both banks, zeroes the sequence, `overrun_count` (which wraps) and a pending
--- overrun flag; the memory keeps its words, and the header is without meaning until `bank_ready`.
+-- **Reset** frees both banks and clears the sequence, `overrun_count` (which wraps) and a pending
+-- overrun flag; the memory keeps its words, and the header is undefined until `bank_ready`.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -134,7 +134,7 @@ architecture rtl of sampler is
   signal position2_then      : u_signed(POSITION_WIDTH - 1 downto 0);
   signal timestamp_then      : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
   signal flags_then          : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
-  -- A turn up and a turn down from the first sample, and whether that position lies as far away
+  -- A turn up and a turn down from the first sample, and whether the position lies beyond one of them
   signal turn_above          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
   signal turn_below          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
   signal is_away_then        : std_ulogic := '0';
@@ -171,10 +171,10 @@ begin
       trigger       => triggered
     );
 
-  -- The trigger comes one clock late: so do all values that are latched with it.
+  -- The trigger comes one clock late, so all values that it latches are delayed by one clock too.
   align : process (clock) is
 
-    -- Differences, not comparisons: they hold across the wrap of turn_position.
+    -- These are differences, not comparisons: they are correct across the wrap of turn_position.
     variable above : u_signed(POSITION_WIDTH - 1 downto 0);
     variable below : u_signed(POSITION_WIDTH - 1 downto 0);
 
@@ -205,7 +205,7 @@ begin
     variable filling_bank  : std_ulogic := '0';
     variable samples       : u_unsigned(14 downto 0) := (others => '0');
     variable first_before  : std_ulogic := '1';                                      -- `first`, one clock ago
-    -- For the next clock: turn_above and turn_below are of this turn since a clock; the next sample fills the bank
+    -- For the next clock: turn_above and turn_below have belonged to this turn for a clock; the next sample fills the bank
     variable was_judged    : std_ulogic := '0';
     variable is_last       : std_ulogic := '0';
     variable is_before     : std_ulogic; -- so does the one after it
@@ -225,13 +225,13 @@ begin
         owned := '0';
       end if;
 
-      -- One clock after the last word went out to the memory: READY and written never overlap.
+      -- One clock after the last word was written, so that a READY bank is never written.
       capture_ready   <= handing_over;
       owned           := owned or handing_over;
       handing_over    := '0';
       capture_overrun <= '0';
 
-      -- What is taken last here is the first sample's.
+      -- These values belong to the first sample if the next sample starts a turn.
       if first = '1' then
         flags      := (others => '0');
         start_time := timestamp_then;
@@ -253,7 +253,7 @@ begin
       write_data    <= std_ulogic_vector(position2_then) & std_ulogic_vector(position1_then);
       further_write_data <= further_then;
 
-      -- A trigger belongs to a clock in which it ran.
+      -- A trigger belongs to a clock in which sampling ran.
       if triggered = '1' then
         write_enable <= '1';
         closed       := was_judged and is_away_then;
@@ -381,7 +381,7 @@ begin
         readable(0) := '1';
       end if;
 
-      -- Any address of the memory does where nothing is to be read.
+      -- If nothing is to be read, any address of the memory will do.
       memory_read_address <= (others => '0');
       is_inside           := is_at_most(sample, DEPTH - 1);
       if is_inside and ready_bank = '1' then

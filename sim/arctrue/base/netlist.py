@@ -1,8 +1,8 @@
-"""Makes a Verilog netlist of VHDL (GHDL).
+"""Makes a Verilog netlist from VHDL with GHDL.
 
-Simulation keeps the system's GHDL; a netlist needs GHDL 5 or newer, because older ones write wrong
-Verilog: 2.0 loses `when others` (its issue 2041), 4.1 shifts signed numbers to the right without
-their sign (2750).
+Simulations use the system's GHDL. A netlist needs GHDL 5 or newer, because older versions write
+wrong Verilog: 2.0 drops `when others` (its issue 2041), 4.1 shifts signed numbers to the right
+without sign extension (issue 2750).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ OLDEST_GHDL = 5
 
 
 class ToolError(Exception):
-    """A tool is missing or failed; the text says which and what to do."""
+    """A tool is missing or failed; the text names the tool and the remedy."""
 
 
 def _version_of_ghdl(command: str) -> tuple[int, str] | None:
@@ -34,9 +34,9 @@ def _version_of_ghdl(command: str) -> tuple[int, str] | None:
 
 
 def find_ghdl() -> tuple[str, str]:
-    """Command and version of a GHDL that makes right netlists: $GHDL_NETLIST, build/ghdl5, PATH.
+    """Find a GHDL that makes correct netlists in $GHDL_NETLIST, build/ghdl5 or PATH.
 
-    Raises ToolError when there is none.
+    Returns command and version. Raises ToolError if there is none.
     """
     chosen = os.environ.get("GHDL_NETLIST")
     candidates = [chosen] if chosen else [str(ROOT / "build/ghdl5/bin/ghdl"), "ghdl"]
@@ -53,9 +53,9 @@ def find_ghdl() -> tuple[str, str]:
 
 
 def sources_of(entity: str, folders: Sequence[Path] = SOURCE_FOLDERS) -> list[Path]:
-    """The VHDL files that ``entity`` needs; a file is named like its entity or package.
+    """Give the VHDL files that ``entity`` needs; a file is named like its entity or package.
 
-    Raises ToolError when a file is missing.
+    Raises ToolError if a file is missing.
     """
     files = {path.stem: path for folder in folders for path in folder.rglob("*.vhd")}
     needed: set[str] = set()
@@ -99,7 +99,7 @@ def write_netlist(
 ) -> Path:
     """Write ``folder/<entity>.v``, the Verilog netlist of ``entity``, and return its path.
 
-    ``folder`` is made anew. Raises ToolError.
+    ``folder`` is emptied first. Raises ToolError.
     """
     ghdl, _ = find_ghdl()
     shutil.rmtree(folder, ignore_errors=True)
@@ -111,7 +111,7 @@ def write_netlist(
     _run([ghdl, "-m", *options, entity], None, log, f"Analysing {entity}")
     netlist = folder / f"{entity}.v"
     values = [f"-g{name}={_generic(value)}" for name, value in (generics or {}).items()]
-    # VHDL asserts would become $fatal, which Yosys does not read.
+    # GHDL translates VHDL asserts to $fatal, which Yosys cannot read.
     command = [ghdl, "--synth", "--no-formal", *options, "--out=verilog", *values, entity]
     _run(command, netlist, log, f"The netlist of {entity}")
     return netlist

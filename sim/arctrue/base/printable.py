@@ -1,4 +1,4 @@
-"""Text that is safe to show: no character of it moves the cursor or hides other text."""
+"""Makes text safe to print: no character moves the cursor or hides other text."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 import unicodedata
 
 _REORDERING = frozenset("\u200e\u200f\u061c\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""Marks that change the order in which a terminal shows letters (Unicode TR 9)."""
+"""Characters that change the order in which a terminal shows letters (Unicode TR 9)."""
 _UNPRINTABLE = frozenset({"Cc", "Cs", "Zl", "Zp"})
-"""Control characters, lone surrogates, separators of lines and paragraphs."""
+"""Control characters, lone surrogates, line and paragraph separators."""
 
 
 def is_printable(text: str) -> bool:
@@ -17,9 +17,9 @@ def is_printable(text: str) -> bool:
 
 
 def harmless(text: str, keep: str = "\n\t") -> str:
-    """``text`` with every character that a terminal would obey written as its escape: ``\\x1b``.
+    """Escape every character of ``text`` that a terminal would interpret: ``\\x1b``.
 
-    ``keep``: characters that stay; line breaks and tabs are those of the caller's own text.
+    ``keep``: characters that stay; line breaks and tabs belong to the caller's own text.
     """
     return "".join(
         _escape(letter) if letter not in keep and _harmful(letter) else letter for letter in text
@@ -27,12 +27,12 @@ def harmless(text: str, keep: str = "\n\t") -> str:
 
 
 def one_line(text: str) -> str:
-    """``text`` of a file as one harmless line: line breaks and tabs are escaped too."""
+    """Give ``text`` from a file as one safe line; line breaks and tabs are escaped too."""
     return harmless(text, keep="")
 
 
 def time_left(seconds: float) -> str:
-    """``45 s``, ``3 min``, ``1.5 h``; ``?`` where nobody can tell yet."""
+    """Format ``45 s``, ``3 min``, ``1.5 h``; ``?`` if no estimate exists yet."""
     if not math.isfinite(seconds):
         return "?"
     if seconds < 90.0:

@@ -1,4 +1,4 @@
-"""How a long piece of work says what it is doing; who shows it is the caller's choice."""
+"""Callbacks by which a long computation reports its progress; the caller decides on display."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Callable
 from contextvars import ContextVar
 
 ReportStep = Callable[[str], None]
-"""Gets one line for people whenever another step begins."""
+"""Receives one line for people at the beginning of each step."""
 
 SHOW_ROWS: ContextVar[Callable[[int, int], None] | None] = ContextVar("SHOW_ROWS", default=None)
-"""Who is shown how many rows of how many a pass over every row of a long set has done."""
+"""Receives (done, total): the rows that a pass over a long set has processed."""
 
 
 def rows_done(done: int, total: int) -> None:
-    """Say how far a pass over every row has come."""
+    """Report how many rows a pass has processed."""
     show = SHOW_ROWS.get()
     if show is not None:
         show(done, total)

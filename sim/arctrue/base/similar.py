@@ -1,4 +1,4 @@
-"""Advice for a name that is not known: the known ones that look like it."""
+"""Suggests known names that are similar to an unknown one."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Iterable
 
 MOST = 3
 LEAST_RATIO = 0.6
-"""Of matching letters (difflib.SequenceMatcher.ratio): its usual limit for words."""
+"""Least share of matching letters (difflib.SequenceMatcher.ratio; usual for words)."""
 
 
 def similar(name: str, known: Iterable[str], least: float = LEAST_RATIO) -> list[str]:
-    """At most MOST of ``known``: those spelt like ``name``, else those that contain it."""
+    """Give at most MOST of ``known``: names spelt like ``name``, else names that contain it."""
     names = list(known)
     plain = name.lower().replace("-", "_")
     close = difflib.get_close_matches(plain, names, n=MOST, cutoff=least)
@@ -21,6 +21,6 @@ def similar(name: str, known: Iterable[str], least: float = LEAST_RATIO) -> list
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """`` Did you mean hysteresis?`` with its space before it; empty where nothing is like it."""
+    """Give `` Did you mean hysteresis?`` with leading space; empty if no name is similar."""
     found = similar(name, known)
     return f" Did you mean {' or '.join(found)}?" if found else ""

@@ -1,4 +1,4 @@
-"""The source tree: VHDL and firmware are in it, and in no installed package."""
+"""Checks for the source tree: an installed package lacks the VHDL and the firmware."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def lack_of_source_tree() -> str:
-    """What to do when this program was installed without its source tree; otherwise empty."""
+    """Say what to do if this program runs without its source tree; otherwise empty."""
     if all((ROOT / name).exists() for name in ("rtl", "firmware", "tb/demo")):
         return ""
     return (

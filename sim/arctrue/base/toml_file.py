@@ -1,4 +1,4 @@
-"""TOML of other people, read within limits."""
+"""Reads TOML of unknown origin within limits."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any
 from arctrue.base.printable import one_line
 
 DEEPEST = 32
-"""Levels of tables and arrays; the files of this project have four."""
+"""Greatest depth of tables and arrays; this project's own files have four levels."""
 
 
 class TomlContentError(ValueError):
-    """Text that is not TOML, or is nested too deeply; the message is one line without a file."""
+    """Text that is not TOML, or is nested too deeply; the message is one line."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The content of a TOML file in UTF-8, with or without a byte order mark.
+    """Read a TOML file in UTF-8, with or without byte order mark.
 
-    Raises OSError where it cannot be read, TomlContentError for its content.
+    Raises OSError if the file cannot be read, TomlContentError for wrong content.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -29,19 +29,19 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The content of TOML text. Raises TomlContentError."""
+    """Parse TOML text. Raises TomlContentError."""
     try:
         content = tomllib.loads(text)
     except RecursionError as error:
         raise TomlContentError(f"is nested more than {DEEPEST} levels deep") from error
-    except ValueError as error:  # TOMLDecodeError, and a number of thousands of digits
+    except ValueError as error:  # TOMLDecodeError, or a number with thousands of digits
         raise TomlContentError(f"is not TOML: {one_line(str(error))}") from error
     _refuse_deep(content)
     return content
 
 
 def _refuse_deep(content: dict[str, Any]) -> None:
-    """Raise TomlContentError for more than DEEPEST levels: dotted keys nest without a limit."""
+    """Raise TomlContentError for more than DEEPEST levels: dotted keys nest without limit."""
     level: list[Any] = [content]
     for _ in range(DEEPEST):
         level = [

@@ -1,8 +1,8 @@
-"""Content of TOML and JSON files as typed structures; what does not fit is said in one sentence.
+"""Converts content of TOML and JSON files to typed structures, with messages for people.
 
-A reader declares its file as msgspec structures (or dataclasses): names, types, ranges and defaults
-of the keys. :func:`typed` converts the content, or says which key is wrong, what was expected there
-and what was found.
+A reader declares its file as msgspec structures or dataclasses: names, types, ranges and defaults
+of the keys. :func:`typed` converts the content, or raises an error that names the wrong key, the
+expected value and the found value.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from arctrue.base.similar import similar
 T = TypeVar("T")
 
 LARGEST = sys.float_info.max
-"""NaN and infinity are not within it."""
+"""A range that excludes NaN and infinity."""
 LARGE_POWER = 40
-"""From here on a limit is told as a power of two."""
+"""Limits from here on are printed as a power of two."""
 LONGEST_FOUND = 60
-"""Characters of a value that a sentence repeats."""
+"""Number of characters of a value that a message repeats."""
 
 
 def at_least(low: float) -> Meta:
-    """A finite number of ``low`` or more."""
+    """Declare a finite number of ``low`` or more."""
     return Meta(ge=low, le=LARGEST)
 
 
 def above(low: float) -> Meta:
-    """A finite number greater than ``low``."""
+    """Declare a finite number greater than ``low``."""
     return Meta(gt=low, le=LARGEST)
 
 
@@ -50,36 +50,36 @@ Positive = Annotated[float, above(0.0)]
 
 
 class ContentError(ValueError):
-    """Content that does not fit its declaration; the text begins with the key."""
+    """Content does not fit its declaration; the text begins with the key."""
 
     def __init__(self, text: str, *, missing: bool = False) -> None:
-        """``missing``: a key that has to be there is not."""
+        """``missing``: a required key is absent."""
         super().__init__(text)
         self.missing = missing
 
 
 def typed(content: object, kind: type[T], place: str = "") -> T:
-    """``content`` as ``kind``, a structure or a dataclass; ``place`` is its key in the file.
+    """Convert ``content`` to ``kind``, a structure or dataclass; ``place`` is its key in the file.
 
-    Raises ContentError: key, what was expected and what was found. A ValueError that a structure's
-    ``__post_init__`` raises is repeated; its text begins with a key of the structure.
+    Raises ContentError with the key, the expected and the found value. A ValueError raised by a
+    structure's ``__post_init__`` is repeated; its text begins with a key of the structure.
     """
     try:
         return msgspec.convert(content, kind)
     except msgspec.ValidationError as error:
-        raise _told(content, kind, place, error) from error
+        raise _readable_error(content, kind, place, error) from error
 
 
 def read_json(path: Path, kind: type[T]) -> T:
-    """The content of a JSON file that a program wrote: every key is declared.
+    """Read a JSON file that a program wrote; all of its keys must be declared.
 
-    Raises OSError where it cannot be read, ContentError, which names the file, for its content.
+    Raises OSError if the file cannot be read, ContentError with its name for wrong content.
     """
     return typed_json(path.read_bytes(), kind, str(path))
 
 
 def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
-    """JSON text as ``kind``; ``file`` says where it stands. Raises ContentError, which names it."""
+    """Convert JSON text to ``kind``. Raises ContentError, which names ``file``."""
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -87,8 +87,8 @@ def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
     try:
         found = typed(content, kind)
     except ContentError as error:
-        told = re.sub(r"expected a table( \[[^]]*\])?", "expected an object", str(error))
-        raise ContentError(f"{file}: {told}", missing=error.missing) from error
+        message = re.sub(r"expected a table( \[[^]]*\])?", "expected an object", str(error))
+        raise ContentError(f"{file}: {message}", missing=error.missing) from error
     for key, near in unknown_keys(content, kind).items():
         meant = f"; did you mean {' or '.join(near)}?" if near else ""
         raise ContentError(f"{file}: {one_line(key)}: is not known{meant}")
@@ -96,7 +96,7 @@ def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
 
 
 def unknown_keys(content: object, kind: type) -> dict[str, list[str]]:
-    """Dotted keys that neither ``kind`` nor a structure in it knows, with known ones like each."""
+    """Find dotted keys that neither ``kind`` nor its inner structures know, with similar keys."""
     return dict(_unknown(_Spot("", _declared(kind), content)))
 
 
@@ -118,13 +118,13 @@ def _unknown(spot: _Spot) -> Iterator[tuple[str, list[str]]]:
 
 
 def bound_words(kind: Any) -> str:
-    """The least and greatest number of an annotated type in words; empty where it has none."""
+    """Describe the range of an annotated type; empty if it has none."""
     declared = _branch(_declared(kind), None)
     return _range(declared).strip() if isinstance(declared, _NUMBERS) else ""
 
 
 def shown(value: object) -> str:
-    """A value as its file has it, on one line, cut where it is long."""
+    """Write a value as the file has it, on one line; long values are cut."""
     if isinstance(value, str):
         text = f'"{value}"'
     elif value is None or isinstance(value, bool):
@@ -142,7 +142,7 @@ def _declared(kind: Any) -> inspect.Type:
 
 @dataclass(frozen=True)
 class _Spot:
-    """A place of the content: its key for people, what is declared and what stands there."""
+    """A place in the content: its key for people, its declaration and its value."""
 
     key: str
     declared: inspect.Type
@@ -157,8 +157,10 @@ _STEP = re.compile(r"\.([^.\[]+)|\[(\d+)\]|(\[\.\.\.\])")
 _NAMED = re.compile(r"^Object (missing required|contains unknown) field `(.*)`$", re.DOTALL)
 
 
-def _told(content: object, kind: type, place: str, error: msgspec.ValidationError) -> ContentError:
-    """The library's error as a sentence for the person who wrote the file."""
+def _readable_error(
+    content: object, kind: type, place: str, error: msgspec.ValidationError
+) -> ContentError:
+    """Turn the library's error into a sentence for the author of the file."""
     where = _WHERE.match(str(error))
     assert where is not None
     spot = _spot(content, kind, place, where["path"] or "", str(error))
@@ -182,7 +184,7 @@ def _told(content: object, kind: type, place: str, error: msgspec.ValidationErro
     )
 
 
-def _spot(content: object, kind: type, place: str, path: str, told: str) -> _Spot:
+def _spot(content: object, kind: type, place: str, path: str, text: str) -> _Spot:
     spot = _Spot(place, _declared(kind), content)
     taken: list[str | int] = []
     for name, index, _ in _STEP.findall(path):
@@ -197,7 +199,7 @@ def _spot(content: object, kind: type, place: str, path: str, told: str) -> _Spo
             declared = _item(_bare(spot.declared), step)
             spot = _Spot(f"{spot.key}[{step + 1}]{_called(value)}", declared, value)
         else:
-            step = _guilty_key(content, kind, taken, spot.value, told)
+            step = _guilty_key(content, kind, taken, spot.value, text)
             assert isinstance(spot.declared, inspect.DictType)
             spot = _Spot(spot.inside(one_line(step)), spot.declared.value_type, spot.value[step])
         taken.append(step)
@@ -205,20 +207,20 @@ def _spot(content: object, kind: type, place: str, path: str, told: str) -> _Spo
 
 
 def _called(value: object) -> str:
-    """The name of an entry of a list, where it has one."""
+    """Give the name of an entry of a list, if it has one."""
     name = value.get("name") if isinstance(value, dict) else None
     return f" ({shown(name)[1:-1]})" if isinstance(name, str) and name else ""
 
 
 def _guilty_key(
-    content: object, kind: type, taken: list[str | int], items: dict[str, Any], told: str
+    content: object, kind: type, taken: list[str | int], items: dict[str, Any], text: str
 ) -> str:
-    """Which of ``items``, alone in their place, gives the same error: the library does not say."""
+    """Find the item that alone gives the same error; the library does not name it."""
     for key, value in items.items():
         try:
             msgspec.convert(_replaced(content, taken, {key: value}), kind)
         except msgspec.ValidationError as error:
-            if str(error) == told:
+            if str(error) == text:
                 return key
     return next(iter(items))
 
@@ -233,9 +235,9 @@ def _replaced(content: Any, path: list[str | int], new: object) -> Any:
 
 
 def _branch(declared: inspect.Type, value: object) -> inspect.Type:
-    """What of a union the value would be; the declaration itself where it is none."""
+    """Select the member of a union that the value matches; other declarations are returned."""
     if isinstance(declared, inspect.Metadata):
-        # Words for the whole are kept: they say what is expected.
+        # A description of the whole union is kept: it says what is expected.
         return declared if "description" in (declared.extra_json_schema or {}) else declared.type
     if not isinstance(declared, inspect.UnionType):
         return declared
@@ -253,7 +255,7 @@ def _bare(declared: inspect.Type) -> inspect.Type:
 
 
 def _fields(declared: inspect.Type) -> dict[str, inspect.Type]:
-    """Keys of a structure with what is declared of each, its tag first."""
+    """Give the keys of a structure and their declarations, its tag first."""
     declared = _bare(declared)
     if isinstance(declared, inspect.UnionType):
         kinds = [kind for kind in declared.types if isinstance(kind, inspect.StructType)]
@@ -267,7 +269,7 @@ def _fields(declared: inspect.Type) -> dict[str, inspect.Type]:
 
 
 _LISTS = (inspect.ListType, inspect.VarTupleType, inspect.TupleType, inspect.StructType)
-"""What a list may be declared as; a structure, where its values stand without their keys."""
+"""Possible declarations of a list; a structure if its values come without keys."""
 
 
 def _item(declared: inspect.Type, index: int) -> inspect.Type:
@@ -280,7 +282,7 @@ def _item(declared: inspect.Type, index: int) -> inspect.Type:
 
 
 def _words(declared: inspect.Type, found: object = None) -> str:
-    """What is expected, in words."""
+    """Describe what is expected."""
     if isinstance(declared, inspect.Metadata):
         said = (declared.extra_json_schema or {}).get("description")
         return str(said) if said else _words(declared.type, found)
@@ -326,7 +328,7 @@ _NUMBERS = (inspect.IntType, inspect.FloatType)
 
 def _range(declared: inspect.IntType | inspect.FloatType) -> str:
     low, high = declared.ge, declared.le
-    if declared.gt is None and _told_limit(low) and _told_limit(high):
+    if declared.gt is None and _is_stated(low) and _is_stated(high):
         return f" from {_figure(low)} to {_figure(high)}"
     words = " and".join(_limits(declared))
     return f" of{words}" if words.startswith(" at most") else words
@@ -335,11 +337,11 @@ def _range(declared: inspect.IntType | inspect.FloatType) -> str:
 def _limits(declared: inspect.IntType | inspect.FloatType) -> Iterator[str]:
     if declared.gt is not None:
         yield f" above {_figure(declared.gt)}"
-    if _told_limit(declared.ge):
+    if _is_stated(declared.ge):
         yield f" of {_figure(declared.ge)} or more"
     if declared.lt is not None:
         yield f" below {_figure(declared.lt)}"
-    if _told_limit(declared.le):
+    if _is_stated(declared.le):
         yield f" at most {_figure(declared.le)}"
 
 
@@ -352,11 +354,11 @@ def _figure(limit: float | None) -> str:
     return str(int(limit)) if limit == round(limit) and abs(limit) < 1e15 else f"{limit:g}"
 
 
-def _told_limit(limit: float | None) -> bool:
+def _is_stated(limit: float | None) -> bool:
     return limit is not None and abs(limit) < LARGEST
 
 
 def line_of_text(text: str, key: str) -> None:
-    """Raise ValueError, for a ``__post_init__``, where ``text`` is not one printable line."""
+    """Raise ValueError, for a ``__post_init__``, if ``text`` is not one printable line."""
     if not is_printable(text):
         raise ValueError(f"{key}: expected one line of printable text, found {text!r}")

@@ -1,6 +1,6 @@
 """Units of angle: arcseconds, radians, counts.
 
-Angles are radians inside the package; a name that holds another unit says so.
+Angles are in radians inside the package; names of values in other units contain the unit.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ RAD_PER_ARCSEC = 2.0 * math.pi / ARCSEC_PER_TURN
 
 
 def arcsec_per_count(counts_per_rev: int) -> float:
-    """Arcseconds of one count: 0.0772″ at 2²⁴ counts a turn (the paper prints 0.772″)."""
+    """Arcseconds per count: 0.0772″ at 2²⁴ counts per turn (the paper prints 0.772″)."""
     return ARCSEC_PER_TURN / counts_per_rev
 
 
 def rad_per_count(counts_per_rev: int) -> float:
-    """Radians of one count."""
+    """Give the radians of one count."""
     return 2.0 * math.pi / counts_per_rev

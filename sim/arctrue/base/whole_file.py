@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Writes files completely or not at all."""
 
 from __future__ import annotations
 
@@ -9,21 +9,20 @@ from contextlib import contextmanager
 from pathlib import Path
 
 ORDINARY_MODE = 0o666
-"""Of a new file, less the process's umask; a temporary file is for its owner only."""
+"""Mode of a new file, reduced by the umask; a temporary file belongs to its owner only."""
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary file beside ``path``, which replaces ``path`` when the block ends well.
+    """Give a temporary file next to ``path``; it replaces ``path`` if the block succeeds.
 
-    Where the block fails, the temporary file is deleted and ``path`` stays as it was. The folder
-    of ``path`` is made. The temporary name has the ending of ``path``, from which matplotlib takes
-    the format. Raises OSError, with ``path`` as its file name, for what cannot be written: a full
-    disk gives the writing libraries' error none.
+    If the block fails, the temporary file is deleted and ``path`` stays unchanged. Missing folders
+    are made. The temporary name ends like ``path``, because matplotlib takes the format from it.
+    Raises OSError with ``path`` as file name: on a full disk the error of a library has no name.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # A link stays a link: the file that it names is replaced.
+        # If path is a link, replace the file that it names.
         target = path.resolve()
         mode = target.stat().st_mode & 0o777 if target.exists() else ORDINARY_MODE & ~_umask()
         handle, name = tempfile.mkstemp(
@@ -41,14 +40,14 @@ def whole_file(path: Path) -> Iterator[Path]:
     except OSError as error:
         named = Path(error.filename).name if isinstance(error.filename, str) else ""
         if named and not named.startswith(_prefix(path.resolve())):
-            raise  # of another file, or of a folder on the way
+            raise  # the error concerns another file, or a folder on the path
         raise OSError(
             error.errno, os.strerror(error.errno) if error.errno else str(error), str(path)
         ) from error
 
 
 def write_whole_text(path: Path, text: str, encoding: str = "utf-8") -> None:
-    """Write ``text`` to ``path``, whole or not at all. Raises OSError with the file's name."""
+    """Write ``text`` to ``path`` completely or not at all. Raises OSError with the file name."""
     with whole_file(path) as unfinished:
         unfinished.write_text(text, encoding=encoding)
 
@@ -58,13 +57,13 @@ def _prefix(target: Path) -> str:
 
 
 def _reach_the_disk(path: Path) -> None:
-    """Ask for all of the file on the disk: some file systems tell only then that it is full."""
+    """Flush the file to the disk: some file systems report a full disk only then."""
     with path.open("rb") as file:
         os.fsync(file.fileno())
 
 
 def _umask() -> int:
-    """The process's umask, which can only be read by setting it."""
+    """Read the umask of the process, which needs setting it."""
     present = os.umask(0o077)
     os.umask(present)
     return present

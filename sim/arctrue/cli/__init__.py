@@ -1,9 +1,8 @@
 """The command line: ``arctrue COMMAND``.
 
-One file a command: ``arctrue/cli/<command>.py`` holds a click command called ``<command>`` (or
-``command``), and is found by its name. A ``_`` in the file's name is a ``-`` on the command line,
-one at its end (``import_``) is left out; a file whose name begins with ``_`` or without such a
-command is no command.
+Each command has one file: ``arctrue/cli/<command>.py`` holds a click command called ``<command>``
+or ``command``. A ``_`` in the file's name becomes a ``-`` on the command line; a ``_`` at its end
+(``import_``) is dropped. Files whose name begins with ``_`` hold what several commands share.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ import click
 from arctrue import cli
 from arctrue.cli._group import Program
 
-# Before numpy is imported: its matrix products here are narrow, and threads that wait for each
-# other on a busy machine took ten times as long as one.
+# This must precede the import of numpy: the matrix products here are narrow, and several BLAS
+# threads on a busy machine took ten times as long as one.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
@@ -34,11 +33,11 @@ SECTIONS = {
         *("methods", "heads", "error-sources", "monte-carlo", "alpha", "benchmark"),
     ),
 }
-"""The commands as the help lists them, in the order in which they are usually needed."""
+"""The commands in the order in which the help lists them."""
 
 
 class _NotGeneratedError(click.ClickException):
-    """The modules that are made from registers and number formats are not there yet."""
+    """``arctrue.generated``, the modules made from registers and number formats, is missing."""
 
     exit_code = 2
 
@@ -49,11 +48,11 @@ class _NotGeneratedError(click.ClickException):
 
 
 class _AllCommands(Program):
-    """Imports a command's module only when it is asked for."""
+    """The group of all commands; it imports a command's module when that command is needed."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         listed = [name for names in SECTIONS.values() for name in names]
-        # A command that no section lists yet is found all the same.
+        # The help also lists a command that SECTIONS does not name.
         return [*listed, *sorted(self._modules().keys() - set(listed))]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -73,7 +72,7 @@ class _AllCommands(Program):
 
     @staticmethod
     def _modules() -> dict[str, str]:
-        """The module of each command."""
+        """Give the name of each command's module."""
         names = (module.name for module in pkgutil.iter_modules(cli.__path__))
         return {
             name.rstrip("_").replace("_", "-"): name for name in names if not name.startswith("_")

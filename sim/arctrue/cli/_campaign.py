@@ -1,4 +1,4 @@
-"""Options and progress of every command that runs a campaign."""
+"""Options and the progress bar of every command that runs a campaign."""
 
 from __future__ import annotations
 
@@ -39,16 +39,18 @@ class _Shard(click.ParamType[tuple[int, int]]):
 
 
 def campaign_options(function: Callable[..., None]) -> Callable[..., None]:
-    """--workers, --scheduler, --shard."""
+    """Add the options --workers, --scheduler and --shard to a command."""
     for option in (
-        click.option("--shard", type=_Shard(), help="Do only every N-th task, from the I-th on."),
+        click.option("--shard", type=_Shard(), help="Do every N-th task, beginning with the I-th."),
         click.option(
-            "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers do the tasks."
+            "--scheduler",
+            metavar="ADDRESS",
+            help="Address of a Dask scheduler that runs the tasks.",
         ),
         click.option(
             "--workers",
             type=click.IntRange(min=1),
-            help="Processes on this machine.  [default: as many as it has cores]",
+            help="Number of processes on this machine.  [default: number of its cores]",
         ),
     ):
         function = option(function)
@@ -56,7 +58,7 @@ def campaign_options(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def interruptible(function: Callable[..., None]) -> Callable[..., None]:
-    """Ctrl-C and dead workers end in one sentence; exit code 130 or 2."""
+    """End the command with one sentence after Ctrl-C (exit code 130) or dead workers (2)."""
 
     @functools.wraps(function)
     def wrapped(*arguments: Any, **options: Any) -> None:
@@ -73,24 +75,24 @@ def interruptible(function: Callable[..., None]) -> Callable[..., None]:
 
 
 class CampaignBar:
-    """A bar with the time left on a terminal, else a line at times; on stderr."""
+    """Shows on stderr how many tasks are done: a bar on a terminal, else a line every 10 s."""
 
     def __init__(self, what: str) -> None:
-        """``what`` is counted: sets, turns."""
+        """``what`` names the tasks in the plural: sets, turns."""
         self._what = what
         self._last_line = time.monotonic()
         self._bar = Bar(
             TextColumn("{task.description}"),
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[told]}"),
+            TextColumn("{task.fields[speed]}"),
             console=progress_console,
             disable=not sys.stderr.isatty(),
         )
-        self._task = self._bar.add_task(what, total=None, told="")
+        self._task = self._bar.add_task(what, total=None, speed="")
 
     def __enter__(self) -> Self:
-        """Shown until the block ends."""
+        """Show the bar until the block ends."""
         self._bar.start()
         return self
 
@@ -100,13 +102,13 @@ class CampaignBar:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """The bar stays as it is."""
+        """Stop the bar; its last state stays on the terminal."""
         self._bar.stop()
 
     def show(self, speed: Speed) -> None:
-        """How far it has come."""
-        told = f"{speed.tasks_per_s:.2g} {self._what}/s, {time_left(speed.seconds_left)} left"
-        self._bar.update(self._task, completed=speed.done, total=speed.total, told=told)
+        """Show how many tasks are done, how fast, and how much time is left."""
+        text = f"{speed.tasks_per_s:.2g} {self._what}/s, {time_left(speed.seconds_left)} left"
+        self._bar.update(self._task, completed=speed.done, total=speed.total, speed=text)
         if self._bar.disable and time.monotonic() - self._last_line > SECONDS_BETWEEN_LINES:
             self._last_line = time.monotonic()
-            note(f"{speed.done} of {speed.total} {self._what}, {told}")
+            note(f"{speed.done} of {speed.total} {self._what}, {text}")

@@ -1,4 +1,4 @@
-"""The name of an effect on the command line, completed by the shell."""
+"""The command-line type of an effect's name, which the shell can complete."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from click.shell_completion import CompletionItem
 
 
 class _EffectName(click.ParamType[str]):
-    """Any word: which effects there are is known when the folders of own effects are."""
+    """Accepts any word: :func:`load` checks it once the folders of own effects are read."""
 
     name = "effect"
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """The word as it is."""
+        """Return the word unchanged."""
         return value
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
-        """The effects of the catalogue and of installed packages that begin so."""
+        """Offer the effects of the catalogue and of installed packages that begin with it."""
         from arctrue.workbench.effects.registry import catalogue
 
         known = catalogue()

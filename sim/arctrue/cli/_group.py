@@ -1,4 +1,4 @@
-"""Groups of commands: one form of errors, ``-h``, and advice for a name that is wrong."""
+"""Groups of commands: one format of errors, ``-h``, and a suggestion for a mistyped name."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from arctrue.base.similar import did_you_mean
 from arctrue.cli._terminal import note, tell_error
 
 EXIT_INTERRUPTED = 130
-"""128 + SIGINT, as a shell counts it."""
+"""128 + SIGINT, the exit code that a shell gives an interrupted program."""
 
 
 class Commands(click.Group):
-    """A group whose wrong names are answered with the name that was probably meant."""
+    """A group that answers a mistyped name with the most similar name."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that the first word names. Raises UsageError where there is none."""
+        """Find the command that the first word names. Raises UsageError if there is none."""
         name = args[0]
         if not name.startswith("-") and self.get_command(ctx, name) is None:
             meant = did_you_mean(name, self.list_commands(ctx))
@@ -30,10 +30,10 @@ class Commands(click.Group):
 
 
 class Program(Commands):
-    """The outermost group: what goes wrong is told in one form, whoever found it."""
+    """The outermost group: it prints every error in the same format."""
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
-        """As click's, with ``-h`` beside ``--help`` for every command below it."""
+        """Create the group; all its commands accept ``-h`` and ``--help``."""
         settings.setdefault("context_settings", {})["help_option_names"] = ["-h", "--help"]
         super().__init__(*arguments, **settings)
 
@@ -50,7 +50,7 @@ class Program(Commands):
         if not standalone_mode:
             return super().main(args, standalone_mode=False, **options)
         try:
-            # The result is an exit code where a command ended itself, else nothing.
+            # The result is an exit code if the command ended itself, else None.
             code = super().main(args, standalone_mode=False, **options)
         except click.Abort:
             tell_error("interrupted")
@@ -62,7 +62,7 @@ class Program(Commands):
 
 
 def _tell(failure: click.ClickException) -> None:
-    """The error, and for a wrong use how the command is used."""
+    """Print the error; after a wrong use also how the command is used."""
     tell_error(failure.format_message())
     context = failure.ctx if isinstance(failure, click.UsageError) else None
     if context is not None:

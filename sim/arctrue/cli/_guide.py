@@ -1,4 +1,4 @@
-"""The next measurement on the terminal: what to do at the table, what to type, and what came."""
+"""Guides the user through the next measurement: steps at the table, commands, checks."""
 
 from __future__ import annotations
 
@@ -16,16 +16,18 @@ NOT_AS_ASKED = 1
 
 
 def next_option(function: Callable[..., None]) -> Callable[..., None]:
-    """--next KIND and --force."""
+    """Add the options --next KIND and --force to a command."""
     for option in (
-        click.option("--force", is_flag=True, help="Add it although it is not what --next says."),
+        click.option(
+            "--force", is_flag=True, help="Add the measurement even if --next refuses it."
+        ),
         click.option(
             "--next",
             "kind",
             type=click.Choice(KINDS),
             metavar="KIND",
-            help="The measurement that diagnose asked for, checked against the first run. "
-            f"One of {', '.join(KINDS)}.",
+            help="The kind of measurement that diagnose asked for; it is checked against the first "
+            f"run. One of {', '.join(KINDS)}.",
         ),
     ):
         function = option(function)
@@ -33,14 +35,14 @@ def next_option(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def steps(kind: str, measurement: MeasurementSet) -> list[str]:
-    """What to do at the table, a numbered sentence each."""
+    """Give the steps at the table, one numbered sentence each."""
     return [
         f"{number}. {text}" for number, text in enumerate(at_the_table(kind, measurement), start=1)
     ]
 
 
 def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]:
-    """What to type then; NEW is the folder of the further measurement."""
+    """Give the commands to type afterwards; NEW is the folder of the further measurement."""
     there = shlex.quote(str(folder))
     with_model = "" if model is None else f" --model {shlex.quote(str(model))}"
     if by_device(kind):
@@ -50,7 +52,7 @@ def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]
         ]
     imported = "arctrue import FILE NEW"
     if kind == "polygon_reindexed":
-        # The file has no word for how the polygon stands: it stays a set of its own.
+        # The file cannot state how the polygon stands, so this measurement stays a set of its own.
         model_file = "MODEL.toml" if model is None else shlex.quote(str(model))
         return [imported, f"arctrue compare NEW --model {model_file} --no-fit"]
     return [
@@ -63,7 +65,7 @@ def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]
 def refuse_what_was_not_asked(
     kind: str, before: MeasurementSet, taken: MeasurementSet, *, force: bool
 ) -> None:
-    """Say what ``taken`` lacks of what was asked; ends the command unless it is forced."""
+    """Print what ``taken`` lacks of the requested measurement; end the command unless forced."""
     found = came(kind, before, taken)
     for remark in found.remarks:
         tell_warning(remark)

@@ -11,12 +11,12 @@ from arctrue.importing.questions import Import
 
 
 def preview_lines(import_: Import) -> list[str]:
-    """The previews of all files, a line each row."""
+    """Give the previews of all files, one line per row."""
     return [line for preview in import_.previews() for line in preview.lines()]
 
 
 def all_open(import_: Import, first: Ambiguous) -> str:
-    """The message to a script: every question, what to type, and the first rows."""
+    """Compose the message for a script: each question, its option, and the first rows."""
     asked = import_.questions(first)
     if len(asked) == 1:
         return "\n".join([asked[0].in_words(), *preview_lines(import_)])
@@ -31,7 +31,7 @@ def all_open(import_: Import, first: Ambiguous) -> str:
 
 @dataclass
 class Asker:
-    """Asks at the terminal; before the first question all of them are shown."""
+    """Asks the user at the terminal; it shows all open questions before it asks the first one."""
 
     import_: Import
     ask: Callable[[Ambiguous], str]

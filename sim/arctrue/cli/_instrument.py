@@ -1,4 +1,4 @@
-"""What the commands that run the virtual instrument share: progress, and errors for people."""
+"""Progress and error messages of the commands that run the virtual instrument."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ if TYPE_CHECKING:
 
 
 class Shown:
-    """What the instrument tells, on stderr."""
+    """Prints the messages of the instrument on stderr."""
 
     def __init__(self, step: Progress) -> None:
-        """``step`` is what is shown while the command runs."""
+        """``step`` shows the live line while the command runs."""
         self._step = step
 
     def say(self, text: str) -> None:
-        """A line that stays."""
+        """Print a line that stays on the terminal."""
         self._step.keep(text)
 
     def progress(self, now: RunProgress) -> None:
-        """How far the run is."""
+        """Show how far the run has come."""
         self._step.now(now.words)
 
 
 @contextmanager
 def on_the_instrument(what: str = "") -> Iterator[Shown]:
-    """Shows what the instrument tells; its errors become those of :func:`for_people`.
+    """Show the messages of the instrument; turn its errors into ValueError for :func:`for_people`.
 
-    ``what`` stands before the message of such an error. Raises ValueError.
+    ``what`` precedes the message of such an error.
     """
     from arctrue.instrument import InstrumentError
 

@@ -1,4 +1,4 @@
-"""The ladder of a model's history on the terminal."""
+"""The table of a model's history on the terminal."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from arctrue.workbench.model.noise_floor import with_one_floor
 
 
 def ladder_table(history: Sequence[HistoryStep]) -> Table:
-    """One row a step: RMS and peak of each channel, fitted and held out, beside the noise."""
+    """One row per step: RMS and peak residual of each channel, held-out RMS, and the noise."""
     ladder = table(
-        "How the error fell: what the model leaves at each step",
+        "Residual of the model after each step",
         *(words(heading) for heading in ("step", "effect", "channel")),
         *(number(heading) for heading in ("RMS\n″", "held\nout ″", "peak\n″", "noise\n″")),
     )

@@ -1,4 +1,4 @@
-"""What the commands of the workbench share: options, loading, errors, JSON."""
+"""Options, loading, errors and JSON that all commands of the workbench share."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from arctrue.workbench.observations.build import observations_of
 EXIT_BAD_INPUT = 2
 KEEP_OUTLIERS = "arctrue.keep_outliers"
 SHOWN_MASKED = 5
-"""Rows that are not used, listed on the terminal; --json lists all of them."""
+"""Number of masked rows that the terminal lists; --json lists all of them."""
 console = Console()
 
 PEOPLE_ERRORS = (
@@ -62,7 +62,7 @@ PEOPLE_ERRORS = (
 
 @dataclass(frozen=True)
 class LoadedSet:
-    """A measurement set, a model and the effects that are known."""
+    """A measurement set, a model and the known effects."""
 
     observations: Observations
     model: Model
@@ -72,40 +72,40 @@ class LoadedSet:
 
 
 def set_argument(function: Callable[..., None]) -> Callable[..., None]:
-    """The SET argument: the folder of a measurement set."""
+    """Add the argument SET: the folder of a measurement set."""
     return click.argument(
         "measurement_set", metavar="SET", type=click.Path(path_type=Path, file_okay=False)
     )(function)
 
 
 def _remember_outliers(context: click.Context, _: click.Parameter, value: bool) -> None:
-    """Keep the option for :func:`load`, so that no command has to hand it on."""
+    """Store the option for :func:`load`, so that no command has to pass it on."""
     context.meta[KEEP_OUTLIERS] = value
 
 
 def common_options(function: Callable[..., None]) -> Callable[..., None]:
-    """--model, --effects, --json, --out, --seed, --keep-outliers, --other-table."""
+    """Add --model, --effects, --json, --out, --seed, --keep-outliers and --other-table."""
     for option in (
         click.option(
             "--keep-outliers",
             is_flag=True,
             expose_value=False,
             callback=_remember_outliers,
-            help="Use rows that look like outliers too.",
+            help="Also use rows that look like outliers.",
         ),
         click.option(
             "--other-table",
             is_flag=True,
             expose_value=False,
             callback=_remember_other_table,
-            help="Use the model although it is of another table.",
+            help="Use the model even if it belongs to another table.",
         ),
         click.option(
             "--seed",
             type=SEED,
             default=1,
             show_default=True,
-            help="Seed of the random draws of compare and report; the other commands draw nothing.",
+            help="Seed of the random draws of compare and report; other commands draw nothing.",
         ),
         click.option("--out", type=OutputFolder(), help="Folder for pictures."),
         json_option,
@@ -128,12 +128,12 @@ _OTHER_TABLE = "arctrue.other_table"
 
 
 def _remember_other_table(context: click.Context, _: click.Parameter, given: bool) -> None:
-    """Keep the flag for :func:`load`, the only one that asks for it."""
+    """Store the flag for :func:`load`, which alone reads it."""
     context.meta[_OTHER_TABLE] = given
 
 
 def for_people(function: Callable[..., None]) -> Callable[..., None]:
-    """What is wrong with the input goes to stderr in one sentence; exit code 2."""
+    """Turn an error of the input into one sentence on stderr and exit code 2."""
 
     @functools.wraps(function)
     def wrapped(*arguments: Any, **options: Any) -> None:
@@ -153,7 +153,7 @@ def _sentence(error: Exception) -> str:
 
 
 def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
-    """The model of the file; the default model without one."""
+    """Read the model of the file; without a file give the default model."""
     if model_file is None or (may_be_new and not model_file.exists()):
         return default_model()
     return read_model(model_file)
@@ -161,7 +161,7 @@ def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
 
 @contextmanager
 def changing(model_file: Path | None) -> Iterator[None]:
-    """Hold a model file from reading to writing; says so where another command holds it."""
+    """Lock a model file from reading to writing; print a note while another command holds it."""
     if model_file is None:
         yield
         return
@@ -176,9 +176,9 @@ def changing(model_file: Path | None) -> Iterator[None]:
 def store(
     model_file: Path, model: Model, before: Model, measurement_set: Path, folders: tuple[Path, ...]
 ) -> None:
-    """Write the model; its new steps say when, by which program and from which data they are.
+    """Write the model; its new steps get the time, the program's version and the data's digest.
 
-    Folders of own effects are written relative to the model file, so that both can be moved.
+    Folders of own effects are stored relative to the model file, so that both can be moved.
     """
     known = [*(model_file.parent / folder for folder in model.folders), *folders]
     model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
@@ -190,7 +190,7 @@ def store(
 def effects_for(
     model: Model, model_file: Path | None, folders: tuple[Path, ...]
 ) -> dict[str, type[Effect]]:
-    """All effects: built-in, of the model's folders (relative to its file), of --effects."""
+    """Read all effects: built-in, of the model's folders (relative to its file), of --effects."""
     base = model_file.parent if model_file is not None else Path()
     places = [*(base / folder for folder in model.folders), *folders]
     unique = list(dict.fromkeys(place.resolve() for place in places))
@@ -204,7 +204,7 @@ def load(
     *,
     may_be_new: bool = False,
 ) -> LoadedSet:
-    """Everything that a command needs."""
+    """Read the set, the model and the effects that a command works with."""
     model = load_model(model_file, may_be_new=may_be_new)
     effects = effects_for(model, model_file, folders)
     context = click.get_current_context(silent=True)
@@ -231,21 +231,21 @@ def load(
 
 
 def _table_warnings(model: Model, model_file: Path | None, observations: Observations) -> list[str]:
-    """What is to be said of the model's table. Raises ValueError for another one than the set's."""
+    """Give warnings about the model's table. Raises ValueError if the set has another table."""
     if model_file is None or not model_file.exists():
         return []
     if model.table is None:
         return [
-            f"{model_file}: does not say which table it is of (an earlier version wrote it); "
-            "the next add or drop writes that"
+            f"{model_file}: names no table (an earlier version of arctrue wrote it); the next add "
+            "or drop writes the table of its set"
         ]
     differences = model.table.differences(table_of(observations))
     if not differences:
         return []
-    said = f"{model_file}: is a model of another table: {'; '.join(differences)}"
+    said = f"{model_file}: belongs to another table: {'; '.join(differences)}"
     if click.get_current_context().meta[_OTHER_TABLE]:
         return [said]
-    raise ValueError(f"{said}; --other-table takes it all the same")
+    raise ValueError(f"{said}; to use it anyway, give --other-table")
 
 
 def _tell_masked(observations: Observations) -> None:
@@ -260,20 +260,20 @@ def _tell_masked(observations: Observations) -> None:
 
 
 def _doubts(measurement: MeasurementSet) -> list[str]:
-    """What a calibration would say of the heads' separation: the name of no effect mends it."""
+    """Give the calibration's doubt about the heads' separation, which no effect can explain."""
     capture, table = measurement.capture, measurement.table
     if capture is None or table.counts_per_rev is None or table.head_separation_deg is None:
         return []
     nominal_rad = math.radians(table.head_separation_deg)
     counts = float(np.mean(capture.head2_counts - capture.head1_counts))
-    # Whole turns between the heads' counters mean nothing.
+    # Whole turns between the counters of the heads have no meaning.
     off_rad = math.remainder(2.0 * math.pi * counts / table.counts_per_rev - nominal_rad, math.tau)
     said = doubts(nominal_rad, nominal_rad + off_rad)
     return [] if said is None else [said]
 
 
 def write_json(path: Path | None, data: dict[str, Any]) -> None:
-    """Write JSON if a path is given; what is not a finite number becomes null."""
+    """Write JSON if a path is given; numbers that are not finite become null."""
     if path is not None:
         write_whole_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
 
@@ -285,7 +285,7 @@ def write_page(
     out: Path | None,
     plot: Callable[[Any, Path], Path],
 ) -> None:
-    """Write the page and the picture of a study, those that a place was given for, and say so."""
+    """Write the page and the picture of a study if their paths are given; print both paths."""
     if page is not None:
         write_whole_text(page, words(found))
         console.print(f"wrote {page}", soft_wrap=True)

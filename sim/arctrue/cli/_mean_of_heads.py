@@ -1,4 +1,4 @@
-"""``arctrue calibrate --angle mean``: what is printed of the mean of all heads."""
+"""``arctrue calibrate --angle mean``: prints the calibration of the mean of all heads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arctrue.gateware.mean_set import WEIGHT_ONE, MeanSet
 
 
 def motion_orders(text: str | None) -> MotionOrders | None:
-    """``every``, ``none`` or ``1-8``, ``2,3,9``. Raises ValueError for other words."""
+    """Parse ``every``, ``none`` or orders such as ``1-8``, ``2,3,9``. Raises ValueError."""
     if text is None or text == "every":
         return text  # type: ignore[return-value]
     if text == "none":
@@ -34,11 +34,11 @@ def motion_orders(text: str | None) -> MotionOrders | None:
 
 
 def print_mean(console: Console, found: MeanCalibration) -> None:
-    """Heads with their places, radii and weights; the axis' motion; the disc's orders."""
+    """Print the heads (place, radius, weight), the motion of the axis, and the disc's orders."""
     estimate = found.estimate
     console.print(
         f"{len(estimate.places_rad)} heads: {estimate.samples:,} samples, "
-        f"{estimate.noise_arcsec:.3f}″ of noise on a reading",
+        f"{estimate.noise_arcsec:.3f}″ noise of one reading",
         soft_wrap=True,
     )
     sets = [_mean_of(found.coefficients), *(_mean_of(one) for one in _without(found.coefficients))]
@@ -72,7 +72,7 @@ def print_mean(console: Console, found: MeanCalibration) -> None:
             )
         console.print(motion)
     orders = table(
-        "Orders of the disc, and as the mean sees them",
+        "Orders of the disc, and what the mean of the heads shows of them",
         *map(number, ("order", "disc ″", "noise\ngain", "mean ″", "u ″")), words(),
     )  # fmt: skip
     for row in figures(found)["orders"]:
@@ -88,7 +88,7 @@ def print_mean(console: Console, found: MeanCalibration) -> None:
 
 
 def figures(found: MeanCalibration) -> dict[str, Any]:
-    """The same for ``--json``."""
+    """Give the same figures for ``--json``."""
     estimate = found.estimate
     weights = np.array(_mean_of(found.coefficients).weights) / WEIGHT_ONE
     mean, u_mean = estimate.mean_orders(weights)

@@ -1,4 +1,4 @@
-"""Numbers on the command line: finite ones."""
+"""Command-line types of finite numbers and of seeds."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import click
 
 
 class Finite(click.FloatRange):
-    """A number within limits; nan and inf are none."""
+    """Accepts a finite number within limits; refuses nan and inf."""
 
     name = "number"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """The number. Fails for text, for nan and inf, and outside the limits."""
+        """Return the number. Fails for text, nan, inf, and numbers outside the limits."""
         number = float(click.FLOAT.convert(value, param, ctx))
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a finite number.", param, ctx)
         return float(super().convert(number, param, ctx))
 
     def _describe_range(self) -> str:
-        """The range for the help, which has none to show of a number without limits."""
+        """Describe the range in the help; a number without limits has no range to show."""
         return "" if self.min is None and self.max is None else super()._describe_range()
 
 
 SEED = click.IntRange(min=0)
-"""Of random numbers: numpy takes no negative one."""
+"""The seed of a random generator; numpy accepts no negative seed."""

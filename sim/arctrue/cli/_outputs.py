@@ -1,4 +1,4 @@
-"""Where a command writes: looked at before the work, so that no result is lost for its place."""
+"""Types of output paths: they are checked before the work begins, so that no result is lost."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ PICTURE_ENDINGS = (".svg", ".png", ".pdf")
 
 
 class OutputFile(click.Path):
-    """A file that can be written, in a folder that is there or can be made."""
+    """Accepts a file that can be written, in a folder that exists or can be made."""
 
     def __init__(self, *endings: str) -> None:
-        """``endings``: those that the name may have; any where none is given."""
+        """``endings``: the permitted file endings; empty permits any."""
         super().__init__(dir_okay=False, writable=True, path_type=Path)
         self._endings = endings
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The path. Fails, with the reason, where it cannot be written."""
+        """Return the path. Fails with the reason if it cannot be written."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if self._endings and path.suffix.lower() not in self._endings:
             known = ", ".join(self._endings)
@@ -31,14 +31,14 @@ class OutputFile(click.Path):
 
 
 class OutputFolder(click.Path):
-    """A folder that is there or can be made, and can be written to."""
+    """Accepts a folder that exists or can be made, and can be written to."""
 
     def __init__(self) -> None:
-        """A folder of any name."""
+        """The folder's name is free."""
         super().__init__(file_okay=False, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The folder. Fails, with the reason, where nothing can be written to it."""
+        """Return the folder. Fails with the reason if nothing can be written to it."""
         folder = Path(os.fsdecode(super().convert(value, param, ctx)))
         if fault := _folder_fault(folder):
             self.fail(fault, param, ctx)
@@ -46,7 +46,7 @@ class OutputFolder(click.Path):
 
 
 def _folder_fault(folder: Path) -> str | None:
-    """Why nothing can be written to ``folder``, which need not be there; None: it can."""
+    """Say why nothing can be written to ``folder`` (it need not exist yet); None if it can."""
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir():
         return f"'{there}' is a file; name a folder."

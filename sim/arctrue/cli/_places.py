@@ -1,4 +1,4 @@
-"""Places of heads as a value of an option."""
+"""Command-line type of the places of the heads."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import click
 
 
 class Places(click.ParamType[tuple[float, ...]]):
-    """Places after head 1, degrees: ``0,64.3,177,257.9``."""
+    """Accepts the places after head 1, in degrees: ``0,64.3,177,257.9``."""
 
     name = "places"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[float, ...]:
-        """Numbers with commas between them."""
+        """Return the numbers, which commas separate."""
         if isinstance(value, tuple):
             return value
         try:

@@ -1,4 +1,4 @@
-"""How far a long command has come, on stderr: a live line in a terminal, else a line at times."""
+"""Shows the progress of a long command on stderr: a live line, or a line every 10 s in a file."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ progress_console = Console(stderr=True)
 
 SECONDS_BETWEEN_LINES = 10.0
 MOST_SHARE = 0.99
-"""What is told of a command that takes more steps than was thought."""
+"""Share that is shown when a command takes more steps than expected."""
 LONG_FILE_BYTES = 64 << 20
-"""Shorter files are read before anybody could read a line about it."""
+"""Shorter files are read before a person could read the progress line."""
 
 
 class Progress:
-    """One step of a command; what it does may change, and how much of it is done."""
+    """One step of a command with a live text that says what is being done."""
 
     _present: Progress | None = None
 
     def __init__(self, doing: str, *, steps: int = 0) -> None:
-        """Starts with what is being done, in words; ``steps``: how many will follow, about."""
+        """``doing`` names the first task; ``steps`` is the expected number of later tasks."""
         self._doing = doing
         self._steps = steps
         self._done = 0
@@ -34,7 +34,7 @@ class Progress:
         self._last_line = time.monotonic()
 
     def __enter__(self) -> Self:
-        """Shown until the block ends."""
+        """Show the live line until the block ends."""
         Progress._present = self
         self._status.start()
         return self
@@ -45,12 +45,12 @@ class Progress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """The live line goes; nothing stays on the terminal."""
+        """Remove the live line; nothing stays on the terminal."""
         Progress._present = None
         self._status.stop()
 
     def now(self, doing: str) -> None:
-        """Another step begins; with ``steps``, how far that is and how long the rest may take."""
+        """Begin the next task; with ``steps`` show the share done and the estimated time left."""
         self._doing = doing
         if self._steps:
             share = min(self._done / self._steps, MOST_SHARE)
@@ -61,17 +61,17 @@ class Progress:
         self._show(self._doing)
 
     def keep(self, text: str) -> None:
-        """A line that stays, above the live one."""
+        """Print a line that stays, above the live line."""
         progress_console.print(text, soft_wrap=True)
 
     def read(self, path: Path, done: int, total: int) -> None:
-        """Bytes of a file that are read."""
+        """Show how many bytes of a long file have been read."""
         if total >= LONG_FILE_BYTES:
             self._show(f"reading {path.name}: {100.0 * done / total:.0f} % of {total / 1e6:.0f} MB")
 
     @staticmethod
     def rows(done: int, total: int) -> None:
-        """Rows that a pass over a long capture has done, in whatever step is shown now."""
+        """Show in the present step how many rows of a long capture have been processed."""
         step = Progress._present
         if step is not None:
             step._show(f"{step._doing}: {100.0 * done / total:.0f} % of {total:,} rows")

@@ -1,4 +1,4 @@
-"""``arctrue calibrate`` of a set that has a reference run and no capture."""
+"""``arctrue calibrate`` for a set with a reference run and without a capture."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from arctrue.workbench.observations.build import observations_of
 
 @dataclass(frozen=True)
 class ReferenceCalibration:
-    """Coefficients from a reference run, judged by the same run."""
+    """Coefficients from a reference run, and their test against the same run."""
 
     coefficients: Coefficients
     comparison: ReferenceComparison
@@ -38,10 +38,10 @@ class ReferenceCalibration:
     warnings: list[str]
 
     def print_orders(self, console: Console) -> None:
-        """What was fitted, and the orders that are applied."""
+        """Print the number of rows and targets, and the orders that are applied."""
         console.print(
-            f"reference run alone: {self.rows} rows at {self.targets} targets, which tell orders "
-            f"1 to {self.most_order} apart",
+            f"reference run alone: {self.rows} rows at {self.targets} targets, which determine "
+            f"orders 1 to {self.most_order}",
             soft_wrap=True,
         )
         orders = table(
@@ -57,7 +57,7 @@ class ReferenceCalibration:
             console.print(f"not applied: {text}", soft_wrap=True)
 
     def figures(self, extents: Callable[[ReferenceComparison], dict[str, Any]]) -> dict[str, Any]:
-        """For JSON, with the keys of a calibration from two heads where they mean something."""
+        """Give the figures for JSON, with the keys of a two-head calibration where they apply."""
         return {
             "method": "reference",
             "runs": [],
@@ -74,9 +74,9 @@ class ReferenceCalibration:
 def calibrate_from_reference(
     measurement: MeasurementSet, *, lanes: int, most_order: int
 ) -> ReferenceCalibration:
-    """Fit harmonics that the targets tell apart, and quantise the significant ones.
+    """Fit the harmonics that the targets determine; quantise the significant ones.
 
-    Raises ValueError for a set without counts, or whose targets leave a part of the turn out.
+    Raises ValueError for a set without counts, or with targets on a part of the turn only.
     """
     if measurement.table.counts_per_rev is None:
         raise ValueError(

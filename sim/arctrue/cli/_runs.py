@@ -1,4 +1,4 @@
-"""The runs of a set on the terminal."""
+"""Prints the runs of a set on the terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHOWN_RUNS = 12
 
 
 def print_runs(measurement: MeasurementSet) -> None:
-    """A table each of the capture and the reference, a row a run."""
+    """Print one table for the capture and one for the reference, with one row per run."""
     for part in (measurement.capture, measurement.reference):
         if part is not None:
             _print(part, float(measurement.table.counts_per_rev or 1))
@@ -32,7 +32,7 @@ def _print(part: Capture | Reference, counts_per_rev: float) -> None:
         label, what = "reference", "error"
         angle_deg, value = part.target_deg, part.error_arcsec
     run = np.zeros(value.size, dtype=np.int64) if part.run is None else part.run
-    headings = ("run", "rows", "from °", "to °", "seconds", "°C", f"{what}\nmean ″", "RMS\nof it ″")
+    headings = ("run", "rows", "from °", "to °", "seconds", "°C", f"{what}\nmean ″", "σ\n″")
     grid = table(f"{label}: {value.size:,} rows", *map(number, headings))
     spans = run_spans(run)
     for start, end in spans[:SHOWN_RUNS]:

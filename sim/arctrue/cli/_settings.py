@@ -9,9 +9,9 @@ from arctrue.base.toml_file import TomlContentError, parse_toml
 
 
 def settings_from(pairs: Iterable[str]) -> dict[str, object]:
-    """KEY=VALUE pairs as settings; a value is written as in TOML.
+    """Parse KEY=VALUE pairs; values are written as in TOML.
 
-    Raises ValueError naming the pair that is not of this form.
+    Raises ValueError that names the pair with another form.
     """
     found: dict[str, object] = {}
     for pair in pairs:
@@ -28,7 +28,7 @@ def settings_from(pairs: Iterable[str]) -> dict[str, object]:
 
 
 def _finite(pair: str, value: object) -> object:
-    """The value. Raises ValueError where it is, or lists, a number that is not finite."""
+    """Return the value. Raises ValueError if it is or contains a number that is not finite."""
     values = value if isinstance(value, list) else [value]
     if any(isinstance(item, float) and not math.isfinite(item) for item in values):
         raise ValueError(f"--set {pair}: expected finite numbers")

@@ -1,4 +1,4 @@
-"""Tables on the terminal: words are folded, numbers are never broken, 80 columns are enough."""
+"""Tables on the terminal: text is wrapped, numbers are never broken, 80 columns suffice."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ from collections.abc import Sequence
 from rich.table import Column, Table
 
 WIDTH = 80
-"""Columns of the narrowest terminal that every table fits into."""
+"""Width in columns of the narrowest terminal that every table fits."""
 
 
 def words(heading: str = "") -> Column:
-    """A column of text, on the left; what is too long goes on in the next line."""
+    """A left-aligned column of text; long text continues on the next line."""
     return Column(heading, overflow="fold")
 
 
 def number(heading: str) -> Column:
-    """A column of numbers, on the right; a line break in the heading keeps it narrow."""
+    """A right-aligned column of numbers; a line break in the heading keeps the column narrow."""
     return Column(heading, justify="right", no_wrap=True)
 
 
 def table(title: str, *columns: Column, lines: bool = False) -> Table:
-    """An empty table of these columns; ``lines``: one below each row."""
+    """An empty table of these columns; ``lines`` draws a line below each row."""
     return Table(*columns, title=title, title_justify="left", show_lines=lines)
 
 
 def pairs() -> Table:
-    """An empty table of words and what they stand for, without lines."""
+    """An empty two-column table of terms and their descriptions, without lines."""
     return Table.grid(padding=(0, 2))
 
 
 def live_row(cells: Sequence[str], columns: Sequence[tuple[str, int]]) -> str:
-    """A line of a table whose rows come one by one, which rich could draw at its end only.
+    """Format a row of a table that is printed row by row (rich prints a table only when complete).
 
-    ``columns``: headings and widths, negative ones on the left.
+    ``columns``: heading and width of each; a negative width aligns to the left.
     """
     return " ".join(
         cell.ljust(-width) if width < 0 else cell.rjust(width)
@@ -42,5 +42,5 @@ def live_row(cells: Sequence[str], columns: Sequence[tuple[str, int]]) -> str:
 
 
 def live_head(columns: Sequence[tuple[str, int]]) -> str:
-    """The headings of such a table."""
+    """Format the headings of such a table."""
     return live_row([heading for heading, _ in columns], columns)

@@ -1,8 +1,8 @@
-"""The one way to the terminal: what files hold is shown, never obeyed.
+"""All output to the terminal: text from files and devices is printed, never interpreted.
 
-Titles, names, columns, file names and what a device says are other people's text. Control
-characters in it could move the cursor, hide lines or type answers; they are shown as escapes.
-Square brackets of it are no markup of rich.
+Titles, names, columns, file names and a device's answers come from other people. Control characters
+in them could move the cursor, hide lines or type answers; they are printed as escapes. Square
+brackets in them are not interpreted as markup of rich.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from arctrue.base.printable import harmless
 
 
 class Console(rich.console.Console):
-    """A console of rich for plain text and tables: no markup, no control characters in text."""
+    """A console of rich for plain text and tables, without markup and control characters."""
 
     def __init__(
         self, *, stderr: bool = False, highlight: bool = True, width: int | None = None
     ) -> None:
-        """As rich's, with the options that the commands use."""
+        """Create the console with the options of rich that the commands use."""
         super().__init__(stderr=stderr, highlight=highlight, width=width, markup=False, emoji=False)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Harmless before the layout, so that columns are as wide as what is shown."""
+        """Escape control characters before the layout, so that column widths are right."""
         return super().render_str(harmless(text), **options)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterator[Segment]:
-        """The segments of rich; what is text of them is harmless."""
+        """Yield the segments of rich with control characters in their text escaped."""
         for segment in super().render(renderable, options):
             if segment.control:
                 yield segment
@@ -49,22 +49,22 @@ def say(text: str = "") -> None:
 
 
 def note(text: str) -> None:
-    """Print a line beside the result, on stderr."""
+    """Print a line on stderr that is not part of the result."""
     click.echo(harmless(text), err=True)
 
 
 def tell_error(text: str) -> None:
-    """Say on stderr what went wrong; every command's errors have this form."""
+    """Print an error on stderr; the errors of all commands have this format."""
     note(f"error: {text}")
 
 
 def tell_warning(text: str) -> None:
-    """Say on stderr what should be looked at, although the command goes on."""
+    """Print a warning on stderr; the command continues."""
     note(f"warning: {text}")
 
 
 def tell_objection(text: str, *, forced: bool) -> None:
-    """Say why a result is refused; where the user forces it, that is a warning."""
+    """Print why a result is refused: a warning if the user forces the result, else an error."""
     if forced:
         tell_warning(text)
     else:

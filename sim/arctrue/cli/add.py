@@ -1,4 +1,4 @@
-"""arctrue add: one effect more in the model."""
+"""arctrue add: adds one effect to the model."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from arctrue.workbench.model.noise_floor import floor_of
     "pairs",
     multiple=True,
     metavar="KEY=VALUE",
-    help="A setting of the effect; of one that the model has, a new value.",
+    help="A setting of the effect, or a new value for an effect that the model has.",
 )
 @for_people
 def add(
@@ -80,7 +80,7 @@ def add(
     if model_file is not None:
         console.print(f"wrote {model_file}")
     if json_file is not None:
-        with Progress("diagnosing what is left"):
+        with Progress("diagnosing the residual"):
             write_json(json_file, step_data(loaded, model, solution))
     if out is not None:
         from arctrue.report.charts.ladder import ladder
@@ -90,7 +90,7 @@ def add(
 
 
 def step_data(loaded: LoadedSet, model: Model, solution: Solution) -> dict[str, Any]:
-    """The ladder's last step, before and after, and the verdict on what is left."""
+    """Give the last step of the history, before and after, and the verdict on the residual."""
     after = model.history[-1]
     before = model.history[-2] if len(model.history) > 1 else after
     left = diagnose(loaded.observations, solution.terms, loaded.effects)

@@ -1,4 +1,4 @@
-"""arctrue alpha: the places of two to four heads, and the choice of lanes and of bits."""
+"""arctrue alpha: chooses the places of two to four heads, and the numbers of lanes and bits."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from arctrue.report.numbers import plain
     "places_deg",
     type=Places(),
     metavar="0,P2,P3[,P4]",
-    help="Places after head 1 to judge beside the best ones, degrees (with --heads 3 or 4).",
+    help="Places after head 1 to compare with the best ones, degrees (with --heads 3 or 4).",
 )
 @click.option(
     "--alpha",
@@ -38,13 +38,13 @@ from arctrue.report.numbers import plain
     type=Finite(min=1.0, max=359.0),
     default=33.0,
     show_default=True,
-    help="Angle to judge beside the best ones, degrees.",
+    help="Angle to compare with the best ones, degrees.",
 )
 @click.option(
     "--orders",
     type=click.IntRange(2, 1000),
     multiple=True,
-    help="Judge orders 1 to N; may be repeated.  [default: 10, 12, 20, 32, 40, 64]",
+    help="Judge orders 1 to N; repeatable.  [default: 10, 12, 20, 32, 40, 64]",
 )
 @json_option
 @page_option
@@ -61,21 +61,21 @@ def alpha(
 ) -> None:
     """Give noise gain, blind orders and sensitivity to α, and the best α for orders 1 to N.
 
-    The same for lanes and bits: what they leave of the paper's table. For three and four heads:
-    the places that see orders 1 to N best, at which the mean of all heads, and of four heads that
-    of any three, is quieter than one head.
+    The page also gives the error of the paper's table that each number of lanes and bits leaves.
+    For three and four heads the command gives the places with the least noise gain for orders 1 to
+    N; there the mean of all heads, or of any three of four, has less noise than one head.
     """
     from arctrue.studies.head_angle.choose import ORDERS, PLACES_ORDERS, choose, choose_places
 
     if heads > 2:
         if page_file is not None or out is not None:
-            raise ValueError("--page and --out are for --heads 2; its page has three and four too")
+            raise ValueError("--page and --out need --heads 2; that page covers 3 and 4 heads too")
         judged = plain(choose_places(heads, orders or PLACES_ORDERS, places_deg))
         console.print(_of_places(judged))
         write_json(json_file, judged)
         return
     if places_deg is not None:
-        raise ValueError("--places is for three and four heads: give --heads 3 or 4")
+        raise ValueError("--places needs --heads 3 or 4")
     asked = sorted({*orders, 40}) if page_file is not None and orders else orders
     found = plain(choose(alpha_deg, tuple(asked) or ORDERS))
     headings = ("orders", "α", "worst gain", "order 1", "noise ″", "mounting ″", "blind")

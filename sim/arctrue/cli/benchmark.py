@@ -1,4 +1,4 @@
-"""arctrue benchmark: how often the diagnosis is right, on sets whose truth it does not see."""
+"""arctrue benchmark: measures how often the diagnosis of sets with hidden truth is right."""
 
 from __future__ import annotations
 
@@ -44,26 +44,28 @@ Folder = click.Path(path_type=Path, file_okay=False)
 
 @click.group("benchmark", cls=Commands, short_help="Measure how often the diagnosis is right.")
 def benchmark() -> None:
-    """Make sets from seeds, let the diagnosis see them only, and score its answers."""
+    """Make sets from seeds, diagnose them without their truth, and score the answers."""
 
 
 @benchmark.command("make")
 @click.argument("folder", type=Folder)
 @click.option(
-    "--tier", type=click.Choice(list(TIERS)), required=True, help="Which sets, and how many."
+    "--tier", type=click.Choice(list(TIERS)), required=True, help="Kind and number of the sets."
 )
 @click.option(
     "--generator",
     type=click.Choice(list(SOURCES)),
     default=SIMULATED,
     show_default=True,
-    help="Who makes the sets: the simulated table, the second generator, or both (a fifth).",
+    help="Generator of the sets: the simulated table, the second one, or both (4 : 1).",
 )
-@click.option("--limit", type=click.IntRange(min=1), help="The tier's first sets only.")
-@click.option("--seed", type=SEED, help="Seed of all sets; without it, the one of the tier.")
+@click.option(
+    "--limit", type=click.IntRange(min=1), help="Number of sets, from the tier's first on."
+)
+@click.option("--seed", type=SEED, help="Seed of all sets.  [default: the tier's]")
 @for_people
 def make(folder: Path, tier: str, generator: str, limit: int | None, seed: int | None) -> None:
-    """Write the plan: what is sealed, then the seed of all sets."""
+    """Write the plan: digests of generator and scoring first, then the seed of all sets."""
     plan = make_plan(tier, folder, generator, limit, seed)
     console.print(
         f"{plan.sets} sets, seed {plan.seed}; generator {plan.generator}, scoring {plan.scoring}"
@@ -77,7 +79,7 @@ def make(folder: Path, tier: str, generator: str, limit: int | None, seed: int |
     type=click.Choice(list(SUBJECTS)),
     default="arctrue",
     show_default=True,
-    help="Who answers.",
+    help="Program that answers.",
 )
 @campaign_options
 @interruptible
@@ -89,15 +91,15 @@ def run(
     scheduler: str | None,
     shard: tuple[int, int] | None,
 ) -> None:
-    """Make and diagnose every set of the plan that is not done yet."""
+    """Make and diagnose every set of the plan that has no answer yet."""
     plan = read_plan(folder)
     campaign = plan.campaign(folder, subject)
     find_subject(subject)
     first = campaign.tasks[0]
     if is_public(plan) and differing({set_name(first): task_digest(first)}):
         raise ValueError(
-            "the first public set that is made here is not the frozen one: another generator, or "
-            "sines and cosines of other digits (arctrue benchmark sets compares all of them)"
+            "the first public set made here differs from the frozen one: the generator differs, or "
+            "sines and cosines round differently here (arctrue benchmark sets compares all sets)"
         )
     with CampaignBar("sets") as bar:
         done = campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
@@ -125,13 +127,13 @@ def score(
     """Compare the answers with truth and oracle.
 
     Several folders are shards of one run. --answers: a JSON object by set, as `benchmark sets`
-    names them. An answer is an object with `verdict` and, where it has them, `named`, `class`,
+    names them. An answer is an object with `verdict` and optionally `named`, `class`,
     `parts`, `beside`, `probability` and `held_out_arcsec`, as in the JSON of `arctrue diagnose`.
     """
     from arctrue.report.benchmark_page import reason_words, said_words
 
     if kept and answers is not None:
-        raise ValueError("--keep takes the answers of a run, not those of --answers")
+        raise ValueError("--keep needs the answers of a run; leave --answers out")
     sets = judged_sets(folders, subject, answers)
     found = scored(sets)
     write_json(json_file, found)
@@ -201,10 +203,10 @@ def bound(
     scheduler: str | None,
     shard: tuple[int, int] | None,
 ) -> None:
-    """Inject each effect at the smallest size that a diagnosis says it would find.
+    """Inject each effect at the smallest size that the diagnosis states as detectable.
 
-    That size is said to be found in 95 % of such sets. An effect whose rate lies below that with
-    its whole interval of 95 % is marked.
+    The stated size should be detected in 95 % of such sets. The command marks an effect if the
+    whole 95 % interval of its measured rate lies below that.
     """
     from arctrue.studies.benchmark.bound import PROMISED, bound_campaign, bound_scores
 
@@ -230,7 +232,9 @@ def bound(
 @click.argument("folders", type=Folder, nargs=-1, required=True)
 @click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
 @click.option(
-    "--peers", type=Folder, help="Folder of the public tier, to compare all who answered there."
+    "--peers",
+    type=Folder,
+    help="Folder of the public tier, to compare all programs that answered there.",
 )
 @click.option("--to", "path", type=OutputFile(), required=True, help="Markdown file to write.")
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
@@ -238,17 +242,17 @@ def bound(
 def page(
     folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path, out: Path | None
 ) -> None:
-    """Write what came out as a page."""
+    """Write the scores as a page."""
     from arctrue.report.benchmark_page import benchmark_page
     from arctrue.report.benchmark_picture import plot_benchmark
 
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
-    beside = None if peers is None else score_beside(peers)
+    compared = None if peers is None else score_beside(peers)
     picture = None
     if out is not None:
         picture = Path(relpath(plot_benchmark(found, out), path.parent)).as_posix()
-    write_whole_text(path, benchmark_page(header, found, beside, kept_reasons(), picture))
+    write_whole_text(path, benchmark_page(header, found, compared, kept_reasons(), picture))
     console.print(f"wrote {path}")
 
 
@@ -265,7 +269,7 @@ def page(
     "--content",
     type=click.Choice([*CONTENTS, HIDDEN]),
     required=True,
-    help="What is hidden in it; of the second generator nothing or hidden.",
+    help="Hidden cause; the second generator knows nothing and hidden.",
 )
 @click.option("--seed", type=SEED, required=True, help="Seed of the set.")
 @click.option(
@@ -277,26 +281,26 @@ def page(
 )
 @for_people
 def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> None:
-    """Make one set again, and write its truth beside it."""
+    """Make one set again, and write its truth to FOLDER.truth.json."""
     refuse_recorded(folder)
     made = make_set({"world": world, "content": content, "seed": seed, "samples": samples})
     write_measurement_set(folder, made.measurement)
-    console.print(f"wrote {folder}; what is in it is in {write_truth(folder, made.truth)}")
+    console.print(f"wrote {folder}; its truth is in {write_truth(folder, made.truth)}")
 
 
 @benchmark.command("sets")
 @click.argument("folder", type=Folder)
 @click.argument("out", type=OutputFolder())
 @click.option(
-    "--first", type=click.IntRange(min=1), help="Write only so many sets, from the first on."
+    "--first", type=click.IntRange(min=1), help="Write only this number of sets, from the first on."
 )
-@click.option("--freeze", "frozen", is_flag=True, help="Take these sets for the frozen ones.")
+@click.option("--freeze", "frozen", is_flag=True, help="Freeze these sets.")
 @for_people
 def sets(folder: Path, out: Path, first: int | None, frozen: bool) -> None:
     """Write the plan's measurement sets to OUT without their truth, for anybody to answer.
 
-    Those of the tier public are compared with the digests of the frozen ones; exit code 1 where
-    one differs: answers to it cannot be compared with answers to the frozen set.
+    Sets of the tier public are compared with the digests of the frozen sets. Exit code 1: a set
+    differs, so that answers to it cannot be compared with answers to the frozen set.
     """
     plan = read_plan(folder)
     with Progress("writing sets") as progress:
@@ -309,8 +313,8 @@ def sets(folder: Path, out: Path, first: int | None, frozen: bool) -> None:
     other = differing(digests)
     if other:
         tell_error(
-            f"{len(other)} of {len(digests)} sets are not the frozen ones, the first is "
-            f"{other[0]}: another state of the generator, or sines and cosines of other digits"
+            f"{len(other)} of {len(digests)} sets differ from the frozen ones, first "
+            f"{other[0]}: the generator differs, or sines and cosines round differently here"
         )
         raise SystemExit(1)
-    console.print("all of them are the frozen ones")
+    console.print("all of them equal the frozen ones")

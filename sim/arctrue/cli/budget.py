@@ -53,9 +53,9 @@ def budget(
 ) -> None:
     """Give the uncertainty of the angle after calibration, contribution by contribution.
 
-    The calibration is that of `arctrue calibrate` where SET has a capture; of a reference run
-    alone it is the model of --model, or harmonics that the targets tell apart. --out writes
-    budget.md, budget.html and budget.pdf into that folder.
+    If SET has a capture, the calibration is that of `arctrue calibrate`. If it has a reference run
+    alone, the calibration is the model of --model or, without it, the harmonics that the targets
+    determine. --out writes budget.md, budget.html and budget.pdf into that folder.
     """
     loaded = load(measurement_set, model_file, folders)
     made = _budget(loaded, model_file, temperature)
@@ -88,7 +88,7 @@ def budget(
         },
     )
     if out is not None:
-        # matplotlib takes longer to import than the budget to compute.
+        # The import of matplotlib takes longer than the computation of the budget.
         from arctrue.report.budget_report import write_budget_report
 
         for path in write_budget_report(made, facts, out):
@@ -100,8 +100,8 @@ def _budget(loaded: LoadedSet, model_file: Path | None, temperature: float | Non
     if measurement.capture is not None:
         if model_file is not None:
             raise ValueError(
-                "the set has a capture, and its budget is that of arctrue calibrate; --model is "
-                "for a set with a reference run alone"
+                "--model is for a set with a reference run alone; this set has a capture, and its "
+                "budget is that of arctrue calibrate: leave --model out"
             )
         try:
             return two_heads_budget(measurement, calibrate(measurement))
@@ -118,7 +118,7 @@ def _budget(loaded: LoadedSet, model_file: Path | None, temperature: float | Non
 
 
 def _by_angle(made: Budget) -> dict[str, Any] | None:
-    """U with k = 2 at the readings; None where the budget is of the whole turn alone."""
+    """U with k = 2 at the readings; None if the budget is for the whole turn only."""
     if made.u_by_angle_arcsec is None:
         return None
     return {

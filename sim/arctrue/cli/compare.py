@@ -1,4 +1,4 @@
-"""arctrue compare: where the model fails."""
+"""arctrue compare: shows where a model does not fit a set."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ TESTS = {
     "normality_p": "normality\np",
 }
 WHITE_P = SIGNIFICANCE / (len(TESTS) * len(CHANNELS))
-"""Of one test, so that one set in a hundred is called wrong by chance."""
+"""Significance level of a single test: one set in a hundred fails it by chance."""
 
 
-@click.command("compare", short_help="Say where a model fails on a set.")
+@click.command("compare", short_help="Show where a model does not fit a set.")
 @set_argument
 @common_options
 @click.option(
@@ -54,7 +54,7 @@ def compare(
     seed: int,
     no_fit: bool,
 ) -> None:
-    """Say how far a model and a measurement set are apart, and where."""
+    """Show how far a model and a set differ, and which conditions the residual follows."""
     loaded = load(measurement_set, model_file, folders)
     with Progress("comparing"):
         if no_fit:
@@ -63,10 +63,10 @@ def compare(
             _, solution = fitted(loaded.model, loaded.observations, loaded.effects)
         result = compare_model(solution, seed)
         absent = absent_effects(loaded.effects, loaded.model.names(), loaded.observations)
-        told = identifiability(solution, absent)
+        found = identifiability(solution, absent)
     _print(result, loaded.model.names(), fitted_here=not no_fit)
     _print_noise(result.noise)
-    _print_identifiability(told)
+    _print_identifiability(found)
     write_json(
         json_file,
         {
@@ -81,7 +81,7 @@ def compare(
             "noise": result.noise,
             "masked": [row.data() for row in loaded.observations.masked],
             "maps": [_map_data(item) for item in result.maps],
-            "identifiability": _identifiability_data(told),
+            "identifiability": _identifiability_data(found),
         },
     )
     if out is not None:
@@ -92,14 +92,14 @@ def compare(
             console.print(f"wrote {path}")
 
 
-def _identifiability_data(told: Identifiability) -> dict[str, Any]:
-    data = asdict(told)
-    data["coefficients"] = len(told.coefficients)
+def _identifiability_data(found: Identifiability) -> dict[str, Any]:
+    data = asdict(found)
+    data["coefficients"] = len(found.coefficients)
     return data
 
 
 def _map_data(item: ResidualMap) -> dict[str, Any]:
-    """A map without the bin of every row and how it is drawn."""
+    """Give a map as JSON, without the bin of every row and the drawing settings."""
     return {
         key: value
         for key, value in vars(item).items()
@@ -111,7 +111,7 @@ def _print(result: ModelComparison, names: list[str], *, fitted_here: bool) -> N
     how = "fitted to this set" if fitted_here else "as stored"
     console.print(f"Model: {', '.join(names)}, {how}")
     left = table(
-        "What the model leaves",
+        "Residual of the model",
         words("channel"),
         *map(number, ("rows", "RMS ″", "peak ″", "noise of\nrepeats ″", "lack of\nfit p")),
     )
@@ -129,24 +129,24 @@ def _print(result: ModelComparison, names: list[str], *, fitted_here: bool) -> N
     if not result.findings and lacking:
         console.print(
             f"The model does not fit the {' and the '.join(lacking)}, yet the residual follows "
-            "none of the conditions drawn here: ask arctrue diagnose."
+            "none of the conditions drawn here: run arctrue diagnose."
         )
     elif not result.findings:
-        console.print("Nothing beyond chance: the residual follows none of the conditions.")
+        console.print("The residual follows none of the conditions beyond chance.")
     if result.findings:
-        console.print("Where? The excess is what is left beyond the noise of the repeats.")
+        console.print("Excess: the residual's RMS beyond the noise of the repeats.")
     for finding in result.findings:
         console.print(f"{'  ·' if finding.shadow_of else '•'} {finding.text}")
 
 
 def _print_noise(noise: dict[str, Any]) -> None:
-    """What the fitted noise leaves has to be white and normal, or σ and p do not hold."""
+    """Print the tests of the whitened residual; σ and p hold only if it is white and normal."""
     tested = {name: item["tests"] for name, item in noise.items() if name in CHANNELS}
     tested = {name: tests for name, tests in tested.items() if tests is not None}
     if not tested:
         return
     shown = table(
-        "Is the whitened residual white and normal?",
+        "Tests of the whitened residual: white and normal?",
         words("channel"),
         *map(number, ("white ″", "coloured ″", *TESTS.values())),
     )
@@ -157,17 +157,17 @@ def _print_noise(noise: dict[str, Any]) -> None:
     failed = [name for name, tests in tested.items() if min(tests.values()) < WHITE_P]
     if failed:
         console.print(
-            f"That of the {' and of the '.join(failed)} is not: an effect is missing in the model, "
-            "or σ and p are too small.",
+            f"The whitened residual of the {' and of the '.join(failed)} is not: an effect is "
+            "missing in the model, or σ and p are too small.",
             soft_wrap=True,
         )
 
 
-def _print_identifiability(told: Identifiability) -> None:
-    if told.undetermined:
-        console.print(f"This set does not determine: {', '.join(told.undetermined)}.")
-    for pair in told.correlated[:SHOWN_PAIRS]:
+def _print_identifiability(found: Identifiability) -> None:
+    if found.undetermined:
+        console.print(f"The set does not determine: {', '.join(found.undetermined)}.")
+    for pair in found.correlated[:SHOWN_PAIRS]:
         console.print(
-            f"Hard to tell apart: {pair.first} and {pair.second}, "
+            f"Hardly separable: {pair.first} and {pair.second}, "
             f"correlation {figure(pair.correlation, 3, signed=True)}."
         )

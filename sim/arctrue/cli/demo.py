@@ -1,4 +1,4 @@
-"""``arctrue demo``: see the error fall, through the real VHDL."""
+"""``arctrue demo``: runs the whole loop through the real VHDL and the firmware's C."""
 
 from __future__ import annotations
 
@@ -39,26 +39,25 @@ SECOND_FOLDER = "second_act"
     type=OutputFolder(),
     default=ROOT / "build" / "demo",
     show_default="build/demo",
-    help="Folder of the pages and of the files in between.",
+    help="Folder of the pages and intermediate files.",
 )
 @lanes_option(
-    DemoSettings().lanes, "Harmonic lanes of the gateware in the first act; more take longer."
+    DemoSettings().lanes, "Number of harmonic lanes in the first act; more lanes take longer."
 )
 @click.option(
     "--act",
     type=click.Choice(["1", "2", "both"]),
     default="both",
     show_default=True,
-    help="Run one act alone.",
+    help="Run only this act.",
 )
 @for_people
 def demo(out: Path, lanes: int, act: str) -> None:
     """Run the whole loop: table, edges, VHDL, the firmware's C, corrected edges, pages.
 
-    First act: calibration in GHDL, with a table coarse enough for a simulation. Second act, at the
-    same time: a hidden effect at full scale, in the compiled gateware, named by the workbench and
-    corrected. Ends with exit code 1 when the corrected output is outside the limits, and 2 when an
-    act cannot run.
+    First act: a calibration in GHDL, on a table coarse enough for that simulation. Second act, at
+    the same time: a hidden effect at full scale in the compiled gateware, which the workbench names
+    and corrects. Exit code 1: the corrected output is outside the limits. 2: an act cannot run.
     """
     if lack := lack_of_source_tree():
         raise ValueError(lack)
@@ -119,9 +118,7 @@ def _print_second(act: SecondAct) -> None:
 def _print_result(result: DemoResult) -> None:
     settings = result.settings
     arcsec = settings.arcsec_per_count
-    console.print(
-        f"\nOutput against the true angle, one turn; a count is {arcsec:.2f}″ at this scale"
-    )
+    console.print(f"\nOutput against the true angle, one turn; one count is {arcsec:.2f}″ here")
     errors = table(
         "Error, counts",
         words(),
@@ -155,13 +152,13 @@ def _print_result(result: DemoResult) -> None:
         number("expected\nerror ″"),
         number("with new\nones ″"),
     )
-    for told in result.turns:
-        reason = "" if told.reason == "none" else f", {told.reason.replace('_', ' ')}"
+    for line in result.turns:
+        reason = "" if line.reason == "none" else f", {line.reason.replace('_', ' ')}"
         firmware.add_row(
-            str(told.number),
-            told.result + reason,
-            figure(told.active_arcsec, 2),
-            figure(told.candidate_arcsec, 2),
+            str(line.number),
+            line.result + reason,
+            figure(line.active_arcsec, 2),
+            figure(line.candidate_arcsec, 2),
         )
     console.print(firmware)
     say(

@@ -1,4 +1,4 @@
-"""arctrue drop: one effect less in the model."""
+"""arctrue drop: removes one effect from the model."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from arctrue.cli.add import step_data
 from arctrue.workbench.model.growth import drop_effect
 
 
-@click.command("drop", short_help="Drop an effect from a model; see what it costs.")
+@click.command("drop", short_help="Drop an effect from a model; see the error rise.")
 @click.argument("effect", type=EFFECT_NAME)
 @set_argument
 @common_options
@@ -37,7 +37,7 @@ def drop(
     out: Path | None,
     seed: int,
 ) -> None:
-    """Drop EFFECT from the model, fit the rest to SET, and show what that costs."""
+    """Drop EFFECT from the model, fit the others to SET, and show how the error rises."""
     with changing(model_file):
         loaded = load(measurement_set, model_file, folders)
         with Progress(f"dropping {effect}"):

@@ -1,4 +1,4 @@
-"""arctrue effects: the catalogue, one effect, or a new one to edit."""
+"""arctrue effects: lists the catalogue, describes one effect, or creates a new one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from arctrue.workbench.effects.registry import built_in, effect_class, from_file
 from arctrue.workbench.observations.build import observations_of
 
 CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing", "reference": "nothing"}
-"""What of the gateware can correct an effect."""
+"""The part of the gateware that can correct an effect, by its kind of compensation."""
 
 
 @click.group(
@@ -84,9 +84,9 @@ def show(context: click.Context, name: str, json_file: Path | None) -> None:
 
 
 def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """What stands in each line, without what is empty."""
-    told_apart = ("capture_sees", "reference_sees", "told_apart_by", "next_measurement")
-    for key in ("physics", "equation", "source", "plausible", *told_apart):
+    """Give label and text of each line; empty entries are left out."""
+    separation = ("capture_sees", "reference_sees", "told_apart_by", "next_measurement")
+    for key in ("physics", "equation", "source", "plausible", *separation):
         if data[key]:
             yield key.replace("_", " "), data[key]
     note = f": {data['compensation_note']}" if data["compensation_note"] else ""
@@ -133,9 +133,9 @@ def new(name: str, folder: Path) -> None:
 def check(file: Path, measurement_set: Path | None, json_file: Path | None) -> None:
     """Check the effects of the Python file FILE before they are fitted to data.
 
-    Columns against finite differences of a forward formula, units, shape, finite values, rows one
-    by one, independence of the model's columns. Exit code 1: a check failed; 2: FILE cannot be
-    used.
+    The checks compare the columns of the design matrix with finite differences of a forward
+    formula, and test units, shape, finite values, evaluation row by row, and independence of the
+    model's columns. Exit code 1: a check failed. 2: FILE cannot be used.
     """
     from arctrue.workbench.check.effect_check import checks_of
 
@@ -160,7 +160,7 @@ def check(file: Path, measurement_set: Path | None, json_file: Path | None) -> N
 
 
 def _rows_to_check_on(measurement_set: Path | None) -> MeasurementSet:
-    """The set that was named, else one with every condition that the catalogue asks for."""
+    """Read the named set, or simulate one with every condition that the catalogue uses."""
     if measurement_set is not None:
         return read_measurement_set(measurement_set)
     from arctrue.studies.simulate.experiment import EXPERIMENTS
@@ -170,7 +170,7 @@ def _rows_to_check_on(measurement_set: Path | None) -> MeasurementSet:
 
 
 def effect_data(effect: type[Effect]) -> dict[str, Any]:
-    """All that an effect declares, as JSON."""
+    """Give everything that an effect declares, as JSON."""
     return {
         "name": effect.name,
         "physics": effect.physics,

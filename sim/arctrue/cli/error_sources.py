@@ -1,4 +1,4 @@
-"""arctrue error-sources: the budget of the calibration, every source simulated alone."""
+"""arctrue error-sources: simulates each error source of the calibration alone."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from arctrue.studies.error_budget import DRAWS
     "--monte-carlo",
     "folder",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Folder of arctrue monte-carlo, to compare the stated uncertainty with.",
+    help="Folder of an arctrue monte-carlo run, to compare its stated uncertainty.",
 )
 @click.option(
     "--from",
     "source",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Use the JSON of an earlier run in place of a simulation.",
+    help="Use the JSON of an earlier run instead of a simulation.",
 )
 @json_option
 @page_option
@@ -54,10 +54,10 @@ def error_sources(
     page_file: Path | None,
     out: Path | None,
 ) -> None:
-    """Simulate every source of error of the calibration alone, then all together.
+    """Simulate every error source of the calibration alone, then all together.
 
-    It also gives the budget of the paper's experiment with a polygon that is put on anew in every
-    cycle, and E_n between it and the calibration by two heads.
+    The command also gives the budget of the paper's experiment with a polygon that is mounted anew
+    in every cycle, and E_n between that experiment and the calibration by two heads.
     """
     from arctrue.report.error_budget_page import error_budget_page, plot_error_budget, summary
     from arctrue.studies.error_budget.drawn import drawn_calibrations
@@ -75,7 +75,7 @@ def error_sources(
         found["monte_carlo"] = drawn_calibrations(folder)
     found = plain(found)
     left = table(
-        "Left of the error of head 1, RMS over the turn, ″",
+        "Error of head 1 after calibration, RMS over the turn, ″",
         words("source"),
         number("least\nsquares"),
         number("the paper's\nmethod"),
@@ -97,7 +97,7 @@ def error_sources(
 
 
 def _stored(source: Path) -> dict[str, Any]:
-    """Raises ValueError for a file of another kind."""
+    """Read the results of a file. Raises ValueError for a file of another kind."""
     with suppress(ContentError):
         found = read_json(source, dict[str, Any])
         if {"methods", "experiment", "angle_deg"} <= found.keys():

@@ -1,4 +1,4 @@
-"""``arctrue flash PORT BOOT.BIN``: a boot image into the flash of a running device."""
+"""``arctrue flash PORT BOOT.BIN``: writes a boot image into the flash of a running device."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ NO_DEVICE = 2
 @click.argument("port")
 @click.argument("file", metavar="BOOT.BIN", type=click.Path(path_type=Path))
 def flash(port: str, file: Path) -> None:
-    """Write BOOT.BIN, which make image wrote, into the flash of the board at PORT.
+    """Write BOOT.BIN, a file made by make image, into the flash of the board at PORT.
 
-    The device goes on with its work. Its very first image is written twice: the second one is
-    golden and never written again. Power may be lost at any moment: the board then starts the
-    golden image. Firmware alone takes a minute, a bitstream some twenty more.
+    The device keeps working meanwhile. It writes the very first image twice: the second copy is the
+    golden image, which is never overwritten. If power is lost during the writing, the board starts
+    the golden image. Firmware alone takes a minute, a bitstream about twenty more.
 
-    Exit code 1: the flash does not take it. 2: the file cannot be read, or the device does not
+    Exit code 1: the flash refused the image. 2: the file cannot be read, or the device does not
     answer.
     """
     try:

@@ -1,4 +1,4 @@
-"""arctrue heads: what the calibrated mean of four heads shows on a simulated table."""
+"""arctrue heads: judges the calibrated mean of four heads on a simulated table."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from arctrue.cli._tables import number, table, words
 from arctrue.report.numbers import plain
 
 
-@click.command(short_help="What the mean of four heads shows on a simulated table.")
+@click.command(short_help="Judge the mean of four heads on a simulated table.")
 @click.option(
     "--samples",
     "samples_a_turn",
     type=click.IntRange(1200, 48_000),
     default=12_000,
     show_default=True,
-    help="Samples a turn.",
+    help="Samples per turn.",
 )
 @click.option(
     "--orders",
@@ -31,7 +31,7 @@ from arctrue.report.numbers import plain
     type=click.IntRange(12, 500),
     default=500,
     show_default=True,
-    help="Orders of the error function.",
+    help="Number of orders of the error function.",
 )
 @click.option(
     "--turns",
@@ -39,7 +39,7 @@ from arctrue.report.numbers import plain
     type=click.IntRange(1, 100),
     default=10,
     show_default=True,
-    help="Turns from which the error function is found.",
+    help="Number of turns from which the error function is estimated.",
 )
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of noise and mounting.")
 @json_option
@@ -55,16 +55,16 @@ def heads(
 ) -> None:
     """Calibrate a simulated table of four heads once and judge their mean on other turns.
 
-    Balls of the bearing, a disc whose centre moves, a head that is missing or has moved, and the
-    disc's error to a high order, beside two heads on the same disc.
+    The study covers ball pass of the bearing, a disc whose centre moves, a head that is missing or
+    has moved, and the disc's error to a high order; it compares with two heads on the same disc.
     """
     from arctrue.report.heads_page import heads_page
     from arctrue.studies.heads.shown import shown
 
     if samples_a_turn < 2 * fine_orders + 2:
         raise ValueError(
-            f"--samples: order {fine_orders} needs {2 * fine_orders + 2} samples a turn or more, "
-            f"found {samples_a_turn}"
+            f"--samples: order {fine_orders} needs at least {2 * fine_orders + 2} samples per "
+            f"turn, found {samples_a_turn}"
         )
     with Progress("measuring") as step:
         found = plain(
@@ -85,7 +85,7 @@ def heads(
 
 def _print(found: dict[str, Any]) -> None:
     balls, shift = found["ball_pass"], found["hub_shift"][0]
-    rows = table("On fresh turns, ″ RMS", words(), *map(number, ("two heads", "four heads, mean")))
+    rows = table("On other turns, ″ RMS", words(), *map(number, ("two heads", "four heads, mean")))
     rows.add_row(
         "ball pass 0.25 µm, orders 2 and 3 of the axis, 0.1″ of noise",
         f"{balls['two_heads_rms_arcsec']:.3f}",

@@ -1,4 +1,4 @@
-"""arctrue history: how the model grew and the error fell."""
+"""arctrue history: shows the steps of a model and its error after each step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.workbench.model.model_file import read_model
 from arctrue.workbench.model.noise_floor import with_one_floor
 
 
-@click.command("history", short_help="Show how a model grew and the error fell.")
+@click.command("history", short_help="Show the steps of a model and its error after each.")
 @click.option(
     "--model",
     "model_file",
@@ -27,11 +27,11 @@ from arctrue.workbench.model.noise_floor import with_one_floor
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
-    """Print every step of a model and, with --out, draw the falling error.
+    """Print every step of a model and, with --out, draw its error after each step.
 
-    RMS and peak are those of the rows fitted to; "held out" is the RMS of a quarter of each
-    revolution, or of every fourth cycle, under a fit without it; noise is the scatter of the
-    repeats, one figure of the set, which no model can beat.
+    RMS and peak are those of the fitted rows. "held out" is the RMS of rows that the fit did not
+    use: a quarter of each revolution, or every fourth cycle. "noise" is the standard deviation of
+    the repeats: one figure for the set, and a lower bound for every model.
     """
     model = read_model(model_file)
     if not model.history:

@@ -1,4 +1,4 @@
-"""arctrue import: files of other programs become a measurement set."""
+"""arctrue import: makes a measurement set from files of other programs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _UNITS = "; ".join(
 
 
 def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
-    """NAME=VALUE of an option. Raises ValueError."""
+    """Parse the NAME=VALUE pairs of an option. Raises ValueError for another form."""
     found: dict[str, str] = {}
     for pair in given:
         name, equals, value = pair.partition("=")
@@ -53,7 +53,7 @@ def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
 
 
 def _ask(asked: Ambiguous) -> str:
-    """The answer of the person at the terminal."""
+    """Ask the user at the terminal and return the answer."""
     note(asked.question)
     if asked.free_text:
         return str(click.prompt(asked.option.strip("-"), err=True))
@@ -77,8 +77,8 @@ def _ask(asked: Ambiguous) -> str:
     "columns",
     multiple=True,
     metavar="NAME=COLUMN",
-    help=f"The file's column (name or number, 1 is the first; 2:NAME in the second file) of "
-    f"{', '.join(QUANTITIES)}; another NAME is a condition.",
+    help=f"Assign a column of the file (its name, or its number from 1; 2:NAME in the second "
+    f"file) to a quantity: {', '.join(QUANTITIES)}; another NAME is a condition.",
 )
 @click.option(
     "--unit", "units", multiple=True, metavar="NAME=UNIT", help=f"Unit of a column. {_UNITS}."
@@ -87,12 +87,12 @@ def _ask(asked: Ambiguous) -> str:
 @click.option(
     "--delimiter",
     type=click.Choice(["comma", "semicolon", "tab", "space"]),
-    help="What stands between the columns of a text file.",
+    help="Separator of the columns in a text file.",
 )
 @click.option(
     "--decimal",
     type=click.Choice(["point", "comma"]),
-    help="Decimal sign in the numbers of a text file.",
+    help="Decimal separator in a text file.",
 )
 @click.option(
     "--group",
@@ -100,8 +100,10 @@ def _ask(asked: Ambiguous) -> str:
     metavar="PATH",
     help="Group of an HDF5 file, or variable of an EPICS log.",
 )
-@click.option("--period", type=Finite(min=0.0, min_open=True), help="Seconds between two rows.")
-@click.option("--counts-per-rev", type=click.IntRange(min=4), help="Counts of one turn.")
+@click.option(
+    "--period", type=Finite(min=0.0, min_open=True), help="Time between two rows in seconds."
+)
+@click.option("--counts-per-rev", type=click.IntRange(min=4), help="Counts per turn.")
 @click.option("--separation", type=Finite(-360.0, 360.0), help="Degrees from head 1 to head 2.")
 @click.option(
     "--places",
@@ -113,12 +115,12 @@ def _ask(asked: Ambiguous) -> str:
 @click.option(
     "--sign",
     type=click.Choice(["reading-true", "true-reading"]),
-    help="What the error column is; ISO 230-2 has true-reading.",
+    help="Sign of the error column; true-reading is that of ISO 230-2.",
 )
 @click.option(
     "--zero",
     type=click.Choice(["shift", "keep"]),
-    help="Where reading and reference have different zeros: shift the reference's, or keep it.",
+    help="If reading and reference have different zeros: shift the reference, or keep it.",
 )
 @click.option(
     "--clock-offset", type=Finite(), help="Seconds that are added to the times of the reference."
@@ -126,7 +128,7 @@ def _ask(asked: Ambiguous) -> str:
 @click.option(
     "--order",
     type=click.Choice(["sort", "runs"]),
-    help="Where the times of rows go back: sort the rows, or begin a new run at each such row.",
+    help="If the time steps back: sort the rows, or begin a new run at each such row.",
 )
 @click.option("--missing", type=click.Choice(["drop"]), help="Leave out rows without a value.")
 @click.option("--lines", type=click.IntRange(min=1), help="Grating lines of the disc.")
@@ -141,7 +143,7 @@ def _ask(asked: Ambiguous) -> str:
     "--u", "u_arcsec", type=Finite(min=0.0), help="Standard uncertainty of the reference, arcsec."
 )
 @click.option("--title", default="", metavar="TEXT", help="Title of the set.")
-@click.option("--dry-run", is_flag=True, help="Say what would be written; write nothing.")
+@click.option("--dry-run", is_flag=True, help="Print what would be written; write nothing.")
 @for_people
 def import_(
     files: tuple[Path, ...],
@@ -172,12 +174,12 @@ def import_(
     """Make the measurement set OUT from FILEs that other programs recorded.
 
     Text in columns, JSON lines, NumPy, Parquet, HDF5, guide logs of PHD2, samples of LinuxCNC,
-    camonitor logs of EPICS, MAT files; gzip is unpacked. What the files do not say is asked at a
-    terminal; a script is told all open questions with their options and the first rows (exit code
-    2). The command that repeats the import is written into the set.
+    camonitor logs of EPICS, MAT files; gzip is unpacked. At a terminal the command asks for what
+    the files do not state. In a script it prints all open questions with their options and the
+    first rows, and ends with exit code 2. The set records the command that repeats the import.
     """
     if not dry_run and (out / FILE_NAME).exists():
-        raise ValueError(f"{out}: holds a measurement set already; name a new folder")
+        raise ValueError(f"{out}: already holds a measurement set; name a new folder")
     settings = Settings(
         columns=_pairs("--column", columns),
         units=_pairs("--unit", units),
@@ -222,7 +224,7 @@ def import_(
 
 
 def _command(answers: Sequence[tuple[str, str]]) -> str:
-    """What repeats this import: the command as it was typed, and the answers given."""
+    """Compose the command that repeats this import: the typed command plus the answers."""
     context = click.get_current_context()
     words = ["arctrue", "import"]
     assert isinstance(context.command, click.Command)

@@ -1,4 +1,4 @@
-"""arctrue iso230: accuracy and repeatability of positioning after ISO 230-2."""
+"""arctrue iso230: accuracy and repeatability of positioning according to ISO 230-2."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from arctrue.metrology.iso230 import Contributions, Positioning, of_reference
 from arctrue.workbench.model.growth import fitted
 
 SHOWN_TARGETS = 40
-"""Listed on the terminal; --json and --out have all of them."""
+"""Number of targets listed on the terminal; --json and --out contain all."""
 SIGN = (
     "positioning deviations: actual less target position of a servo that follows head 1; the "
     "error of indication in reference.csv has the other sign"
 )
 
 
-@click.command("iso230", short_help="Positioning figures after ISO 230-2 of the reference run.")
+@click.command("iso230", short_help="Figures of ISO 230-2 for the reference run.")
 @set_argument
 @common_options
 @click.option(
@@ -61,13 +61,13 @@ def iso230(
 ) -> None:
     """Give the figures of ISO 230-2 for the reference run of SET, per target and over the turn.
 
-    With --model it also gives the figures of what a correction by this model leaves. Each row that
-    no mask names is used. --out writes iso230.md, iso230.html and iso230.pdf into that folder.
+    With --model the command also gives the figures after a correction by this model. Rows that the
+    mask names are not used. --out writes iso230.md, iso230.html and iso230.pdf into that folder.
     """
     loaded = load(measurement_set, model_file, folders)
     reference = loaded.measurement_set.reference
     if reference is None:
-        raise ValueError(f"{measurement_set}: has no reference run, which ISO 230-2 figures need")
+        raise ValueError(f"{measurement_set}: the figures of ISO 230-2 need a reference run")
     before = of_reference(reference)
     after = None
     notes: list[str] = []
@@ -92,7 +92,7 @@ def iso230(
     data["program"] = f"arctrue {version('arctrue')}"
     write_json(json_file, data)
     if out is not None:
-        # matplotlib takes longer to import than the figures to compute.
+        # The import of matplotlib takes longer than the computation of the figures.
         from arctrue.report.iso230_report import write_iso230_report
 
         for path in write_iso230_report(data, before, after, out):
@@ -117,9 +117,7 @@ def _lacking(contributions: Contributions) -> list[str]:
             "measurement.toml"
         )
     if contributions.environment_arcsec is None:
-        found.append(
-            "no uncertainty: what the environment does was not tested; --drift gives its range"
-        )
+        found.append("no uncertainty of the environmental variation: state its range by --drift")
     return found
 
 
@@ -130,9 +128,9 @@ def _print(
     notes: list[str],
 ) -> None:
     if before.objections:
-        say(f"Not by the standard (ISO 230-2): {'; '.join(before.objections)}.")
+        say(f"Not according to ISO 230-2: {'; '.join(before.objections)}.")
     else:
-        say("By ISO 230-2.")
+        say("According to ISO 230-2.")
     say(f"Signs: {SIGN}.\n")
     headings = ("measured", *(("corrected",) if after else ()), "U (k = 2)")
     turn = table("Over the turn, ″", words("figure"), *map(number, headings))
@@ -163,7 +161,7 @@ def _print_targets(which: Positioning, title: str) -> None:
 
 
 def target_columns(which: Positioning) -> dict[str, NDArray[np.float64]]:
-    """Figures per target by their symbols, (targets,)."""
+    """Figures per target, (targets,), by their symbols of ISO 230-2."""
     return {
         "x̄↑": which.up.mean_arcsec,
         "x̄↓": which.down.mean_arcsec,

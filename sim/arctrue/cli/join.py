@@ -1,4 +1,4 @@
-"""arctrue join: several sets of one table become one."""
+"""arctrue join: makes one set from several sets of one table."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from arctrue.measurement.description import FILE_NAME
 @click.option(
     "--times",
     type=click.Choice(["after", "keep"]),
-    help="How to read the times of a set whose clock began anew: after the set before it, or as "
-    "they are.",
+    help="How to treat the times of a set whose clock began anew: put them after those of the set "
+    "before it, or keep them.",
 )
-@click.option("--common-columns", is_flag=True, help="Leave out columns that not all sets have.")
+@click.option("--common-columns", is_flag=True, help="Leave out columns that some sets lack.")
 @next_option
 @for_people
 def join(
@@ -48,17 +48,17 @@ def join(
     """Write the runs of all SETs to OUT, one after another.
 
     Runs and cycles are numbered from one set to the next. Sets of different tables are refused.
-    With --next the last SET must hold what a diagnosis of the first one asked for (exit code 1).
+    With --next the last SET must be what a diagnosis of the first one requested (else exit code 1).
     """
     if (out / FILE_NAME).exists():
-        raise ValueError(f"{out}: holds a measurement set already; name a new folder")
+        raise ValueError(f"{out}: already holds a measurement set; name a new folder")
     read = [read_measurement_set(folder) for folder in sets]
     for item in read:
         for warning in item.warnings:
             tell_warning(warning)
     if kind is not None:
         if len(read) < 2:
-            raise ValueError(f"--next {kind} needs two sets: the first, and the one that was asked")
+            raise ValueError(f"--next {kind} needs two sets: the first, and the requested one")
         refuse_what_was_not_asked(kind, read[0], read[-1], force=force)
     result, notes = joined(
         read,

@@ -1,4 +1,4 @@
-"""arctrue long-run: a scenario of many turns, held in several ways."""
+"""arctrue long-run: compares strategies that keep a table corrected over many turns."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.cli._tables import number, table, words
 from arctrue.report.numbers import plain
 
 LEAST_TURNS = 30
-"""With fewer, what the model is learned from tells nothing of the temperature."""
+"""With fewer turns the learned model has no information on the temperature."""
 
 
 @click.command("long-run", short_help="Many turns with drift, heat and a fault.")
@@ -23,7 +23,7 @@ LEAST_TURNS = 30
 @click.option(
     "--turns",
     type=click.IntRange(LEAST_TURNS),
-    help="Run the same course in so many turns, for a quick look.",
+    help="Run the same course in this number of turns, for a quick look.",
 )
 @json_option
 @page_option
@@ -39,8 +39,8 @@ def long_run(
     """Run SCENARIO.toml with coefficients that are held, calibrated anew, averaged, or modelled.
 
     The scenario is one leg of turns, such as sim/scenarios/long_run.toml, and runs on the virtual
-    instrument: compiled gateware and the firmware's C code. Tells the error that each way leaves,
-    the Allan deviation of the orders, and what a watch on the telemetry says of trends.
+    instrument: compiled gateware and the firmware's C code. The result is the error under each
+    strategy, the Allan deviation of the orders, and the trends that the telemetry watch reports.
     """
     from arctrue.studies.long_run.experiment import run_long, shortened
     from arctrue.studies.scenario import read_scenario
@@ -51,7 +51,7 @@ def long_run(
     with on_the_instrument(str(scenario_file)) as shown:
         found = plain(run_long(scenario, report_run=shown.progress, report_step=shown.say))
     rows = table(
-        f"{found['turns']} turns, error left by the coefficients, ″",
+        f"{found['turns']} turns, error after correction, ″",
         words(),
         *map(number, ("RMS", "largest", "applied", "refused")),
     )

@@ -1,4 +1,4 @@
-"""arctrue methods: methods of calibration on the same simulated table."""
+"""arctrue methods: compares methods of calibration on the same simulated table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 
 LEAST_MINUTES = 8.0
-"""Five cycles of the polygon: with fewer its positions do not reach all faces."""
+"""The polygon takes five cycles; with fewer its mountings do not reach all faces."""
 
 
 @click.command(short_help="Methods of calibration on the same simulated table.")
@@ -25,7 +25,7 @@ LEAST_MINUTES = 8.0
     type=Finite(min=LEAST_MINUTES, max=120.0),
     default=16.0,
     show_default=True,
-    help="Minutes that each method measures.",
+    help="Measuring time of each method, in minutes.",
 )
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of noise and mounting.")
 @json_option
@@ -37,8 +37,8 @@ def methods(
 ) -> None:
     """Compare reference, closure, equal division, free spin, and two to four heads or their mean.
 
-    Each method measures the same simulated table with the same noise for the same time. What its
-    correction leaves is scored against the true angle.
+    Each method measures the same simulated table with the same noise for the same time. The study
+    compares the corrected angle of each method with the true angle.
     """
     from arctrue.studies.methods.compare import compare_methods
     from arctrue.studies.methods.world import MethodsSettings
@@ -55,7 +55,7 @@ def methods(
 
 def _print(found: dict[str, Any]) -> None:
     left = table(
-        "Left of the error, ″",
+        "Error after correction, ″",
         words("method"),
         words("output"),
         *map(number, ("heads", "range", "RMS", "axis\nat rest", "later")),

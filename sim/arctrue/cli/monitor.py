@@ -1,4 +1,4 @@
-"""``arctrue monitor PORT``: a device at work, turn by turn."""
+"""``arctrue monitor PORT``: shows and records a device's telemetry, turn by turn."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NO_DEVICE = 2
 
 @click.command(short_help="Show and record a device's telemetry.")
 @click.argument("port")
-@click.option("--turns", type=click.IntRange(min=1), help="End after so many turns.")
+@click.option("--turns", type=click.IntRange(min=1), help="End after this number of turns.")
 @click.option(
     "--record",
     type=OutputFile(),
@@ -39,7 +39,7 @@ NO_DEVICE = 2
     type=click.IntRange(min=1),
     default=100,
     show_default=True,
-    help="Turns from one capture to the next.",
+    help="Number of turns from one capture to the next.",
 )
 @click.option(
     "--silence",
@@ -113,7 +113,7 @@ _COLUMNS = (
     ("die °C", 6),
     ("order1″", 8),
 )
-"""With the spaces between them 76 columns."""
+"""The table is 76 columns wide, spaces included."""
 
 _HEAD = live_head(_COLUMNS)
 

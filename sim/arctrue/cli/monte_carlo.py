@@ -1,4 +1,4 @@
-"""arctrue monte-carlo: does the calibration's stated uncertainty hold?"""
+"""arctrue monte-carlo: tests whether the calibration's stated uncertainty holds."""
 
 from __future__ import annotations
 
@@ -30,9 +30,7 @@ USUAL = TrialPlan(400, 1)
     show_default=True,
     help="Number of trials of each case.",
 )
-@click.option(
-    "--seed", type=SEED, default=USUAL.seed, show_default=True, help="Seed of all that is drawn."
-)
+@click.option("--seed", type=SEED, default=USUAL.seed, show_default=True, help="Seed of all draws.")
 @click.option(
     "--turns",
     type=click.IntRange(1, 100),
@@ -85,7 +83,7 @@ def monte_carlo(
     The result is the coverage of the stated uncertainty over random tables, not the distribution
     of one measurement's result (JCGM 101).
 
-    Results go to FOLDER; the same command goes on where it stopped, and prints what is there.
+    Results go to FOLDER; the same command continues where it stopped, and prints all results there.
     """
     from arctrue.report.monte_carlo_page import monte_carlo_page, where_off
 

@@ -1,4 +1,4 @@
-"""arctrue paper: the paper point by point, with its experiment on the virtual instrument."""
+"""arctrue paper: repeats the paper's experiment on the virtual instrument."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from arctrue.report.numbers import plain
 FULL_INTERPOLATION = 1024
 COARSE_INTERPOLATION = 64
 LEAST_INTERPOLATION = 16
-"""With less, the ramp takes longer than the turns between calibration and cycles."""
+"""With less, the ramp of new coefficients does not end before the cycles begin."""
 
 
 @click.command(short_help="The paper's experiment on the virtual instrument.")
@@ -59,7 +59,7 @@ LEAST_INTERPOLATION = 16
     "source",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     multiple=True,
-    help="Use the JSON of an earlier run in place of a run; may be repeated.",
+    help="Use the JSON of an earlier run instead of a new run; repeatable.",
 )
 @for_people
 def paper(
@@ -72,11 +72,11 @@ def paper(
     out: Path | None,
     source: tuple[Path, ...],
 ) -> None:
-    """Polygon of 24 faces and autocollimator, before and after, beside the paper's figures.
+    """Measure with a 24-face polygon and autocollimator before and after the correction.
 
-    The table is captured, calibrated and corrected by gateware and firmware, every edge through the
-    decoders. At the paper's size a cycle takes about a minute and a half. --page writes every
-    equation, table and figure of the paper beside what comes out here.
+    Gateware and firmware capture, calibrate and correct the table; every edge passes the decoders.
+    At the paper's size a cycle takes about a minute and a half. --page writes a page that compares
+    every equation, table and figure of the paper with this experiment.
     """
     experiments = [one for path in source for one in _stored(path)]
     if not source:
@@ -122,7 +122,7 @@ def _run(cycles: int, interpolation: int, lanes: int, seed: int) -> dict[str, An
 
 
 def _stored(source: Path) -> list[dict[str, Any]]:
-    """The experiments of a file. Raises ValueError for a file of another kind."""
+    """Read the experiments of a file. Raises ValueError for a file of another kind."""
     with suppress(ContentError):
         found = read_json(source, dict[str, Any])
         experiments = typed(found.get("experiments", [found]), list[dict[str, Any]])
@@ -133,7 +133,7 @@ def _stored(source: Path) -> list[dict[str, Any]]:
 
 def _print(result: Mapping[str, Any]) -> None:
     printed, budget = result["published"], result["budget"]
-    beside = table(
+    comparison = table(
         f"{printed['faces']} faces, {result['settings']['cycles']} cycles, ″",
         words(),
         number("paper"),
@@ -143,13 +143,13 @@ def _print(result: Mapping[str, Any]) -> None:
     def span(values: list[float]) -> str:
         return f"[{figure(values[0], 2)}, {figure(values[1], 2)}]"
 
-    beside.add_row(
+    comparison.add_row(
         "error, uncorrected", span(printed["before_arcsec"]), span(result["before"]["span_arcsec"])
     )
-    beside.add_row(
+    comparison.add_row(
         "error, corrected", span(printed["after_arcsec"]), span(result["after"]["span_arcsec"])
     )
-    beside.add_row(
+    comparison.add_row(
         "largest σ of a face, (13)",
         f"{printed['largest_deviation_arcsec']:.2f}",
         f"{max(result['after']['deviation_arcsec']):.2f}",
@@ -162,19 +162,19 @@ def _print(result: Mapping[str, Any]) -> None:
         "tower_difference_arcsec": "u₅ tower difference, (15)",
     }
     for name, label in names.items():
-        beside.add_row(label, f"{printed['budget'][name]:g}", f"{budget[name]:.2g}")
-    beside.add_row(
+        comparison.add_row(label, f"{printed['budget'][name]:g}", f"{budget[name]:.2g}")
+    comparison.add_row(
         "u combined, (16)", f"{printed['combined_arcsec']:.2f}", f"{budget['combined_arcsec']:.2f}"
     )
-    beside.add_row(
+    comparison.add_row(
         "U expanded, k = 2, (17)",
         f"{printed['expanded_arcsec']:.2f}",
         f"{budget['expanded_arcsec']:.2f}",
     )
     amplitude = result["residual_orders_arcsec"]
     largest = max(range(len(amplitude)), key=amplitude.__getitem__)
-    beside.add_row("largest order that is left", "1", f"{largest + 1} ({amplitude[largest]:.2f}″)")
-    console.print(beside)
+    comparison.add_row("largest remaining order", "1", f"{largest + 1} ({amplitude[largest]:.2f}″)")
+    console.print(comparison)
     given = result["settings"]["revolution"]
     console.print(
         f"u₁ and u₂ are the paper's; {given['lines'] * given['interpolation']:,} counts a turn, "

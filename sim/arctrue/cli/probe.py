@@ -1,4 +1,4 @@
-"""``arctrue probe PORT``: where the table was at each edge of the probe's pin."""
+"""``arctrue probe PORT``: shows the table's position at each edge of the probe input."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ NO_DEVICE = 2
 COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12))
 
 
-@click.command(short_help="Show where a probe's edges found the table.")
+@click.command(short_help="Show the table's position at each edge of a probe.")
 @click.argument("port")
-@click.option("--count", type=click.IntRange(min=1), help="End after so many edges.")
+@click.option("--count", type=click.IntRange(min=1), help="End after this number of edges.")
 @click.option(
     "--csv", "out", type=OutputFile(".csv"), help="Write the edges to this file at the end."
 )
@@ -36,11 +36,11 @@ COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12
 def probe(port: str, count: int | None, out: Path | None, silence: float) -> None:
     """Show the corrected position that each edge at probe_in latched, until Ctrl-C.
 
-    The device at PORT is asked ten times a second. Of edges that come faster the last one is
-    shown, and how many were missed. `probe falling 1` on the console takes falling edges.
+    The command asks the device at PORT ten times a second. If edges come faster, it shows the last
+    one and the number of missed edges. `probe falling 1` on the console selects falling edges.
 
-    Exit code 2: the device does not answer (any more), or the file cannot be written. Edges that
-    were shown are written all the same.
+    Exit code 2: the device does not answer, or the file cannot be written. The edges that were
+    shown are written to the file even if the device stops answering.
     """
     latches: list[Latch] = []
     failed = False
@@ -82,4 +82,4 @@ def _row(latch: Latch) -> str:
         ],
         COLUMNS,
     )
-    return f"{line}  {latch.missed} missed before it" if latch.missed else line
+    return f"{line}  {latch.missed} edges missed before" if latch.missed else line

@@ -1,4 +1,4 @@
-"""arctrue report: an analysis of a set and a model as one file to mail."""
+"""arctrue report: writes the analysis of a set and a model as one file to mail."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ from arctrue.report.display import DisplaySettings
 @click.option(
     "--whitened",
     is_flag=True,
-    help="Draw measurement and model whitened: with noise that is uncorrelated and has scatter 1.",
+    help="Draw measurement and model whitened: uncorrelated noise with standard deviation 1.",
 )
 @click.option(
     "--against",
     default="",
     metavar="CONDITION",
-    help="Draw what the model leaves against this condition.",
+    help="Draw the residual against this condition.",
 )
 @for_people
 def report(
@@ -54,10 +54,10 @@ def report(
     whitened: bool,
     against: str,
 ) -> None:
-    """Write what arctrue serve shows as one HTML file that needs no other, with SVG and PNG.
+    """Write the analysis of arctrue serve as one self-contained HTML file, with SVG and PNG.
 
-    The set, measurement and model, where it fails, the finding, what is missing, how the error
-    fell, and what a device would get. Without --out: into the folder report.
+    The file shows the set, measurement and model, the residual, the finding, the missing effect,
+    the history of the model, and the coefficients for a device. Default of --out: report.
     """
     from arctrue.report.analysis_report import write_analysis_report
     from arctrue.report.numbers import plain
@@ -94,4 +94,4 @@ def report(
         )
     write_json(json_file, ranking["diagnosis"])
     size = paths[0].stat().st_size / 1e6
-    console.print(f"wrote {paths[0]} ({size:.1f} MB), and its figures beside it", soft_wrap=True)
+    console.print(f"wrote {paths[0]} ({size:.1f} MB) and its figures", soft_wrap=True)

@@ -1,4 +1,4 @@
-"""arctrue revolution: one revolution at the paper's size on the virtual instrument."""
+"""arctrue revolution: runs one revolution at the paper's size on the virtual instrument."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FULL_LINES = 16384
 LEAST_LINES = 64
-"""With fewer, noise and whole counts reach the limits."""
+"""With fewer lines, noise and quantisation alone reach the limits."""
 FULL_LANES = 32
 FULL_SAMPLES = 12000
 
@@ -33,14 +33,14 @@ FULL_SAMPLES = 12000
     type=click.IntRange(LEAST_LINES, FULL_LINES),
     default=FULL_LINES,
     show_default=True,
-    help="Lines of the disc, 1024 counts each. 1024 takes a sixteenth of the time.",
+    help="Lines of the disc, 1024 counts each. 1024 lines take a sixteenth of the time.",
 )
 @click.option(
     "--samples",
     type=click.IntRange(400, FULL_SAMPLES),
     default=FULL_SAMPLES,
     show_default=True,
-    help="Samples that are captured in a turn.",
+    help="Number of samples captured per turn.",
 )
 @click.option(
     "--seed", type=SEED, default=1, show_default=True, help="Seed of the readings' noise."
@@ -53,11 +53,11 @@ FULL_SAMPLES = 12000
 def revolution(
     lanes: int, lines: int, samples: int, seed: int, json_file: Path | None, picture: Path | None
 ) -> None:
-    """Capture a turn, calibrate with the firmware's C, swap, and score the next turn.
+    """Capture a turn, calibrate with the firmware's C, swap the coefficients, score the next turn.
 
-    Every edge of both heads goes through the decoders of the compiled VHDL; the second turn is
-    compared with the true angle. Ends with exit code 1 when the corrected output is outside its
-    limit, and 2 when the instrument cannot run.
+    Every edge of both heads passes the decoders of the compiled VHDL; the second turn is compared
+    with the true angle. Exit code 1: the corrected output is outside its limit. 2: the instrument
+    cannot run.
     """
     from arctrue.studies.revolution import RevolutionSettings, run_revolution
 

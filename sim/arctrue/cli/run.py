@@ -1,4 +1,4 @@
-"""arctrue run: a scenario on the virtual instrument, turn by turn."""
+"""arctrue run: runs a scenario on the virtual instrument, turn by turn."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ FULL_LINES = 16384
 @click.option(
     "--lines",
     type=click.IntRange(16, FULL_LINES),
-    help="Lines of the disc in place of the scenario's. 64 is a quick look with counts of 20″; "
-    "the limits in arcsec are not asked for then.",
+    help="Lines of the disc instead of the scenario's. 64 is a quick look with counts of 20″; "
+    "the limits in arcsec are then not checked.",
 )
 @json_option
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
@@ -35,8 +35,8 @@ FULL_LINES = 16384
 def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Path | None) -> None:
     """Run SCENARIO.toml: a table with effects and faults before gateware and firmware.
 
-    Scenarios for each effect are in sim/scenarios; docs/scenarios.md tells what a file may say.
-    Ends with exit code 1 where a limit of the scenario is broken, and 2 when it cannot be run.
+    sim/scenarios has a scenario for each effect; docs/scenarios.md describes the format.
+    Exit code 1: a limit of the scenario is exceeded. 2: the scenario cannot run.
     """
     from arctrue.studies.scenario import read_scenario, run_scenario
 
@@ -67,16 +67,16 @@ def _print(result: ScenarioResult) -> None:
         "degree",
         *map(number, ("turn", "°C", "not corr.\nRMS", "min", "max", "RMS", "edges\nRMS")),
     )
-    rest = table(
+    orders = table(
         "Mean and orders of the corrected output, ″",
         *map(number, ("turn", "mean", *(f"order {order}" for order in scenario.orders))),
         *((number("RMS by the\nreference"),) if by_reference else ()),
     )
     for turn in result.turns:
         errors.add_row(*_error_cells(turn))
-        rest.add_row(*_order_cells(turn, scenario.orders, by_reference=by_reference))
+        orders.add_row(*_order_cells(turn, scenario.orders, by_reference=by_reference))
     console.print(errors)
-    console.print(rest)
+    console.print(orders)
     for turn in result.turns:
         for said in _said(turn):
             console.print(f"turn {turn.number}: {said}", soft_wrap=True)
@@ -119,12 +119,12 @@ def _order_cells(turn: ScenarioTurn, orders: tuple[int, ...], *, by_reference: b
 
 
 def _said(turn: ScenarioTurn) -> list[str]:
-    """What happened, one thing a line."""
+    """List the events of a turn, one per line."""
     lines = list(turn.events)
-    for told in turn.told:
-        reason = "" if told["result"] == "applied" else f": {told['reason'].replace('_', ' ')}"
-        alarms = f"; alarm: {', '.join(told['alarms'])}" if told["alarms"] else ""
-        lines.append(f"firmware {told['result']}{reason}{alarms}")
+    for reply in turn.told:
+        reason = "" if reply["result"] == "applied" else f": {reply['reason'].replace('_', ' ')}"
+        alarms = f"; alarm: {', '.join(reply['alarms'])}" if reply["alarms"] else ""
+        lines.append(f"firmware {reply['result']}{reason}{alarms}")
     if turn.flags:
         lines.append(f"flags: {', '.join(turn.flags)}")
     return lines

@@ -1,4 +1,4 @@
-"""``arctrue save PORT``: a device keeps what it works with for the next power-on."""
+"""``arctrue save PORT``: saves a device's settings and coefficients for the next power-on."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ NO_DEVICE = 2
 @click.command(short_help="Keep a device's coefficients over power-off.")
 @click.argument("port")
 def save(port: str) -> None:
-    """Save what the device at PORT works with: parameters, switches and active coefficients.
+    """Save the parameters, switches and active coefficients of the device at PORT.
 
-    They go into the board's flash. At power-on the device takes the parameters at once, and the
-    coefficients when a captured turn has confirmed them. What was saved before stays until the new
-    record has been read back.
+    The device writes them into the flash of the board. At power-on it takes the parameters at once,
+    and the coefficients after a captured turn has confirmed them. The earlier record stays valid
+    until the new record has been read back.
 
-    Exit code 1: the flash did not take it. 2: the device does not answer.
+    Exit code 1: the flash refused the record. 2: the device does not answer.
     """
     try:
         console = Console(port)

@@ -1,4 +1,4 @@
-"""arctrue serve: the page, in a browser of this machine."""
+"""arctrue serve: serves the page to a browser of this machine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STATE = Path("arctrue") / "page"
 
 
 def state_folder() -> Path:
-    """Where sessions are kept unless another folder is named (XDG base directories)."""
+    """The default folder of sessions (XDG base directories)."""
     base = os.environ.get("XDG_STATE_HOME", "")
     return (Path(base) if base else Path.home() / ".local" / "state") / _STATE
 
@@ -42,7 +42,7 @@ def state_folder() -> Path:
     "folders",
     type=click.Path(path_type=Path),
     multiple=True,
-    help="Folder of own effects: their code is run.",
+    help="Folder of own effects; the program runs their code.",
 )
 @click.option(
     "--state",
@@ -54,9 +54,9 @@ def state_folder() -> Path:
     type=click.IntRange(1, 4096),
     default=64,
     show_default=True,
-    help="Most megabytes of files that are dropped in together.",
+    help="Largest total size of files that are dropped in together, in megabytes.",
 )
-@click.option("--port", default="", help="Serial port of a device, for the button that loads.")
+@click.option("--port", default="", help="Serial port of a device, for the button Load.")
 @for_people
 def serve(
     folder: Path,
@@ -67,11 +67,11 @@ def serve(
     most_megabytes: int,
     port: str,
 ) -> None:
-    """Serve a page that shows a set beside a model, and what is missing.
+    """Serve a page that compares a set with a model and names what the model lacks.
 
-    SET is a measurement set or a folder of sets (default: the present folder); the page reads no
-    other. Sets can also be dropped in or generated. It is served to this machine alone unless
-    --host says otherwise; then a token is needed.
+    SET is a measurement set or a folder of sets (default: the current folder); the page reads no
+    other folder. The page also accepts dropped sets and generates sets. It is served to this
+    machine alone; with --host another machine can open it by a token.
     """
     from arctrue.page.server import serve as serve_page
     from arctrue.page.settings import MEGABYTE, PageSettings

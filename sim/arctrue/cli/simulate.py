@@ -1,4 +1,4 @@
-"""arctrue simulate: a measurement set from a table of exact geometry, with its truth sealed."""
+"""arctrue simulate: makes a measurement set from a table of exact geometry, and a truth file."""
 
 from __future__ import annotations
 
@@ -43,26 +43,26 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     "effects",
     multiple=True,
     metavar="NAME",
-    help="A cause to build in (see --list); may be given again. None: an adequate set.",
+    help="Cause to simulate (see --list); repeatable. None: a set without a hidden effect.",
 )
 @click.option(
     "--size",
     "sizes",
     multiple=True,
     type=Finite(),
-    help="Size of the effects, in their order and unit; drawn where it is not given.",
+    help="Size of each effect, in the order of --effect and in its unit; default: drawn.",
 )
 @click.option(
     "--noise",
     "noises",
     multiple=True,
     metavar="NAME[=SIZE]",
-    help="Noise beside the white noise of every table (see --list); may be given again.",
+    help="Noise in addition to the white noise of every table (see --list); repeatable.",
 )
 @click.option(
     "--hidden",
     is_flag=True,
-    help="Build in one cause of the catalogue at random, and do not say which.",
+    help="Simulate one random cause of the catalogue and do not print which.",
 )
 @click.option(
     "--experiment",
@@ -78,29 +78,29 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     type=click.IntRange(min=0),
     default=INDEX_SCATTER_COUNTS,
     show_default=True,
-    help="Largest error, in counts, with which a head finds its index; drawn anew in each run.",
+    help="Largest error, in counts, with which a head detects its index; drawn anew in each run.",
 )
 @click.option(
     "--heads",
     type=click.IntRange(2, 4),
     default=2,
     show_default=True,
-    help="How many heads the table has.",
+    help="Number of heads of the table.",
 )
-@click.option("--seed", type=SEED, help="Seed of the set; without it, a new set every time.")
+@click.option("--seed", type=SEED, help="Seed of the set; default: a new one every time.")
 @click.option(
     "--again",
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Number of a further measurement of the same table: the same --seed, fresh noise.",
+    help="Number of a further measurement of the same table: same --seed, new noise.",
 )
 @click.option(
     "--further",
     multiple=True,
     type=click.Choice(FURTHER),
     metavar="KIND",
-    help="One more measurement, after those of the experiment; may be given again. "
+    help="One more measurement after those of the experiment; repeatable. "
     f"One of {', '.join(FURTHER)}.",
 )
 @click.option(
@@ -125,11 +125,11 @@ def simulate(
     again: int,
     further: tuple[str, ...],
 ) -> None:
-    """Write a measurement set to OUT and what is in it to OUT.truth.json beside it."""
+    """Write a measurement set to the folder OUT and its truth to the file OUT.truth.json."""
     if hidden and effects:
-        raise ValueError("either --hidden or --effect: a hidden cause is drawn, not chosen")
+        raise ValueError("give either --hidden or --effect: --hidden draws the cause itself")
     if len(sizes) > len(effects):
-        raise ValueError(f"{len(sizes)} sizes for {len(effects)} effects")
+        raise ValueError(f"found {len(sizes)} --size for {len(effects)} --effect")
     if again and seed is None:
         raise ValueError("--again needs the --seed of the table that is measured again")
     refuse_recorded(out)
@@ -150,15 +150,15 @@ def simulate(
         heads=heads,
     )
     for leftover in ("capture.csv", "reference.csv"):
-        # An older set's file would be taken for this one's.
+        # A reader would take the older set's truth file for this set's.
         (out / leftover).unlink(missing_ok=True)
     write_measurement_set(out, made.measurement)
     truth = write_truth(out, made.truth)
-    console.print(f"wrote {out}; what is in it is in {truth}", soft_wrap=True)
+    console.print(f"wrote {out}; its truth is in {truth}", soft_wrap=True)
 
 
 def _noise(text: str) -> Wanted:
-    """``pink=0.05`` or ``pink``. Raises ValueError for a size that is no number."""
+    """Parse ``pink=0.05`` or ``pink``. Raises ValueError if the size is no number."""
     name, equals, size = text.partition("=")
     if not equals:
         return Wanted(name)

@@ -1,4 +1,4 @@
-"""arctrue stop-and-go: the paper's ten cycles by a simulated servo."""
+"""arctrue stop-and-go: runs the paper's ten cycles with a simulated servo."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.cli._tables import number, table, words
 from arctrue.report.numbers import plain
 
 
-@click.command("stop-and-go", short_help="The paper's ten cycles by a simulated servo.")
+@click.command("stop-and-go", short_help="The paper's ten cycles with a simulated servo.")
 @click.option(
     "--cycles",
     type=click.IntRange(2, 100),
@@ -34,30 +34,30 @@ from arctrue.report.numbers import plain
 def stop_and_go(
     cycles: int, seed: int, json_file: Path | None, page_file: Path | None, out: Path | None
 ) -> None:
-    """Bring the table to each face by a servo and stop: raw feedback against corrected.
+    """Move the table to each face with a servo and stop: raw feedback against corrected feedback.
 
-    The servo has a motor, friction and a position loop, and sees nothing but the encoder signal.
+    The servo has a motor, friction and a position loop; the encoder signal is its only feedback.
     """
     from arctrue.studies.stop_and_go.experiment import StopAndGoSettings, run_stop_and_go
 
     with Progress("driving to the faces"):
         found = plain(run_stop_and_go(StopAndGoSettings(cycles=cycles, seed=seed)))
     both = (found["raw"], found["corrected"])
-    beside = table(
+    comparison = table(
         f"24 faces, {cycles} cycles, ″", words(), number("head 1's signal"), number("corrected")
     )
-    beside.add_row(
+    comparison.add_row(
         "error by polygon",
         *(
             f"[{figure(one['span_arcsec'][0], 2)}, {figure(one['span_arcsec'][1], 2)}]"
             for one in both
         ),
     )
-    beside.add_row(
+    comparison.add_row(
         "largest σ of a face", *(figure(max(one["deviation_arcsec"]), 2) for one in both)
     )
-    beside.add_row("U, k = 2", *(figure(one["expanded_arcsec"], 2) for one in both))
-    console.print(beside)
+    comparison.add_row("U, k = 2", *(figure(one["expanded_arcsec"], 2) for one in both))
+    console.print(comparison)
     write_json(json_file, found)
     if page_file is not None or out is not None:
         from arctrue.report.stop_and_go_page import plot_stop_and_go, stop_and_go_page

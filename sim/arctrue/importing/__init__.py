@@ -1,9 +1,9 @@
 """Turns recordings of other programs into a measurement set.
 
-A reader (``readers``, found by the entry points ``arctrue.readers``) makes a
-:class:`FileContent` of a file; ``columns`` says what its columns are and in which unit; ``motion``
-finds wraps, runs and cycles; ``clocks`` brings two logs to one clock; ``assemble`` makes the set.
-Whatever the file does not settle is asked through ``choices``, and every decision is told.
+A reader (``readers``, found by the entry points ``arctrue.readers``) reads a file into a
+:class:`FileContent`; ``columns`` assigns its columns to quantities and units; ``motion`` finds
+wraps, runs and cycles; ``clocks`` aligns the clocks of two logs; ``assemble`` makes the set. What
+the file leaves open is asked through ``choices``, and every decision is reported.
 """
 
 from arctrue.importing.assemble import Imported, Settings, import_recordings

@@ -1,4 +1,4 @@
-"""Makes a measurement set of recordings; every decision is told, every open question asked."""
+"""Makes a measurement set from the contents of files; reports decisions and asks questions."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ Integer = NDArray[np.int64]
 Float = NDArray[np.float64]
 
 LATE_START_S = 1e6
-"""A log that begins later than this counts from an epoch, not from its own start."""
+"""Times of a log that begin later than this count from an epoch, not from the log's start."""
 KEEP_ZERO, REFERENCE_ZERO = "keep", "shift"
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a person said of the recordings; "" or None: not said.
+    """What the user stated about the files; "" or None: not stated.
 
     ``columns``, ``units``: by quantity (``quantities``). ``sign``: ``reading-true`` or
-    ``true-reading``, of an error column. ``zero``: ``keep``, or ``shift`` to turn the reference's
-    zero to that of the reading. ``clock_offset_s``: added to the reference's time it gives the
-    encoder's. ``missing``: ``drop`` leaves rows without a value out. ``order``: of rows whose time
-    goes back (``row_order``). ``table``, ``instrument``,
+    ``true-reading``, the sign of an error column. ``zero``: ``keep``, or ``shift`` to move the
+    reference's zero to that of the reading. ``clock_offset_s``: offset that is added to the
+    reference's time to get the encoder's. ``missing``: ``drop`` leaves out rows without a value.
+    ``order``: treatment of rows whose time steps back (``row_order``). ``table``, ``instrument``,
     ``title``: as in the set.
     """
 
@@ -58,7 +58,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Imported:
-    """The set, where each column came from, and what was decided on the way."""
+    """The set, the source of each column, and the decisions made during the import."""
 
     measurement: MeasurementSet
     mapped: Sequence[Mapped]
@@ -69,7 +69,7 @@ class Imported:
 def import_recordings(
     recordings: Sequence[FileContent], settings: Settings, choices: Choices
 ) -> Imported:
-    """The measurement set of ``recordings``.
+    """Make the measurement set of ``recordings``.
 
     Files with the same quantities are runs of one set. A file with a reading and one with a
     reference are two logs of one motion: their clocks are aligned and the reading is interpolated
@@ -129,15 +129,15 @@ def _needs_counts(mapped: Sequence[Mapped]) -> bool:
 
 
 def _heads_of(files: Sequence[FileRows]) -> list[str]:
-    """Names of the heads of the captures. Raises ValueError for a head 4 without a head 3."""
+    """Name the heads of the captures. Raises ValueError for a head 4 without a head 3."""
     there = [name for name in HEADS if any(name in rows.angles for rows in files)]
     if there != list(HEADS[: len(there)]):
-        raise ValueError("head4 is there without head3: number the heads as they stand")
+        raise ValueError("found head4 without head3: number the heads without a gap")
     return there
 
 
 def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
-    """The table with a place for each head, asked for where it has none."""
+    """Give the table with a place for each head; places that are missing are asked for."""
     places = table.places_deg
     if places is not None:
         if len(places) == len(heads):
@@ -150,7 +150,7 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
     if len(heads) > 2:
         asked = Ambiguous(
             "--places",
-            f"How many degrees are the {len(heads)} heads from head 1, in the direction of "
+            f"At how many degrees from head 1 are the {len(heads)} heads, in the direction of "
             "increasing counts?",
             ["0,120,240" if len(heads) == 3 else "0,64.3,177,257.9"],
             free_text=True,
@@ -162,7 +162,7 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
             raise ValueError(f"--places {given}: {error}") from None
     asked = Ambiguous(
         "--separation",
-        "How many degrees is head 2 from head 1, in the direction of increasing counts?",
+        "At how many degrees from head 1 is head 2, in the direction of increasing counts?",
         ["180", "90", "33"],
         free_text=True,
     )
@@ -174,7 +174,7 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
 
 
 def _from_the_start(files: list[FileRows], choices: Choices) -> list[FileRows]:
-    """Times counted from the first of all files, where they count from an epoch."""
+    """Count times that begin at an epoch from the first time of all files."""
     starts = [float(f.time_s[0]) for f in files if f.time_s is not None and f.time_s.size]
     if not starts or min(starts) < LATE_START_S:
         return files
@@ -190,7 +190,7 @@ def _joined_logs(
     settings: Settings,
     choices: Choices,
 ) -> tuple[list[FileRows], ClockOffset | None]:
-    """The references with the encoder's reading at their times."""
+    """Give the references with the encoder's reading interpolated at their times."""
     if len(encoders) != 1 or len(lonely) != 1:
         raise ValueError(
             f"{len(encoders)} files have a reading without a reference and {len(lonely)} a "
@@ -200,8 +200,8 @@ def _joined_logs(
     encoder, log = encoders[0], lonely[0]
     for one in (encoder, log):
         if one.time_s is None:
-            raise ValueError(f"{one.name}: two logs are brought together by their times; say "
-                             "--column time=…")  # fmt: skip
+            raise ValueError(f"{one.name}: two logs are aligned by their times; name the column "
+                             "of times by --column time=…")  # fmt: skip
         _require_order(one)
     assert encoder.time_s is not None
     assert log.time_s is not None
@@ -227,7 +227,7 @@ def _require_order(rows: FileRows) -> None:
     assert rows.time_s is not None
     back = np.flatnonzero(np.diff(rows.time_s) <= 0.0)
     if back.size:
-        raise rows.fault("time does not go on here", int(back[0]) + 1, "time")
+        raise rows.fault("time steps back here", int(back[0]) + 1, "time")
 
 
 def _clocks(
@@ -248,7 +248,7 @@ def _clocks(
         given = choices.ask(
             Ambiguous(
                 "--clock-offset",
-                f"The two logs: {error}. How many seconds are added to the reference's time?",
+                f"The two logs: {error}. How many seconds must be added to the reference's time?",
                 candidates,
                 free_text=not error.candidates_s,
             )
@@ -256,7 +256,7 @@ def _clocks(
         return ClockOffset(float(given), nan, nan, nan, nan)
     choices.note(
         f"clocks: {found.offset_s:+.6f} s are added to the reference's time, standard uncertainty "
-        f"{found.u_s:.2g} s; the offset of parts of the log is within {found.left_s:.2g} s of it, "
+        f"{found.u_s:.2g} s; the offsets of parts differ by at most {found.left_s:.2g} s, "
         f"the rates differ by {found.drift_ppm:.2g} ± {found.u_drift_ppm:.2g} ppm"
     )
     return found
@@ -265,9 +265,9 @@ def _clocks(
 def _labelled(
     rows: FileRows, angle: Float, choices: Choices, *, split: bool
 ) -> tuple[Integer, Integer | None, Integer]:
-    """Run, direction (None: no motion) and cycle of each row; ``split``: a run has one direction.
+    """Find run, direction (None: no motion) and cycle of each row; ``split``: divide runs at turns.
 
-    The file's own columns count more than what the motion says.
+    Columns of the file take precedence over what the motion shows.
     """
     given = rows.whole.get("run")
     label = np.zeros(angle.size, dtype=np.int64) if given is None else given
@@ -276,7 +276,7 @@ def _labelled(
         back = np.flatnonzero((np.diff(rows.time_s, prepend=rows.time_s[:1]) < 0.0) & ~begins)
         if back.size:
             choices.note(
-                f"{rows.name}: time goes back {back.size} times, first at row "
+                f"{rows.name}: time steps back {back.size} times, first at row "
                 f"{rows.line(int(back[0]))}: a new run begins there"
             )
         begins[back] = True
@@ -300,10 +300,10 @@ def _labelled(
     if given is None and moved and number > 1:
         choices.note(f"{rows.name}: {number} runs, from the reversals of the motion")
     elif given is not None and split and number > len(stretches):
-        choices.note(f"{rows.name}: runs that turn back are divided: {number} runs")
+        choices.note(f"{rows.name}: runs with a reversal are divided: {number} runs")
     if not moved:
         choices.note(
-            f"{rows.name}: the rows are not in order of angle: no directions or cycles are found"
+            f"{rows.name}: the rows are not in order of angle: no directions or cycles are assigned"
         )
     own_direction = rows.whole.get("direction")
     if own_direction is not None:
@@ -331,8 +331,8 @@ def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
             wrapped += wraps
             if wraps:
                 choices.note(
-                    f"{rows.name}: {name} starts anew at {counts_per_rev} counts {wraps} times; "
-                    "it is counted on past the turn"
+                    f"{rows.name}: {name} restarts at {counts_per_rev} counts {wraps} times; "
+                    "its turns are counted on"
                 )
         for name, place_deg in zip(heads[1:], places_deg[1:], strict=False):
             if wrapped:
@@ -402,8 +402,8 @@ def _reference(files: list[FileRows], settings: Settings, choices: Choices) -> R
 def _stacked(parts: dict[str, list[Any]], files: int) -> dict[str, Any]:
     lacking = [name.lstrip("=") for name, values in parts.items() if len(values) != files]
     if lacking:
-        raise ValueError(f"not every file has {', '.join(lacking)}: import them by themselves")
-    # Column by column, and that of a single file as it is: there may be millions of rows.
+        raise ValueError(f"some files lack {', '.join(lacking)}: import those files separately")
+    # The columns are joined one by one, and a single file is not copied: it may have 10⁶ rows.
     found = {}
     for name in list(parts):
         values = parts.pop(name)

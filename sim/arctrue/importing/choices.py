@@ -1,4 +1,4 @@
-"""Questions that a file does not answer: asked of a person, or refused with the options."""
+"""Questions that a file leaves open: a person answers them, or a script is refused."""
 
 from __future__ import annotations
 
@@ -10,66 +10,66 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Ambiguous:
-    """One question: ``option`` of the command line answers it, with one of ``answers``.
+    """One question; ``option`` of the command line answers it with one of ``answers``.
 
-    An option that takes ``KEY=ANSWER`` (``--unit head1=counts``) has its ``key`` here.
+    ``key`` is set for an option that takes ``KEY=ANSWER`` (``--unit head1=counts``).
     """
 
     option: str
     question: str
     answers: Sequence[str]
     free_text: bool = False
-    """True: ``answers`` are examples, and any text may be given."""
+    """True: ``answers`` are examples, and any text is accepted."""
     numbered: Mapping[str, str] = field(default_factory=dict)
-    """Answers by the numbers that the question lists them with."""
+    """The answers by the numbers under which the question lists them."""
     key: str = ""
 
     @property
     def name(self) -> str:
-        """The option with its key: no two questions of an import have the same one."""
+        """The option with its key; it is unique among the questions of an import."""
         return f"{self.option} {self.key}" if self.key else self.option
 
     def option_value(self, answer: str) -> str:
-        """What follows the option where ``answer`` is given."""
+        """Give the value of the option for ``answer``."""
         return f"{self.key}={answer}" if self.key else answer
 
     def typed(self, answer: str) -> str:
-        """The option with ``answer``, as it is typed in a shell."""
+        """Give the option with ``answer`` as it is typed in a shell."""
         return f"{self.option} {shlex.quote(self.option_value(answer))}"
 
     def in_words(self) -> str:
-        """The question, and what to type."""
+        """Give the question and the options to type."""
         listed = ", ".join(map(self.typed, self.answers))
-        more = "Say it, for instance:" if self.free_text else "Say it with one of:"
+        more = "Answer for instance with:" if self.free_text else "Answer with one of:"
         return f"{self.question} {more} {listed}"
 
 
 class AmbiguousError(ValueError):
-    """The files leave a question open, and nobody is there to answer it."""
+    """The files leave a question open, and no person is there to answer it."""
 
     def __init__(self, asked: Ambiguous) -> None:
-        """Say the question and what to type."""
+        """Compose the message: the question and the options to type."""
         super().__init__(asked.in_words())
         self.asked = asked
 
 
 def refuse(asked: Ambiguous) -> str:
-    """The answer of a script: none. Raises AmbiguousError."""
+    """Refuse the question, as a script must. Raises AmbiguousError."""
     raise AmbiguousError(asked)
 
 
 _OF_THE_DATA = ("--zero", "--clock-offset", "--order")
-"""What the data ask only once columns and units are known."""
+"""Questions that arise only once columns and units are known."""
 
 
 def open_questions(
     attempt: Callable[[Choices], object], no: str, given: Mapping[str, str]
 ) -> list[Ambiguous]:
-    """All questions of ``attempt`` that ``given`` does not answer, and not only the first.
+    """Find all questions of ``attempt`` that ``given`` does not answer, not only the first.
 
-    Each is answered for the time being, with ``no`` where that is the last of its answers and
-    another column can stand for it, else with the first one; what the answer leads to is asked
-    as well. Where such an answer ends in an error, no more is known.
+    The search answers each question provisionally: with ``no`` if that is the last answer and
+    another column can take the place, else with the first answer. It then collects the questions
+    that follow. If a provisional answer leads to an error, the search ends there.
     """
     found: list[Ambiguous] = []
 
@@ -86,10 +86,10 @@ def open_questions(
 
 @dataclass
 class Choices:
-    """Asks, and keeps what was decided.
+    """Asks questions and records the decisions.
 
-    ``notes``: what was found or decided, one sentence each. ``answers``: options with the answers
-    that a person gave, as they would be typed. ``given``: the answers by :attr:`Ambiguous.name`.
+    ``notes``: findings and decisions, one sentence each. ``answers``: options with the answers of
+    the user, as they would be typed. ``given``: the answers by :attr:`Ambiguous.name`.
     """
 
     answer: Callable[[Ambiguous], str] = refuse
@@ -98,7 +98,7 @@ class Choices:
     given: dict[str, str] = field(default_factory=dict)
 
     def ask(self, asked: Ambiguous) -> str:
-        """The answer, asked once. Raises AmbiguousError where nobody answers."""
+        """Return the answer; ask each question once. Raises AmbiguousError without an answer."""
         if asked.name in self.given:
             return self.given[asked.name]
         answer = self.answer(asked)
@@ -109,6 +109,6 @@ class Choices:
         return answer
 
     def note(self, text: str) -> None:
-        """Keep a sentence for the summary, once."""
+        """Add a sentence to the summary, once."""
         if text not in self.notes:
             self.notes.append(text)

@@ -1,4 +1,4 @@
-"""Two logs of the same motion on different clocks: the offset between them, and what is left."""
+"""Finds the offset between the clocks of two logs of the same motion, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ Float = NDArray[np.float64]
 
 LARGEST_GRID = 1 << 20
 PARTS = 8
-"""Parts of the log whose offsets are found on their own."""
+"""Number of parts of the log whose offsets are estimated separately."""
 RIVAL = 0.98
-"""A second match as good as this share of the best makes the offset ambiguous."""
+"""A second peak of at least this share of the highest makes the offset ambiguous."""
 LEAST_MATCH = 0.5
 LEAST_VARIATION = 1e-3
 """Relative variation of the speed below which no offset can be found."""
 
 
 class UndeterminedOffsetError(ValueError):
-    """The motion does not tell the offset; ``candidates_s``: what is equally good."""
+    """The motion does not determine the offset; ``candidates_s`` are equally good offsets."""
 
     def __init__(self, message: str, candidates_s: tuple[float, ...] = ()) -> None:
-        """Keep the candidates apart."""
+        """Store the candidates."""
         super().__init__(message)
         self.candidates_s = candidates_s
 
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """What is added to the reference's time to get the encoder's.
+    """The offset that is added to the reference's time to get the encoder's time.
 
-    ``u_s``: standard uncertainty, from the scatter of the offsets of parts of the log;
-    ``drift_ppm``, ``u_drift_ppm``: how much faster the encoder's clock runs; ``left_s``: the
-    largest offset that is left in a part.
+    ``u_s``: standard uncertainty, from the scatter of the offsets of parts of the log.
+    ``drift_ppm``, ``u_drift_ppm``: rate of the encoder's clock relative to the reference's.
+    ``left_s``: largest remaining offset in a part of the log.
     """
 
     offset_s: float
@@ -48,11 +48,11 @@ class ClockOffset:
 def clock_offset(
     reference_time_s: Float, reference_turns: Float, time_s: Float, turns: Float
 ) -> ClockOffset:
-    """The offset that brings two logs of one motion together.
+    """Estimate the offset that aligns two logs of one motion.
 
-    Cross-correlation of the speeds finds it within a sample; least squares of the angles,
-    ``turns(t + τ) = ±reference(t) + c``, finds it beyond. Raises UndeterminedOffsetError for a
-    motion of constant speed, logs that do not match, and a motion that repeats.
+    Cross-correlation of the speeds gives it within one sample; least squares on the angles,
+    ``turns(t + τ) = ±reference(t) + c``, refines it. Raises UndeterminedOffsetError for a motion of
+    constant speed, logs that do not match, and a motion that repeats.
     """
     coarse = _coarse(reference_time_s, reference_turns, time_s, turns)
     offset, _ = _fine(reference_time_s, reference_turns, time_s, turns, coarse)
@@ -87,7 +87,7 @@ def _speed(time_s: Float, turns: Float, grid: Float) -> Float:
 
 
 def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turns: Float) -> float:
-    """The lag of the highest cross-correlation of the speeds."""
+    """Find the lag of the highest cross-correlation of the speeds."""
     shortest = min(np.ptp(reference_time_s), np.ptp(time_s))
     step = max(
         float(np.median(np.diff(reference_time_s))),
@@ -95,7 +95,7 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
         max(np.ptp(reference_time_s), np.ptp(time_s)) / LARGEST_GRID,
     )
     if shortest < 8 * step:
-        raise UndeterminedOffsetError("one of the logs is too short to find the clocks' offset")
+        raise UndeterminedOffsetError("one of the logs is too short to determine the clock offset")
     ours = np.arange(time_s[0], time_s[-1], step)
     theirs = np.arange(reference_time_s[0], reference_time_s[-1], step)
     speed, reference_speed = (
@@ -105,7 +105,7 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
     for one in (speed, reference_speed):
         if float(one.std()) < LEAST_VARIATION * float(np.abs(one).mean()):
             raise UndeterminedOffsetError(
-                "the table moves at constant speed: nothing in the motion tells the clocks' offset"
+                "the table moves at constant speed, which does not determine the clock offset"
             )
     first, second = speed - speed.mean(), reference_speed - reference_speed.mean()
     size = 1 << int(np.ceil(np.log2(first.size + second.size)))
@@ -125,7 +125,7 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
         lag = place if place < size // 2 else place - size
         return float(ours[0] + lag * step - theirs[0])
 
-    # Not the flanks of the same peak: down to half its height on both sides.
+    # Leave out the flanks of the same peak, down to half its height on both sides.
     clear = match.copy()
     for way in (1, -1):
         place = best
@@ -135,7 +135,7 @@ def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turn
     rival = int(np.argmax(clear))
     if clear[rival] > RIVAL * match[best]:
         raise UndeterminedOffsetError(
-            "the motion repeats, and several offsets fit alike", (lag_s(best), lag_s(rival))
+            "the motion repeats, and several offsets fit equally well", (lag_s(best), lag_s(rival))
         )
     return lag_s(best)
 
@@ -147,7 +147,7 @@ def _fine(
     turns: Float,
     start_s: float,
 ) -> tuple[float, float]:
-    """Offset by Gauss–Newton, and its σ from the residuals."""
+    """Estimate the offset by Gauss–Newton, and its σ from the residuals."""
     offset, sigma = start_s, float("nan")
     speed = np.gradient(turns, time_s)
     sign = 0.0
@@ -167,7 +167,7 @@ def _fine(
         power = float(varying @ varying)
         if power <= (LEAST_VARIATION**2) * float(rate @ rate):
             raise UndeterminedOffsetError(
-                "the table moves at constant speed: nothing in the motion tells the clocks' offset"
+                "the table moves at constant speed, which does not determine the clock offset"
             )
         step = -float(varying @ rest) / power
         sigma = float(np.sqrt(rest @ rest / rest.size / power))

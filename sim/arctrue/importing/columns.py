@@ -1,4 +1,4 @@
-"""Which column of which file is which quantity of the set, and in which unit."""
+"""Assigns the columns of the files to the quantities and units of the set."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from arctrue.importing.quantities import (
 from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesimal
 
 LOOKED_AT = 400
-"""Rows whose form is looked at."""
+"""Number of rows whose format is examined."""
 NONE = "none"
 """Answer for "there is no such column"."""
 
@@ -48,12 +48,12 @@ def map_columns(
     units: Mapping[str, str],
     choices: Choices,
 ) -> list[Mapped]:
-    """The sources of every file.
+    """Find the sources of every file.
 
     ``columns``: source by quantity or condition, ``NAME``, ``NUMBER`` (1 is the first) or
     ``FILE:NAME`` with the number of the file (1 is the first). ``units``: unit by quantity.
 
-    Raises ValueError for a column that no file has, AmbiguousError for what is not said.
+    Raises ValueError for a column that no file has, AmbiguousError for an open assignment.
     """
     found: list[Mapped] = [{} for _ in recordings]
     for name, unit in units.items():
@@ -79,7 +79,7 @@ def map_columns(
 
 
 def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[tuple[int, str]]:
-    """The files, with the column's name there, that ``source`` means."""
+    """Find the files, and the column's name in each, that ``source`` denotes."""
     number, colon, rest = source.partition(":")
     if colon and number.isdigit() and 1 <= int(number) <= len(recordings):
         file = int(number) - 1
@@ -93,10 +93,10 @@ def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[t
     ]
     if not places:
         listed = "; ".join(f"{r.path.name}: {_listed(r)}" for r in recordings)
-        raise ValueError(f"--column {name}={source}: no such column. There are in {listed}")
+        raise ValueError(f"--column {name}={source}: no such column. Columns: {listed}")
     if 1 < len(places) < len(recordings):
         listed = ", ".join(f"{file + 1}:{column}" for file, column in places)
-        raise ValueError(f"--column {name}={source}: is in several files, say which: {listed}")
+        raise ValueError(f"--column {name}={source}: several files have it; say which: {listed}")
     return places
 
 
@@ -135,7 +135,7 @@ def _unit(
         if _surely_degrees(recording.columns[column]):
             choices.note(f"{recording.path.name}: {column} is in degrees, minutes and seconds")
             return "deg"
-        said, possible = "it is in parts of sixty, of degrees or of hours", ["deg", "hours"]
+        said, possible = "it is sexagesimal, in degrees or in hours", ["deg", "hours"]
     return choices.ask(
         Ambiguous(
             "--unit",
@@ -147,14 +147,14 @@ def _unit(
 
 
 def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
-    """True for text whose first field is of that form."""
+    """True if the first text of the column is sexagesimal."""
     if values.dtype.kind != "U":
         return False
     return is_sexagesimal(next((text for text in values[:LOOKED_AT] if text.strip()), ""))
 
 
 def _surely_degrees(values: NDArray[Any]) -> bool:
-    """True where a sign says so, or a value is more than the hours of a turn."""
+    """True if a degree sign, a minus sign or a value above 24 excludes hours."""
     if any(sign in values[0] for sign in OF_DEGREES):
         return True
     return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)
@@ -167,7 +167,7 @@ def _by_own_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Columns that are named as in a measurement set need no --column."""
+    """Columns named as in a measurement set need no --column."""
     for column in recording.columns:
         for name, kind in QUANTITIES.items():
             if name in columns or name in found:
@@ -185,7 +185,7 @@ def _by_common_names(
     units: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """Columns with a name that is common for one quantity; of two alike, neither."""
+    """Assign columns whose name is common for one quantity; of two such columns, neither."""
     meant: dict[str, list[str]] = {}
     for column in recording.columns:
         if column in {source.column for source in found.values()} | {*columns.values()}:
@@ -203,16 +203,16 @@ def _by_common_names(
 
 
 def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:
-    """False where the values, or what else is there, show that the name means something else."""
+    """False if the values or the other columns show that the name means something else."""
     values, kind = recording.columns[column], QUANTITIES[name]
     if kind == "whole":
         whole = values.dtype.kind in "iu"
         return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
     if name == "target":
-        # Two heads need no reference, and a commanded angle beside them is none.
+        # Two heads need no reference, and a commanded angle is no reference for them.
         return not {"head1", "head2"} <= others
     if name == "error" and {"target", "head1"} <= others:
-        # It may be a code of a fault.
+        # The column may hold an error code.
         return name_and_unit(kind, column)[1] is not None
     return values.dtype.kind in "iuf" or kind in ("time", "angle")
 
@@ -223,7 +223,7 @@ def tell_unused(
     columns: Mapping[str, str],
     choices: Choices,
 ) -> None:
-    """List the columns of each file that no quantity is made of, and what they could give."""
+    """Report the columns of each file that are not used, and what they could provide."""
     for recording, mapped in zip(recordings, found, strict=True):
         used = {source.column for source in mapped.values()}
         unused = [
@@ -241,7 +241,7 @@ def tell_unused(
         choices.note(
             f"{recording.path.name}: not used: {', '.join(unused)}. "
             + (f"If one of them is known: {'; '.join(could)}. " if could else "")
-            + "--column NAME=COLUMN makes a condition NAME of a column, and diagnose looks at it"
+            + "--column NAME=COLUMN makes a column a condition, which diagnose then tests"
         )
 
 
@@ -270,7 +270,7 @@ def _ask_for_what_is_needed(
         options = [*numbered.values()]
         listed = "; ".join(f"{r.path.name} has {_listed(r)}" for r in recordings)
         if not options and not may_lack:
-            raise ValueError(f"no column is left that could be {what}: {listed}")
+            raise ValueError(f"no remaining column could be {what}: {listed}")
         asked = Ambiguous(
             "--column",
             f"Which column is {what}? {listed}.",
@@ -299,7 +299,7 @@ def _ask_for_what_is_needed(
 
 
 def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArray[np.float64]:
-    """The column as numbers, finite or NaN. Raises MeasurementError for the first other field."""
+    """Read the column as finite numbers or NaN. Raises MeasurementError at any other field."""
     values = recording.columns[source.column]
     if values.dtype.kind in "iu":
         return values.astype(np.int64)
@@ -312,7 +312,7 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
                 "expected a finite number, found inf", int(infinite[0]), source.column
             )
         return values.astype(np.float64)
-    # Of degrees and hours, parts of sixty: 12:34:56.7.
+    # Angles and times may be sexagesimal: 12:34:56.7.
     sixty = source.unit in ("deg", "hours")
     found = np.empty(values.size)
     for row, text in enumerate(values.tolist()):
@@ -324,7 +324,7 @@ def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArr
 
 
 def _number(text: str, *, sixty: bool) -> float | None:
-    """NaN where it is missing; None where it is no finite number."""
+    """Parse a number; NaN for a missing one, None for text or an infinite number."""
     if not text.strip():
         return np.nan
     try:
@@ -339,7 +339,7 @@ DAY_S = 86400.0
 
 
 def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
-    """Time in seconds since 1970, or since the log's own start or midnight; NaN: it is missing."""
+    """Read times in seconds since 1970, the log's start or midnight; NaN: the time is missing."""
     values = recording.columns[source.column]
     if source.unit != "iso":
         return np.asarray(numbers(recording, source) / UNITS["time"][source.unit], dtype=np.float64)
@@ -355,21 +355,21 @@ def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
                 found[row] = np.nan
             else:
                 moment = datetime.fromisoformat(str(text).strip().replace(",", "."))
-                # A time without a zone is UTC: only differences count.
+                # A time without a zone is taken as UTC: only differences matter.
                 found[row] = moment.replace(tzinfo=moment.tzinfo or UTC).timestamp()
         except ValueError:
             raise recording.fault(
                 "expected a time such as 2026-01-31T12:00:00.125 or 12:00:00.125, found "
-                f"{text!r}; --column time=none leaves the time out",
+                f"{text!r}; --column time=none ignores the time",
                 row,
                 source.column,
             ) from None
     if of_day == found.size:
-        # Midnight is no step back.
+        # Times of day continue past midnight.
         found[1:] += DAY_S * np.cumsum(np.diff(found) < -0.5 * DAY_S)
     return found
 
 
 def kind_of(name: str) -> Kind | None:
-    """The kind of a quantity; None: a condition."""
+    """Give the kind of a quantity; None for a condition."""
     return QUANTITIES.get(name)

@@ -1,4 +1,4 @@
-"""The error of each row with the sign of the set: reading less true angle."""
+"""Computes the error of indication of each row: reading minus true angle."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ Float = NDArray[np.float64]
 
 SIGNS = ("reading-true", "true-reading")
 FAR_ZERO_TURNS = 0.5 / 360.0
-"""A mean error beyond this is a difference of zeros, no error of a table."""
+"""A mean error beyond this is a difference of zeros, not an error of a table."""
 FARTHEST_FROM_ONE_ZERO_TURNS = 2.0 / 360.0
-"""No table's reversal error, and no drift between two files, is as much as this."""
+"""Reversal errors of tables and drifts between two files are smaller than this."""
 LONGEST_STEP_TURNS = 0.25
 STANDSTILL_SHARE = 1e-3
-"""Of the other's motion: less is a standstill with noise."""
+"""Share of the other's motion; less motion counts as a standstill with noise."""
 SAME_MOTION = 0.1
-"""Relative difference of the motions beyond which the units are wrong."""
+"""Relative difference of the two motions beyond which a unit must be wrong."""
 
 
 def signed_error(rows: FileRows, sign: str, choices: Choices) -> Float:
-    """The error column in turns (n,), as reading less true angle. Raises AmbiguousError."""
+    """Give the error column in turns (n,) as reading minus true angle. Raises AmbiguousError."""
     if not sign:
         sign = choices.ask(
             Ambiguous(
                 "--sign",
-                f"{rows.name}: the error may be the reading less the true angle, or the true angle "
-                "less the reading (ISO 230-2).",
+                f"{rows.name}: the error may be the reading minus the true angle, or the true "
+                "angle minus the reading (ISO 230-2).",
                 SIGNS,
             )
         )
@@ -49,7 +49,7 @@ def _turned(sign: str) -> str:
 class Compared:
     """A file's reference angle and error, both in turns (n,).
 
-    ``mean``: of head1 − target over the circle; None where a column of the file gives the error.
+    ``mean``: circular mean of head1 − target; None if a column of the file gives the error.
     """
 
     target: Float
@@ -58,10 +58,11 @@ class Compared:
 
 
 def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
-    """The reference angle and the error from reading and reference of each row.
+    """Compute reference angle and error from the reading and the reference of each row.
 
-    A reference that counts the other way is turned round, and said. An error column beside both
-    tells its sign by itself. Raises ValueError where the two move differently (a wrong unit).
+    A reference that counts the other way is reversed, and a note says so. The sign of an error
+    column follows from reading and reference. Raises ValueError if the two move by different
+    amounts (a wrong unit).
     """
     reading, target = rows.angles["head1"], rows.angles["target"]
     way = _way(rows, reading, target)
@@ -89,18 +90,18 @@ def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
 def one_zero(
     files: Sequence[FileRows], compared: Mapping[int, Compared], zero: str, choices: Choices
 ) -> dict[int, Compared]:
-    """The same with one zero for reading and reference of all files, by their numbers.
+    """Give reading and reference of all files, by file number, a common zero.
 
-    One shift for all of them: what differs from file to file, such as the reversal error between
-    a file of the way up and one of the way down, is an error of the table. Raises AmbiguousError
-    where the zeros differ and nobody says what that means, ValueError where the files' zeros are
-    too far apart to be one.
+    All files get the same shift: a difference between files, such as the reversal error between an
+    upward and a downward run, is an error of the table. Raises AmbiguousError if the zeros differ
+    and the user did not say what that means, and ValueError if the zeros of the files are too far
+    apart to be one.
     """
     means = {number: item.mean for number, item in compared.items() if item.mean is not None}
     if not means:
         return dict(compared)
     sizes = {number: compared[number].target.size for number in means}
-    # A row more or less in one of the files must not decide at which turn the mean is cut.
+    # A single row must not decide at which turn the mean wraps.
     first = next(iter(means.values()))
     near = {number: mean - round(mean - first) for number, mean in means.items()}
     together = sum(near[number] * sizes[number] for number in near) / sum(sizes.values())
@@ -112,7 +113,7 @@ def one_zero(
         zero = choices.ask(
             Ambiguous(
                 "--zero",
-                f"head1 is away from target on average ({listed}): shift the reference's zero to "
+                f"The mean of head1 − target is not zero ({listed}): shift the reference's zero to "
                 "that of head1, by the same angle in all rows, or keep the difference as an error?",
                 ["shift", "keep"],
             )
@@ -126,8 +127,8 @@ def one_zero(
     ]
     if far:
         raise ValueError(
-            f"--zero shift: the files do not have one zero: head1 − target is {listed} on average. "
-            "One shift is for what was measured together: import the files one by one, then "
+            f"--zero shift: the files have different zeros: head1 − target is {listed} on average. "
+            "One shift applies to files of one measurement: import the files one by one, then "
             "arctrue join"
         )
     choices.note(f"{together * 360.0:.6f}° are added to target in all rows: its zero is head1's")
@@ -141,12 +142,12 @@ def one_zero(
 
 
 def _way(rows: FileRows, reading: Float, target: Float) -> int:
-    """+1 or −1: how the reading follows the reference."""
+    """Give +1 or −1: the direction in which the reading follows the reference."""
     _refuse_standstill(rows, reading, target)
     step = _within_half(np.diff(target))
     read = _within_half(np.diff(reading))
     usable = (np.abs(step) < LONGEST_STEP_TURNS) & (np.abs(read) < LONGEST_STEP_TURNS)
-    # Away from noise: only steps that are no standstill.
+    # Only steps larger than the noise of a standstill count.
     power = float(step[usable] @ step[usable])
     if int(usable.sum()) >= 2 and power > 0.0:
         slope = float(step[usable] @ read[usable]) / power
@@ -158,14 +159,14 @@ def _way(rows: FileRows, reading: Float, target: Float) -> int:
         units = ", ".join(f"{name} in {rows.sources[name].unit}" for name in ("head1", "target")
                           if name in rows.sources)  # fmt: skip
         raise ValueError(
-            f"{rows.name}: head1 moves {slope:.4g} times as far as target; they should move alike. "
-            f"Look at the units ({units}) and at --counts-per-rev"
+            f"{rows.name}: head1 moves {slope:.4g} times as far as target; expected the same. "
+            f"Check the units ({units}) and --counts-per-rev"
         )
     return 1 if slope > 0.0 else -1
 
 
 def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
-    """Raise ValueError where one of both stands still, or nearly, while the other one moves."""
+    """Raise ValueError if one of the two stands still, or nearly, while the other one moves."""
     ways = {"head1": _range_turns(reading), "target": _range_turns(target)}
     for still, moving in (("target", "head1"), ("head1", "target")):
         if ways[still] <= STANDSTILL_SHARE * ways[moving]:
@@ -179,7 +180,7 @@ def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
             if ways[moving] == 0.0:
                 raise ValueError(
                     f"{rows.name}: neither target nor head1 moves; {still} is {where:.6g}° in "
-                    "every row. An error over the angle needs a run over the angle"
+                    "every row. An error curve needs a run over the angle"
                 )
             raise ValueError(
                 f"{rows.name}: {still} (column {column}) stands still at {where:.6g}° while "
@@ -189,13 +190,13 @@ def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
 
 
 def _range_turns(angle: Float) -> float:
-    """How far an angle goes, over the ends of turns."""
+    """Give the range of an angle across the ends of turns."""
     step = _within_half(np.diff(angle))
     return float(np.ptp(np.cumsum(step))) if step.size > 1 else float(np.abs(step).sum())
 
 
 def _sign_of(rows: FileRows, given: Float, error: Float) -> int:
-    """+1 or −1: the sign with which the error column is head1 − target, but for a constant."""
+    """Give +1 or −1: the sign with which the error column equals head1 − target plus a constant."""
     rest = {
         sign: float(
             np.std(_within_half(error - sign * given - _circular_mean(error - sign * given)))
@@ -205,8 +206,8 @@ def _sign_of(rows: FileRows, given: Float, error: Float) -> int:
     best = 1 if rest[1] <= rest[-1] else -1
     if rest[best] > 0.5 * rest[-best]:
         raise ValueError(
-            f"{rows.name}: the error column is not the difference of head1 and target, with "
-            "neither sign; leave out the column that is wrong (--column NAME=none)"
+            f"{rows.name}: the error column is the difference of head1 and target with "
+            "neither sign; leave out the wrong column (--column NAME=none)"
         )
     return best
 

@@ -1,4 +1,4 @@
-"""What a reader makes of a file: named columns of numbers or text."""
+"""The content of a file as a reader returns it: named columns of numbers or text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.measurement import MeasurementError
 
 @dataclass(frozen=True)
 class Known:
-    """What a format says of a column: its name there and its unit."""
+    """A quantity that the format itself names: its column and unit."""
 
     column: str
     unit: str = ""
@@ -25,10 +25,10 @@ class Known:
 class FileContent:
     """One file.
 
-    ``columns``: arrays (rows,), of int64, float64 or text. ``lines``: the line of each row in the
-    file, None where the file has no lines (row 1 is then the first). ``known``: quantities that the
-    format itself names (a guide log, say). ``notes``: what the reader decided. ``table``,
-    ``instrument``: what the file says of the table and of the reference.
+    ``columns``: arrays (rows,) of int64, float64 or text. ``lines``: the line of each row in the
+    file; None if the file has no lines (rows then count from 1). ``known``: quantities that the
+    format itself names (as a guide log does). ``notes``: decisions of the reader. ``table``,
+    ``instrument``: what the file states about the table and the reference.
     """
 
     path: Path
@@ -41,20 +41,20 @@ class FileContent:
 
     @property
     def rows(self) -> int:
-        """How many rows it has."""
+        """Number of rows."""
         return next((column.size for column in self.columns.values()), 0)
 
     def first(self, rows: int) -> FileContent:
-        """The same with only the first ``rows`` rows."""
+        """Give the same content with only the first ``rows`` rows."""
         lines = None if self.lines is None else self.lines[:rows]
         columns = {name: column[:rows] for name, column in self.columns.items()}
         return replace(self, columns=columns, lines=lines)
 
     def line(self, row: int) -> int:
-        """The place of row 0, 1, … for people."""
+        """Give the line number that people see for row 0, 1, …"""
         return row + 1 if self.lines is None else int(self.lines[row])
 
     def fault(self, message: str, row: int | None = None, column: str | None = None) -> Exception:
-        """A MeasurementError with the file, and the place of ``row`` 0, 1, … in it."""
+        """Make a MeasurementError that names the file and the place of ``row`` 0, 1, … in it."""
         place = None if row is None else self.line(row)
         return MeasurementError("value", self.path, message, row=place, column=column)

@@ -25,7 +25,7 @@ FAHRENHEIT_AT_0 = 32.0
 
 @dataclass(frozen=True)
 class FileRows:
-    """Arrays (rows,) by quantity. ``exact``: heads that the file has in whole counts."""
+    """Arrays (rows,) by quantity. ``exact``: heads whose column holds whole counts."""
 
     recording: FileContent
     sources: Mapped
@@ -44,23 +44,23 @@ class FileRows:
 
     @property
     def instrument(self) -> str | None:
-        """What the file says of the reference."""
+        """The reference instrument that the file names."""
         return self.recording.instrument
 
     def line(self, row: int) -> int:
-        """The place of row 0, 1, … in the file."""
+        """Give the line number in the file for row 0, 1, …"""
         return self.recording.line(int(self.kept[row]))
 
     def fault(self, message: str, row: int, quantity: str) -> Exception:
-        """A MeasurementError with the place."""
+        """Make a MeasurementError that names the place."""
         return self.recording.fault(message, int(self.kept[row]), self.sources[quantity].column)
 
     def where(self, wanted: NDArray[np.bool_]) -> Self:
-        """The rows where ``wanted``."""
+        """Give the rows where ``wanted`` is True."""
         return self.taken(wanted)
 
     def taken(self, wanted: NDArray[Any]) -> Self:
-        """The rows where ``wanted`` is True, or of these numbers in their order."""
+        """Give the rows where ``wanted`` is True, or the rows of these numbers in their order."""
 
         def part(values: Mapping[str, Any]) -> dict[str, Any]:
             return {name: column[wanted] for name, column in values.items()}
@@ -77,20 +77,20 @@ class FileRows:
         )
 
     def unwrapped(self, quantity: str, choices: Choices, angle: Float | None = None) -> Float:
-        """The angle in turns, going on past the turn."""
+        """Give the angle in turns, continued past the ends of turns."""
         found, wraps = without_jumps(self.angles[quantity] if angle is None else angle)
         if wraps:
-            choices.note(f"{self.name}: {quantity} starts anew at a turn {wraps} times")
+            choices.note(f"{self.name}: {quantity} restarts at a turn {wraps} times")
         return found
 
     def counts(self, quantity: str, counts_per_rev: int) -> Integer:
-        """The angle in whole counts."""
+        """Give the angle in whole counts."""
         if quantity in self.exact:
             return self.exact[quantity]
         return np.round(self.angles[quantity] * counts_per_rev).astype(np.int64)
 
     def further(self) -> dict[str, Any]:
-        """Temperature, uncertainty, mask; conditions by ``=`` and their name."""
+        """Give temperature, uncertainty and mask, and conditions by ``=`` and their name."""
         found: dict[str, Any] = {f"={name}": values for name, values in self.conditions.items()}
         if self.temperature_c is not None:
             found["temperature_c"] = self.temperature_c
@@ -108,10 +108,10 @@ def rows_of(
     missing: str,
     choices: Choices,
 ) -> FileRows:
-    """The mapped columns of a file in common units.
+    """Convert the mapped columns of a file to common units.
 
-    Raises MeasurementError for a field that is no number, or that is missing unless ``missing`` is
-    ``drop``: then its row is left out and told.
+    Raises MeasurementError for a field that is no number, or that is missing; if ``missing`` is
+    ``drop``, rows without a value are left out and a note says so.
     """
     raw: dict[str, Any] = {}
     complete = np.ones(recording.rows, dtype=bool)

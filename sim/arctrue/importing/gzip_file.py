@@ -1,4 +1,4 @@
-"""Files that gzip packed: ``log.csv.gz`` is read as the ``log.csv`` in it."""
+"""Unpacks files packed by gzip: ``log.csv.gz`` is read as the ``log.csv`` inside."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _BLOCK = 1 << 20
 
 
 def is_gzip(path: Path) -> bool:
-    """True for the magic of gzip with its only method."""
+    """True if the file begins with the magic bytes of gzip and its only method."""
     with path.open("rb") as file:
         return file.read(3) == b"\x1f\x8b\x08"
 
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
-    """What is in the file, as a file of its own name, for as long as the context lasts.
+    """Unpack the file under its own name; the result exists until the context ends.
 
-    Raises MeasurementError for a damaged file, and as soon as more than the limit has come out.
+    Raises MeasurementError for a damaged file, and as soon as the output exceeds the limit.
     """
     with tempfile.TemporaryDirectory() as folder:
         unfinished = Path(folder) / (path.stem or path.name)
@@ -33,7 +33,7 @@ def unpacked(path: Path) -> Iterator[Path]:
         try:
             with gzip.open(path) as packed, unfinished.open("wb") as file:
                 while block := packed.read(_BLOCK):
-                    # The size that stands in the file is not believed.
+                    # The size stated in the file is not trusted.
                     size += len(block)
                     refuse_above_limit(path, size)
                     file.write(block)

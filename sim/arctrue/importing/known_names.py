@@ -26,18 +26,18 @@ _NAMES: Mapping[str, str] = {
 }
 _MEANS = {name: quantity for quantity, names in _NAMES.items() for name in names.split()}
 _WITH_UNIT_ONLY = {"t": "time"}
-"""Without a unit of time after it, ``t`` may be a temperature as well."""
+"""Names that mean time only with a unit of time: ``t`` alone may be a temperature."""
 _ENDINGS = ("winkel", "angle", "position", "pos", "value", "wert", "angulo", "angolo")
-"""What may follow a name without changing what is meant: Sollwinkel, target position."""
+"""Words that may follow a name without changing its meaning: Sollwinkel, target position."""
 
 
 def quantity_meant(name: str, *, unit_of_time: bool = False) -> str | None:
-    """The quantity that a column named ``name``, its unit taken off, is; None: the name is unknown.
+    """Find the quantity that a column named ``name`` (without its unit) holds; None: unknown.
 
-    Case, accents, and what stands between the words do not matter. ``unit_of_time``: the column's
-    name has a unit of time.
+    Case, accents and separators between the words are ignored. ``unit_of_time``: the column's
+    name contains a unit of time.
     """
-    # A unit that is not known, in brackets, is none of the name.
+    # An unknown unit in brackets does not belong to the name.
     bare_name = re.sub(r"[\[(][^\])]*[\])]\s*$", "", name)
     plain = unicodedata.normalize("NFKD", bare_name.strip().casefold())
     bare = "".join(sign for sign in plain if not unicodedata.combining(sign))
@@ -57,7 +57,7 @@ UNLOCKS: Mapping[str, str] = {
     "temperature": "the effects of heat",
     "direction": "hysteresis where the motion does not show the direction",
     "head2": "graduation and head angle without a reference",
-    "head3": "orders that two heads hardly see, a mean that the axis does not move",
-    "head4": "the axis' motion beside the disc, and a head that fails",
+    "head3": "orders that two heads hardly see, a mean that is free of the axis' motion",
+    "head4": "the axis' motion and the disc's error separately, and a head that fails",
 }
-"""What can be tested with a quantity, and not without it."""
+"""What can be tested only with a quantity."""

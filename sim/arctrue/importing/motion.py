@@ -1,4 +1,4 @@
-"""What the motion itself says: wraps, passes in one direction, cycles."""
+"""Derives wraps, passes in one direction, and cycles from the motion itself."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ Integer = NDArray[np.int64]
 
 LARGEST_REVERSAL_TURNS = 1.0 / 360.0
 REVERSAL_SHARE = 0.01
-"""A way back shorter than this share of the whole way, or than one degree, is noise."""
+"""A reversal shorter than this share of the whole way, or than one degree, is noise."""
 LEAST_ROWS_A_PASS = 4
-"""Passes shorter than this on average are no motion: the rows are in no order of angle."""
+"""If passes are shorter than this on average, the rows are not in order of angle."""
 FULL_TURN = 1.0 - 1e-6
 
 
@@ -28,10 +28,9 @@ class Pass:
 
 
 def without_jumps(angle_turns: Float) -> tuple[Float, int]:
-    """Angles (n,) that go on past the turn, and how often they started anew at it.
+    """Continue angles (n,) past the ends of turns; also count how often they restarted there.
 
-    Only angles that all lie within one turn are taken to start anew there; each step is then the
-    shorter way.
+    Only angles that all lie within one turn are treated so; each step then goes the shorter way.
     """
     if angle_turns.size < 2 or float(np.ptp(angle_turns)) > 1.0:
         return angle_turns, 0
@@ -43,11 +42,11 @@ def without_jumps(angle_turns: Float) -> tuple[Float, int]:
 
 
 def passes(angle_turns: Float) -> list[Pass]:
-    """The passes in one direction, in order, which cover all rows; [] where there is no motion.
+    """Divide all rows into passes in one direction, in order; [] if there is no motion.
 
     A pass ends where the angle turns back by more than one degree or 1 % of the whole way. The row
-    at the turning point belongs to the pass that reached it; of rows that stand there, the first
-    half does.
+    at the turning point belongs to the pass that reached it; if several rows stand there, the
+    first half of them does.
     """
     if angle_turns.size < 2:
         return []
@@ -77,7 +76,7 @@ def passes(angle_turns: Float) -> list[Pass]:
 
 
 def _middle_of_stand(angle_turns: Float, extreme: int) -> int:
-    """The row after the first half of those that stand at the turning point."""
+    """Give the row after the first half of those that stand at the turning point."""
     first = last = extreme
     while first > 0 and angle_turns[first - 1] == angle_turns[extreme]:
         first -= 1
@@ -87,7 +86,7 @@ def _middle_of_stand(angle_turns: Float, extreme: int) -> int:
 
 
 def cycles(angle_turns: Float, found: list[Pass]) -> Integer:
-    """The cycle of each row, 0, 1, …: a pass with the way back, or a whole turn of a long pass."""
+    """Number the cycle of each row from 0: a pass and its return, or one turn of a long pass."""
     numbers = np.zeros(angle_turns.size, dtype=np.int64)
     if not found:
         return numbers
@@ -100,7 +99,7 @@ def cycles(angle_turns: Float, found: list[Pass]) -> Integer:
             if pair:
                 offset = int(numbers[: item.start].max()) + 1
         way = np.abs(angle_turns[item.start : item.end] - angle_turns[item.start])
-        # Up to a whole turn belongs to one cycle: a last station at 360° is the first one's.
+        # The end of a turn belongs to the cycle: a last station at 360° repeats the first one.
         whole = np.floor(way / FULL_TURN).astype(np.int64)
         if both and way.max(initial=0.0) <= 1.0 + 1e-6:
             whole[:] = 0

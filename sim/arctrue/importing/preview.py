@@ -1,4 +1,4 @@
-"""The first rows of a file as texts, shown where it is asked what its columns are."""
+"""The first rows of a file as text, which a question about its columns shows."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _HEAD_BYTES = 4096
 
 @dataclass(frozen=True)
 class Preview:
-    """What a file begins with."""
+    """The beginning of a file."""
 
     title: str
     header: tuple[str, ...]
-    """Number and name of each column; empty where the file could not be divided into columns."""
+    """Number and name of each column; empty if the file could not be divided into columns."""
     rows: tuple[tuple[str, ...], ...]
-    """One text a column; the whole line where there are no columns."""
+    """One text per column; the whole line if there are no columns."""
 
     def lines(self) -> list[str]:
-        """For a terminal: the title, and the rows with columns of one width."""
+        """Format for a terminal: the title, and the rows in aligned columns."""
         cells = [self.header, *self.rows] if self.header else list(self.rows)
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         if not self.header:
@@ -38,7 +38,7 @@ class Preview:
 
 
 def preview_of(recording: FileContent) -> Preview:
-    """The first rows of what was read."""
+    """Give the first rows of what was read."""
     names = list(recording.columns)[:SHOWN_COLUMNS]
     more = len(recording.columns) - len(names)
     beyond = f", the first {len(names)} of {len(names) + more} columns" if more else ""
@@ -51,7 +51,7 @@ def preview_of(recording: FileContent) -> Preview:
 
 
 def preview_of_file(path: Path) -> Preview | None:
-    """The first lines of a text file that could not be read yet; None of any other file."""
+    """Give the first lines of a text file that could not be read yet; None for other files."""
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)

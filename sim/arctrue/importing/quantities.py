@@ -25,8 +25,8 @@ QUANTITIES: Mapping[str, Kind] = {
     "u": "angle",
     "mask": "whole",
 }
-"""``target``: the angle by the reference. ``error``: ``head1`` less ``target``. ``u``: standard
-uncertainty of the row. Any other name is a condition."""
+"""``target``: the angle by the reference. ``error``: ``head1`` minus ``target``. ``u``: standard
+uncertainty of the row. Every other name is a condition."""
 
 HEADS = ("head1", "head2", "head3", "head4")
 
@@ -121,7 +121,7 @@ _WRITTEN: Mapping[str, str] = {
     "degf": "degF",
 }
 GRAD = "grad"
-"""Degrees in German, gon in English."""
+"""Names that mean degrees in German and gon in English."""
 _GRAD = re.compile(r"(?<![^\W_])grad(?![^\W_])", re.IGNORECASE)
 _WITH_UNIT = re.compile(
     r"^(?P<name>.*?)\s*(?:[\[(](?P<within>[^\])]+)[\])]|_(?P<after>[^_\s]+)"
@@ -130,7 +130,7 @@ _WITH_UNIT = re.compile(
 
 
 def unit_named(kind: Kind, text: str) -> str | None:
-    """The unit that ``text`` writes (``degrees``, ``″``); None: no unit of this kind."""
+    """Find the unit that ``text`` denotes (``degrees``, ``″``); None: no unit of this kind."""
     text = text.strip()
     for word in (text, text.lower()):
         word = _WRITTEN.get(word, word)
@@ -140,7 +140,7 @@ def unit_named(kind: Kind, text: str) -> str | None:
 
 
 def name_and_unit(kind: Kind, column: str) -> tuple[str, str | None]:
-    """A column's name without its unit, and the unit: ``Az [deg]``, ``az_deg``, ``Az / deg``."""
+    """Split a column's name into name and unit: ``Az [deg]``, ``az_deg``, ``Az / deg``."""
     found = _WITH_UNIT.match(column.strip())
     if found is None:
         return column.strip(), None
@@ -154,5 +154,5 @@ def any_unit(text: str) -> bool:
 
 
 def may_be_grad(column: str) -> bool:
-    """True for a column whose name has the word grad, of which nobody knows what it means."""
+    """True if the column's name contains the ambiguous word grad."""
     return _GRAD.search(column) is not None

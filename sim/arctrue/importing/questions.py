@@ -1,4 +1,4 @@
-"""Runs an import, and finds all of its open questions at once."""
+"""Runs an import and finds all of its open questions at once."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from arctrue.importing.preview import Preview, preview_of, preview_of_file
 from arctrue.importing.reader import ReadSettings, read_recording
 
 TRIED_ROWS = 2000
-"""Rows that show which questions follow from the first."""
+"""Number of rows from which the follow-up questions are found."""
 
 
 @dataclass
 class Import:
-    """Files and what was said of them; ``recordings``: what was read, while it is needed."""
+    """Files and the user's statements; ``recordings``: the contents, kept while needed."""
 
     files: Sequence[Path]
     reader: str
@@ -28,10 +28,10 @@ class Import:
     recordings: list[FileContent] | None = field(default=None)
 
     def run(self, choices: Choices) -> Imported:
-        """The set. Raises MeasurementError, AmbiguousError, ValueError, OSError."""
+        """Make the set. Raises MeasurementError, AmbiguousError, ValueError, OSError."""
         self.recordings = self._read(choices)
         imported = import_recordings(self.recordings, self.settings, choices)
-        # It is not needed any more, and may be most of the memory.
+        # The contents are no longer needed, and may be most of the memory.
         self.recordings = None
         return imported
 
@@ -47,7 +47,7 @@ class Import:
     def questions(
         self, first: Ambiguous, given: Mapping[str, str] | None = None
     ) -> list[Ambiguous]:
-        """``first``, which is open, and those that are open as well as far as can be known.
+        """Give the open question ``first`` and all others that are already known to be open.
 
         ``given``: answers to earlier questions, by :attr:`Ambiguous.name`.
         """
@@ -55,7 +55,7 @@ class Import:
         return [first, *(asked for asked in others if asked.name != first.name)]
 
     def previews(self) -> list[Preview]:
-        """The first rows of each file; its first lines where it could not be read yet."""
+        """Give the first rows of each file, or its first lines if it could not be read yet."""
         if self.recordings is None:
             found = [preview_of_file(path) for path in self.files]
             return [preview for preview in found if preview is not None]

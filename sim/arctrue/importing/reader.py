@@ -1,7 +1,7 @@
 """The readers of foreign files: plug-ins of the entry-point group ``arctrue.readers``.
 
-Those of this package are registered in the same way (pyproject.toml), so that one of another
-package is no different: a module or object with ``recognises`` and ``read``.
+The readers of this package are registered in the same way (pyproject.toml) as those of other
+packages: each is a module or object with ``recognises`` and ``read``.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ HEAD_BYTES = 65536
 
 @dataclass(frozen=True)
 class ReadSettings:
-    """What a person said of the files; "" or None: not said.
+    """What the user stated about the files; "" or None: not stated.
 
-    ``delimiter``: comma, semicolon, tab or space. ``decimal``: point or comma. ``group``: where in
-    a file of several tables the columns are. ``period_s``: seconds between two rows.
+    ``delimiter``: comma, semicolon, tab or space. ``decimal``: point or comma. ``group``: the table
+    within a file of several tables. ``period_s``: seconds between two rows.
     """
 
     delimiter: str = ""
@@ -39,20 +39,20 @@ class ReadSettings:
 
 
 class Reader(Protocol):
-    """What an entry point names."""
+    """The interface of an entry point."""
 
     def recognises(self, path: Path, head: bytes) -> bool:
         """True if the file is of this format; ``head``: its first bytes."""
         ...
 
     def read(self, path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-        """The columns. Raises MeasurementError with row and column, OSError, AmbiguousError."""
+        """Read the columns. Raises MeasurementError (row, column), OSError, AmbiguousError."""
         ...
 
 
 @cache
 def readers() -> Mapping[str, Reader]:
-    """All readers by name. Raises ValueError for a plug-in that cannot be loaded."""
+    """Give all readers by name. Raises ValueError for a plug-in that cannot be loaded."""
     found: dict[str, Reader] = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         try:
@@ -73,11 +73,11 @@ def readers() -> Mapping[str, Reader]:
 
 
 FALLBACK = "text"
-"""Takes every file that is text; asked last."""
+"""The reader that accepts any text; it is asked last."""
 
 
 def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choices) -> FileContent:
-    """The file read by the reader ``name``; by the one that recognises it where name is "".
+    """Read the file with the reader ``name``; if name is "", with the reader that recognises it.
 
     Raises MeasurementError, OSError, AmbiguousError, ValueError for a name that no reader has.
     """
@@ -96,7 +96,7 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
 def _unpacked_or_read(
     path: Path, name: str, settings: ReadSettings, choices: Choices
 ) -> FileContent:
-    """A file that gzip packed is unpacked first, into a folder that is gone afterwards."""
+    """Read the file; unpack a gzip file first, into a temporary folder."""
     if path.is_dir() or not is_gzip(path):
         return _read(path, name, settings, choices)
     with unpacked(path) as inside:
@@ -108,8 +108,8 @@ def _unpacked_or_read(
             asked = error.asked
             question = asked.question.replace(str(inside), str(path))
             raise AmbiguousError(replace(asked, question=question)) from error
-    told = f"{path.name}: is unpacked; the file inside is called {inside.name} here"
-    return replace(recording, path=path, notes=(told, *recording.notes))
+    note = f"{path.name}: was unpacked; the file inside is called {inside.name} here"
+    return replace(recording, path=path, notes=(note, *recording.notes))
 
 
 def _read(path: Path, name: str, settings: ReadSettings, choices: Choices) -> FileContent:
@@ -128,5 +128,5 @@ def _read(path: Path, name: str, settings: ReadSettings, choices: Choices) -> Fi
         key for key, reader in known.items() if key != FALLBACK and reader.recognises(path, head)
     ]
     if len(fits) > 1:
-        fits = [choices.ask(Ambiguous("--format", f"{path}: could be of several formats.", fits))]
+        fits = [choices.ask(Ambiguous("--format", f"{path}: several formats fit.", fits))]
     return known[fits[0] if fits else FALLBACK].read(path, settings, choices)

@@ -1,4 +1,4 @@
-"""Rows whose time goes back: the beginning of another run, or rows that are out of order."""
+"""Handles rows whose time steps back: a new run begins, or the rows are out of order."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ Float = NDArray[np.float64]
 
 ORDERS = ("sort", "runs")
 ANEW_SHARE = 0.05
-"""A run begins anew where time goes back to within this share of the whole time from its start."""
+"""A run begins where the time returns to its start within this share of the whole time."""
 LEAST_ROWS_A_RUN = 8
 SHORTER = 0.75
-"""Of the way of the rows as they stand: a sorted motion that is shorter was out of order."""
+"""Share of the rows' way as they stand; if sorting makes it shorter, they were out of order."""
 
 
 def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
-    """The rows as they stand, or in the order of their times within each run of the file.
+    """Give the rows as they stand, or sorted by time within each run of the file.
 
-    ``said``: ``sort``, ``runs`` (each time that goes back begins a run), "" where nobody said.
-    Then runs that begin anew at the first time are left as they are, and rows are sorted where
-    that makes the way of the table shorter; anything else is asked. Raises AmbiguousError.
+    ``said``: ``sort``, ``runs`` (each step back begins a run), or "" if the user did not say. Then
+    runs that all begin near the first time stay as they are, and rows are sorted if that makes the
+    way of the table shorter; otherwise the user is asked. Raises AmbiguousError.
     """
     time_s = rows.time_s
     if time_s is None or time_s.size < 2:
@@ -41,33 +41,33 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
             said = choices.ask(
                 Ambiguous(
                     "--order",
-                    f"{rows.name}: time goes back {back.size} times, first at row "
+                    f"{rows.name}: time steps back {back.size} times, first at row "
                     f"{rows.line(int(back[0]))}, from {time_s[back[0] - 1]:g} to "
-                    f"{time_s[back[0]]:g} s. Are the rows to be sorted by time, or does a new run "
-                    "begin at each of these rows?",
+                    f"{time_s[back[0]]:g} s. Sort the rows by time, or begin a new run "
+                    "at each of these rows?",
                     ORDERS,
                 )
             )
     if said != "sort":
         return rows
     choices.note(
-        f"{rows.name}: time goes back {back.size} times, first at row "
+        f"{rows.name}: time steps back {back.size} times, first at row "
         f"{rows.line(int(back[0]))}; the rows are sorted by time"
     )
     return rows.taken(order)
 
 
 def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
-    """True where the pieces between steps back are long and all begin about the first time."""
+    """True if the pieces between steps back are long and all begin near the first time."""
     starts = time_s[np.concatenate(([0], back))]
     long = time_s.size >= LEAST_ROWS_A_RUN * starts.size
     return bool(long and float(np.ptp(starts)) <= ANEW_SHARE * float(np.ptp(time_s)))
 
 
 def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
-    """True where no two rows have one time, and the sorted rows go a much shorter way.
+    """True if no two rows have the same time and sorting makes the way much shorter.
 
-    Of single rows that are out of place the way is hardly longer; there only the jumps count.
+    Single misplaced rows hardly lengthen the way; for them only the jumps are compared.
     """
     assert rows.time_s is not None
     time_s = rows.time_s[order]
@@ -76,7 +76,7 @@ def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
     angle = next((rows.angles[name] for name in ("target", "head1") if name in rows.angles), None)
     if angle is None:
         return False
-    # Steps that are the same before and after say nothing of the order.
+    # Steps that are equal before and after sorting carry no information.
     same = np.flatnonzero(np.diff(order) == 1)
     before, after = _steps(angle), _steps(angle[order])
     changed_before = np.ones(before.size, dtype=bool)

@@ -1,4 +1,4 @@
-"""Angles and times of day in parts of sixty: ``-12:34:56.7``, ``12°34′56.7″``, ``12 34 56.7``."""
+"""Parses sexagesimal angles and times: ``-12:34:56.7``, ``12°34′56.7″``, ``12 34 56.7``."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ _SIGNS = re.compile(
     rf"(?:({_NUMBER})\s*(?:[\"″s]|''|′′))?\Z"
 )
 OF_DEGREES = ("°", "d")
-"""A text with one of these is an angle in degrees; without, it may be in hours."""
+"""A text with one of these is an angle in degrees; without one it may be in hours."""
 
 
 def is_sexagesimal(text: str, *, spaces: bool = True) -> bool:
-    """True for a text of this form; ``spaces``: parts with nothing but spaces between them too."""
+    """True if the text is sexagesimal; ``spaces``: also with only spaces between the parts."""
     return _match(text, spaces=spaces) is not None
 
 
 def sexagesimal(text: str) -> float | None:
-    """Degrees, or hours, of a text; None where it is not of this form.
+    """Convert a text to degrees or hours; None if it is not sexagesimal.
 
-    A part of sixty that is 60 or more makes it another form. The sign is that of all parts.
+    Minutes and seconds must be below 60. The sign applies to all parts.
     """
     found = _match(text, spaces=True)
     if found is None:

@@ -1,6 +1,6 @@
-"""The page of ``arctrue serve``: a set, a model and what is missing, in a browser.
+"""The page of ``arctrue serve``: shows a set, a model and the missing effect in a browser.
 
-The server keeps every state of a model as a numbered step in a folder (``session``); an address
-names a step, so that back and undo are the browser's own and two tabs do not meet. What takes
-longer than a click runs as a process of its own (``jobs``, ``ranking_job``).
+The server stores each state of a model as a numbered step in a folder (``session``). An address
+names a step, so that back and undo are those of the browser, and two tabs do not interfere. Work
+that takes longer than a click runs in its own process (``jobs``, ``ranking_job``).
 """

@@ -1,4 +1,4 @@
-"""Addresses of steps."""
+"""Builds the addresses of steps."""
 
 from __future__ import annotations
 
@@ -9,6 +9,6 @@ from arctrue.page.session import Session
 
 
 def to_step(session: Session, number: int, query: str = "", place: str = "") -> Response:
-    """Go to the page of a step, so that loading it again changes nothing (HTTP 303)."""
+    """Redirect to the page of a step (HTTP 303), so that a reload changes nothing."""
     address = url_for("analysis.step_page", name=session.name, number=number)
     return redirect(f"{address}{query}{'#' + place if place else ''}", 303)

@@ -1,4 +1,4 @@
-"""The states of models that are in memory; each can be made again from its folder."""
+"""Keeps the latest fitted models in memory; each can be fitted again from its folder."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ MOST_KEPT = 8
 
 
 class Analyses:
-    """Fits models and keeps the latest in memory. Safe to use from several threads."""
+    """Fits models and caches the latest ones; thread-safe."""
 
     def __init__(
         self, sessions: Sessions, effects: Mapping[str, type[Effect]], commands: Commands
     ) -> None:
-        """``effects``: all that a model may have."""
+        """``effects``: all effects that a model may contain."""
         self.sessions = sessions
         self.effects = effects
         self.commands = commands
@@ -43,14 +43,14 @@ class Analyses:
         self._lock = threading.Lock()
 
     def first(self, folder: Path, opened: Opened) -> tuple[Session, Step]:
-        """A session in ``folder``, with the default model fitted. Raises what a fit raises."""
+        """Create a session in ``folder`` and fit the default model. Raises what the fit raises."""
         start = time.perf_counter()
         analysis = analyse_opened(opened, default_model(), self.effects)
         session = self.sessions.open(folder, opened)
         return session, self._grown(session, analysis, None, "open", "", start)
 
     def at(self, session: Session, number: int) -> Analysis:
-        """The analysis of a step, fitted again where it is no longer in memory."""
+        """Give the analysis of a step; fit it again if it is no longer in memory."""
         key = (session.name, number)
         with self._lock:
             if key in self._kept:
@@ -67,7 +67,7 @@ class Analyses:
         return analysis
 
     def ranking(self, session: Session, number: int, temperature_c: float | None) -> Ranking | None:
-        """What was found at a step; what the device would get, at another temperature."""
+        """Give the ranking of a step; compute the device's coefficients for another temperature."""
         found = session.ranking(number)
         device = None if found is None else found["device"]
         if found is None or device is None or temperature_c in (None, device["temperature_c"]):
@@ -81,19 +81,19 @@ class Analyses:
         return {**found, "device": self._devices[key]}
 
     def add(self, session: Session, number: int, effect: str, settings: dict[str, object]) -> Step:
-        """A step with an effect more. Raises what ``add_effect`` raises."""
+        """Add an effect in a new step. Raises what ``add_effect`` raises."""
         return self._changed(
             session, number, "add", effect, lambda before: with_effect(before, effect, settings)
         )
 
     def drop(self, session: Session, number: int, effect: str) -> Step:
-        """A step with an effect less. Raises what ``drop_effect`` raises."""
+        """Drop an effect in a new step. Raises what ``drop_effect`` raises."""
         return self._changed(
             session, number, "drop", effect, lambda before: without_effect(before, effect)
         )
 
     def load(self, session: Session, number: int, model: Model) -> Step:
-        """A step with a model of a file, fitted to the set. Raises ValueError for another table."""
+        """Fit a model from a file in a new step. Raises ValueError if it is of another table."""
         start = time.perf_counter()
         opened = session.opened
         for entry in model.effects:
@@ -155,7 +155,7 @@ class Analyses:
 
 
 def analyse_opened(opened: Opened, model: Model, effects: Mapping[str, type[Effect]]) -> Analysis:
-    """The set of a session beside a model; a first step of the history has its date.
+    """Fit a model to the set of a session; date the first step of the history.
 
     Raises MeasurementError, NotTestableError, ValueError.
     """
@@ -168,7 +168,7 @@ def analyse_opened(opened: Opened, model: Model, effects: Mapping[str, type[Effe
 
 
 def refuse_other_table(model: Model, observations: Observations) -> None:
-    """Raises ValueError for a model of another table than that of the set."""
+    """Raise ValueError if the model belongs to another table than the set."""
     if model.table is None:
         return
     differences = model.table.differences(table_of(observations))

@@ -35,12 +35,12 @@ _ADDRESS = "/s/<name>/<int:number>/"
 def analysis_pages(
     settings: PageSettings, analyses: Analyses, jobs: Jobs, commands: Commands
 ) -> Blueprint:
-    """Routes of the page of a step."""
+    """Add the routes of a step's page."""
     pages = Blueprint("analysis", __name__)
     sessions = analyses.sessions
 
     def page(name: str, number: int, status: int = 200, **messages: str) -> tuple[str, int]:
-        """``messages``: a sentence beside the button that it is about."""
+        """``messages``: a sentence per button, shown next to it."""
         session = sessions[name]
         step, opened = session.step(number), session.opened
         display = DisplaySettings.of_query(request.args)
@@ -98,7 +98,7 @@ def analysis_pages(
         width = request.args.get("width", _WIDTH_PX, int)
         drawn = chart(name, number, figure)
         data = chart_data(drawn, min(max(width, 200), 4000))
-        # Not in the layout's "meta": plotly.js puts that into a text that says %{meta}.
+        # Do not use the layout's "meta": plotly.js inserts it into texts that contain %{meta}.
         return jsonify(plain({**data, "words": drawn.words}))
 
     @pages.get(_ADDRESS + "figure/<figure>.svg")
@@ -208,7 +208,7 @@ def analysis_pages(
 
 
 def _there(figure: str, ranking: dict[str, Any] | None) -> bool:
-    """Can this figure be drawn now?"""
+    """True if this figure can be drawn now."""
     if figure == "finding":
         return bool(ranking and ranking["finding"] and ranking["finding"]["best"])
     if figure == "lanes":
@@ -222,7 +222,7 @@ def _query() -> str:
 
 
 def _truth(folder: str) -> dict[str, Any]:
-    """What is hidden in a generated set; why it cannot be told."""
+    """Read the truth of a generated set, or the reason why it cannot be read."""
     try:
         return read_truth(Path(folder))
     except (OSError, BrokenSealError, ValueError) as error:

@@ -26,7 +26,7 @@ from arctrue.workbench.effects.registry import catalogue
 
 @dataclass(frozen=True)
 class Page:
-    """The application, and what a server of it needs."""
+    """The application and the objects that its server needs."""
 
     app: Flask
     jobs: Jobs
@@ -35,12 +35,12 @@ class Page:
 
 
 def make_page(settings: PageSettings) -> Page:
-    """The application and its background processes.
+    """Create the application and its background processes.
 
-    Raises EffectFileError for a folder of effects that cannot be used, OSError for the state's.
+    Raises EffectFileError for an unusable folder of effects, OSError for the state folder.
     """
     app = Flask("arctrue.page", static_folder="static", template_folder="templates")
-    # Flask by itself escapes in templates whose names end in .html, not in .html.j2.
+    # Flask's default escapes templates with names in .html, but not in .html.j2.
     app.jinja_options = dict(HTML_OPTIONS)
     app.jinja_loader = ChoiceLoader(
         [PackageLoader("arctrue.page"), PackageLoader("arctrue.report")]
@@ -74,7 +74,7 @@ def make_page(settings: PageSettings) -> Page:
     @app.errorhandler(Exception)
     def broken(error: Exception) -> tuple[str, int]:
         traceback.print_exception(error, file=sys.stderr)
-        said = "The program has a fault; its terminal says more. Nothing that was kept is lost"
+        said = "The program has a fault; its terminal shows details. No stored step is lost"
         return _sentence(f"{said}: {type(error).__name__}: {error}."), 500
 
     return Page(app, jobs, analyses, folder)

@@ -1,4 +1,4 @@
-"""The command line that does what a button does."""
+"""Gives the command line that does the same as a button."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COEFFICIENTS = "coefficients.toml"
 
 
 class Commands:
-    """With the folders of own effects that ``arctrue serve`` was given."""
+    """Composes command lines with the folders of own effects that ``arctrue serve`` got."""
 
     def __init__(self, effect_folders: Sequence[Path]) -> None:
         """Each folder becomes ``--effects FOLDER``."""
@@ -24,21 +24,21 @@ class Commands:
         return shlex.join(["arctrue", *words])
 
     def of_step(self, action: str, effect: str, opened: Opened) -> str:
-        """What made a step: open, add, drop or load."""
+        """Give the command that made a step: open, add, drop or load."""
         if action in ("add", "drop"):
             return self.change(action, effect, opened)
         return self.on_model("compare", opened)
 
     def change(self, action: str, effect: str, opened: Opened) -> str:
-        """``arctrue add`` or ``drop``."""
+        """Give ``arctrue add`` or ``drop``."""
         return self._line(action, effect, opened.named, "--model", MODEL, *self._folders)
 
     def on_model(self, command: str, opened: Opened) -> str:
-        """A command that takes a set and a model: compare, diagnose, export, report."""
+        """Give a command on a set and a model: compare, diagnose, export, report."""
         return self._line(command, opened.named, "--model", MODEL, *self._folders)
 
     def export(self, opened: Opened, temperature_c: float | None) -> str:
-        """``arctrue export``, at a temperature where the set has one."""
+        """Give ``arctrue export``, with a temperature if the set has one."""
         at = [] if temperature_c is None else ["--temperature", f"{temperature_c:g}"]
         words = ["export", opened.named, "--model", MODEL, *at, "--coefficients", COEFFICIENTS]
         return self._line(*words, *self._folders)
@@ -48,7 +48,7 @@ class Commands:
         return self._line("history", "--model", MODEL)
 
     def serve(self, folder: Path, state: Path, port: str) -> str:
-        """``arctrue serve`` with the same sets and sessions."""
+        """Give ``arctrue serve`` with the same sets and sessions."""
         device = ["--port", port] if port else []
         words = ["serve", str(folder), "--state", str(state), *device]
         return self._line(*words, *self._folders)

@@ -1,4 +1,4 @@
-"""Coefficients of a step into a running device, as ``arctrue load`` does."""
+"""Loads the coefficients of a step into a running device, as ``arctrue load`` does."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _WAIT_S = 120.0
 
 
 def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> str:
-    """Send and wait for the turn that judges them; returns a sentence.
+    """Send the coefficients and wait for the turn that checks them; return a sentence.
 
-    Raises ValueError where there is no device or nothing to load, or the device refuses.
+    Raises ValueError without a device, without coefficients, or if the device refuses them.
     """
     if not port:
         raise ValueError("no device: start the page with --port PORT")

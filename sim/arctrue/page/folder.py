@@ -1,4 +1,4 @@
-"""The sets of the folder that the server was started for; nothing outside it is read."""
+"""Lists the sets of the folder that the server was started for; no other folder is read."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ _MASK = "mask.csv"
 
 @dataclass(frozen=True)
 class FoundSet:
-    """A folder that holds a measurement.toml; ``name`` is relative to the chosen folder."""
+    """A folder with a measurement.toml; ``name`` is relative to the chosen folder."""
 
     name: str
     title: str
     fault: str
-    """Why it cannot be opened; empty: it can."""
+    """Why the set cannot be opened; empty if it can."""
 
 
 class ChosenFolder:
     """A folder of sets, or one set."""
 
     def __init__(self, folder: Path) -> None:
-        """``folder``: as the command line named it."""
+        """``folder``: the name on the command line."""
         self.named = folder
         self._root = folder.resolve()
 
     @property
     def is_set(self) -> bool:
-        """True where the folder itself is one set."""
+        """True if the folder itself is one set."""
         return (self._root / FILE_NAME).is_file()
 
     def sets(self) -> list[FoundSet]:
-        """All down to two folders deep, by name."""
+        """Give all sets down to two folder levels, sorted by name."""
         places = [self._root] if self.is_set else []
         level = [self._root]
         for _ in range(_DEPTH):
@@ -61,7 +61,7 @@ class ChosenFolder:
         return FoundSet(name, title, "")
 
     def path(self, name: str) -> Path:
-        """The folder of a set. Raises ValueError for one that is, or whose files are, outside."""
+        """Give the folder of a set. Raises ValueError if it or one of its files is outside."""
         path = self._root / name
         try:
             inside = path.resolve().is_relative_to(self._root)
@@ -69,7 +69,7 @@ class ChosenFolder:
             inside = False
         if not inside or not (path / FILE_NAME).is_file():
             raise ValueError(
-                f"{one_line(name)[:80]}: no measurement set of the folder {self.named}"
+                f"{one_line(name)[:80]}: the folder {self.named} has no such measurement set"
             )
         description = read_description(path)
         files = [path / FILE_NAME, path / _MASK]
@@ -85,7 +85,7 @@ class ChosenFolder:
         return path
 
     def as_named(self, name: str) -> str:
-        """The set as a command line names it."""
+        """Give the set's name for a command line."""
         return str(self.named if name == "." else self.named / name)
 
 

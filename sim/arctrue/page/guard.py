@@ -1,7 +1,7 @@
-"""Who may ask the server, and what a browser may do with an answer.
+"""Restricts who may send requests to the server, and what a browser may do with an answer.
 
-Another page in the same browser can send requests to 127.0.0.1 too: the name of the host must be
-the server's own, and what changes something must come from the page itself.
+Another page in the same browser can also send requests to 127.0.0.1. So the host name must be the
+server's own, and requests that change something must come from the page itself.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ _POLICY = (
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
 )
-"""plotly.js writes styles of its own; no script but the server's runs."""
+"""plotly.js writes inline styles; only the server's own scripts run."""
 
 
 def guard(app: Flask, hosts: Collection[str], token: str) -> None:
-    """Look at every request first. ``hosts``: names with port; empty: any. ``token``: "": none."""
+    """Check every request. ``hosts``: allowed names with port, empty: any. ``token``: "": none."""
 
     @app.before_request
     def only_from_here() -> AnyResponse | None:
@@ -36,7 +36,7 @@ def guard(app: Flask, hosts: Collection[str], token: str) -> None:
     def harmless(response: Response) -> Response:
         response.headers["Content-Security-Policy"] = _POLICY
         response.headers["X-Content-Type-Options"] = "nosniff"
-        # With no-referrer a form would not say where it comes from.
+        # With no-referrer the origin of a form would be missing.
         response.headers["Referrer-Policy"] = "same-origin"
         return response
 
@@ -49,7 +49,7 @@ def _same_origin(asked: Request) -> bool:
 
 
 def _without_token(token: str) -> AnyResponse | None:
-    """The token comes once in the address and then in a cookie."""
+    """Accept the token once in the address and afterwards in a cookie."""
     if hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), token.encode()):
         return None
     given = request.args.get("token", "")

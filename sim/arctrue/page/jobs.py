@@ -1,4 +1,4 @@
-"""Rankings in processes of their own: with progress, and to be ended at any time."""
+"""Runs rankings in processes of their own, which report progress and can be cancelled."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from arctrue.base.whole_file import write_whole_text
 from arctrue.page.session import Session
 
 AT_ONCE = 2
-"""Processes; what comes later waits."""
+"""Number of processes at a time; further rankings wait."""
 PROGRESS, CANCELLED, FAILED = "progress.json", "cancelled", "failed.txt"
 _END_S = 5.0
 _LOOK_S = 0.2
 
 
 class Jobs:
-    """One process a step of a session, started when its page is first seen."""
+    """One process per step of a session, started when its page is first opened."""
 
     def __init__(self, effect_folders: Sequence[Path]) -> None:
-        """``effect_folders``: those that the processes load effects from."""
+        """``effect_folders``: folders from which the processes load effects."""
         self._folders = [str(folder) for folder in effect_folders]
         self._running: dict[tuple[str, int], _Job] = {}
         self._places = threading.BoundedSemaphore(AT_ONCE)
         self._lock = threading.Lock()
 
     def start(self, session: Session, number: int) -> None:
-        """Begin, unless it runs or is done; what was cancelled begins anew."""
+        """Start the ranking unless it runs or is done; a cancelled ranking starts anew."""
         key = (session.name, number)
         with self._lock:
             if key in self._running or session.ranking_is_whole(number):
@@ -54,7 +54,7 @@ class Jobs:
                 self._running.pop(key, None)
 
     def cancel(self, session: Session, number: int) -> None:
-        """End the process of a step, if there is one; what it found so far stays."""
+        """End the process of a step, if any; its partial result stays."""
         with self._lock:
             job = self._running.get((session.name, number))
         if job is not None:
@@ -81,7 +81,7 @@ class Jobs:
         return {"state": state, "doing": "", "seconds": 0.0, "partly": partly}
 
     def wait(self) -> None:
-        """Until no process runs."""
+        """Wait until no process runs."""
         while True:
             with self._lock:
                 if not self._running:
@@ -89,7 +89,7 @@ class Jobs:
             time.sleep(_LOOK_S / 4.0)
 
     def end_all(self) -> None:
-        """When the server stops."""
+        """End all processes when the server stops."""
         with self._lock:
             jobs = list(self._running.values())
         for job in jobs:
@@ -123,9 +123,9 @@ class _Job:
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
         )
-        told: list[bytes] = []
+        lines: list[bytes] = []
         assert process.stderr is not None
-        reader = threading.Thread(target=lambda: told.append(process.stderr.read()), daemon=True)  # type: ignore[union-attr]
+        reader = threading.Thread(target=lambda: lines.append(process.stderr.read()), daemon=True)  # type: ignore[union-attr]
         reader.start()
         while process.poll() is None and not self._ended.wait(_LOOK_S):
             pass
@@ -140,11 +140,11 @@ class _Job:
             return
         reader.join(_END_S)
         if process.returncode:
-            text = b"".join(told).decode(errors="replace").strip()
+            text = b"".join(lines).decode(errors="replace").strip()
             self._say(FAILED, text.splitlines()[-1] if text else f"exit code {process.returncode}")
 
     def _say(self, name: str, text: str) -> None:
         try:
             write_whole_text(self._folder / name, text)
         except OSError:
-            return  # the session was deleted meanwhile
+            return  # the session has been deleted

@@ -1,4 +1,4 @@
-"""Errors that are told in a sentence beside what caused them."""
+"""Turns errors into sentences that the page shows next to their cause."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PEOPLE_ERRORS = (MeasurementError, EffectFileError, EffectNotFoundError, ValueEr
 
 
 def sentence(error: Exception, *folders: Path) -> str:
-    """What is wrong, without the paths of the server's own ``folders``."""
+    """Describe the error without the paths of the server's own ``folders``."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         said = f"{error.filename}: cannot be read or written: {error.strerror}"
     else:

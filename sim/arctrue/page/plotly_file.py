@@ -1,4 +1,4 @@
-"""Where plotly.js lies: in the package plotly, so that nothing is fetched from the network."""
+"""Finds plotly.js in the package plotly, so that the page needs no network."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def plotly_file() -> Path:
-    """The file, without importing the package. Raises FileNotFoundError."""
+    """Give the file without importing the package. Raises FileNotFoundError."""
     spec = find_spec("plotly")
     for place in (spec.submodule_search_locations or []) if spec is not None else []:
         path = Path(place) / "package_data" / "plotly.min.js"

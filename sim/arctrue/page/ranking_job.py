@@ -1,4 +1,4 @@
-"""``python -m arctrue.page.ranking_job SESSION STEP [EFFECTS…]``: ranks one step of a session."""
+"""``python -m arctrue.page.ranking_job SESSION STEP [EFFECTS…]`` ranks one step of a session."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-# Before numpy is imported: as the command line does, see arctrue.cli.
+# This must precede the import of numpy; arctrue.cli gives the reason.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from arctrue.base.whole_file import write_whole_text
@@ -23,7 +23,7 @@ _BETWEEN_S = 0.2
 
 
 class _DoingFile:
-    """Says what is done, in a file that the page reads; not more often than anybody analyses."""
+    """Writes the present activity to a file that the page reads, at a limited rate."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._said = path, 0.0
@@ -35,7 +35,7 @@ class _DoingFile:
 
 
 def main(session_folder: str, step: str, *effect_folders: str) -> None:
-    """Write the ranking of a step beside its model, once partly and once whole."""
+    """Write the ranking next to the model: first a partial one, then the whole."""
     session, number = Session(Path(session_folder)), int(step)
     progress = _DoingFile(session.step_folder(number) / PROGRESS)
     progress("reading the set")

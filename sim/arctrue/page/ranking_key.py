@@ -1,4 +1,4 @@
-"""What a ranking depends on, as one number: the same key, the same ranking."""
+"""Digest of everything that a ranking depends on: equal keys mean equal rankings."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.model.model import Model
 
 _MASK = "mask.csv"
-"""Rows that are not used: no part of the set's own digest."""
+"""File of masked rows, which the set's own digest does not cover."""
 
 
 def ranking_key(folder: Path, title: str, model: Model, effects: Mapping[str, type[Effect]]) -> str:
-    """SHA-256 of set, mask, model, title (which the device's file bears), effects and program.
+    """SHA-256 of set, mask, model, title (written into the device's file), effects and program.
 
-    A fit begins with the settings and search parameters alone. Raises OSError, MeasurementError.
+    Fitted values are left out: a fit starts from the settings and search parameters alone. Raises
+    OSError, MeasurementError.
     """
     mask = folder / _MASK
     said = {
@@ -42,7 +43,7 @@ def _of_file(path: Path) -> str:
 
 @functools.cache
 def _of_effect(kind: type[Effect]) -> list[str]:
-    """Of the files that its methods stand in, as they were when the effect was first looked at."""
+    """Digests of the files that define the effect, as they were at its first use."""
     methods = [item for part in kind.__mro__ for item in vars(part).values()]
     files = {
         inspect.unwrap(item).__code__.co_filename for item in filter(inspect.isfunction, methods)
@@ -52,6 +53,6 @@ def _of_effect(kind: type[Effect]) -> list[str]:
 
 @functools.cache
 def _program() -> str:
-    """Of the package's own files: a version may have several states while it is worked on."""
+    """Digest of the package's files: one version has several states during development."""
     files = sorted(Path(arctrue.__file__).parent.rglob("*.py"))
     return hashlib.sha256("".join(_of_file(path) for path in files).encode()).hexdigest()

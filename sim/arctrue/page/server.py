@@ -21,14 +21,14 @@ _TOKEN_BYTES = 18
 
 
 class AddressError(OSError):
-    """The page cannot be served at the address that was asked for."""
+    """The page cannot be served at the requested address."""
 
 
 def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None:
-    """Serve at ``host``:``port`` (0: a free one); tells its address first.
+    """Serve at ``host``:``port`` (0: a free port) and report the address first.
 
-    Only names of this machine are answered at a loopback address; anything else needs a token.
-    Raises AddressError for an address that cannot be taken.
+    At a loopback address only this machine's names are answered; any other address needs a token.
+    Raises AddressError if the address cannot be used.
     """
     listening = _listening(host, port)
     taken = listening.getsockname()[1]
@@ -52,7 +52,7 @@ def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None
         page.app,
         sockets=[listening],
         threads=_THREADS,
-        # Above the limit of the page, which says so in a sentence; far above, nothing is taken.
+        # The page's own limit is lower and answers with a sentence; waitress refuses more.
         max_request_body_size=4 * settings.most_bytes + MEGABYTE,
         ident=None,
     )
@@ -66,13 +66,13 @@ def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None
 
 
 def _listening(host: str, port: int) -> socket.socket:
-    """A socket that holds the address. Raises AddressError, which says what to do."""
+    """Open a socket at the address. Raises AddressError with advice."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     found = socket.socket(family, socket.SOCK_STREAM)
     found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         found.bind((host, port))
-        # Held from here on: another server that was bound too could still listen first.
+        # The socket listens from here on; otherwise a second bound server could listen first.
         found.listen()
     except OSError as error:
         found.close()

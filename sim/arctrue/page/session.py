@@ -1,4 +1,4 @@
-"""What was opened in the page and every step of its model, kept in a folder."""
+"""Stores what was opened in the page, and every step of its model, in a folder."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ _BYTES = 8
 _SESSION, _STEP, _MODEL, _RANKING = "session.json", "step.json", "model.toml", "ranking.json"
 _KEY = "ranking.key"
 SET = "set"
-"""Folder of a set that was dropped in or generated."""
+"""Name of the folder of a dropped or generated set."""
 
 
 class NoSuchSessionError(LookupError):
-    """An address of a session or a step that is not there (any more)."""
+    """The session or step of an address does not exist, or no longer."""
 
 
 @dataclass(frozen=True)
 class Opened:
-    """What a session is of."""
+    """The set that a session analyses."""
 
     title: str
     folder: str
-    """Of the measurement set."""
+    """Title of the measurement set."""
     named: str
-    """The set as a command line names it."""
+    """Name of the set on a command line."""
     command: str
-    """What makes this set again; empty for one that was recorded."""
+    """The command that makes this set again; empty for a recorded set."""
     generated: bool
     date: str
 
 
 @dataclass(frozen=True)
 class Step:
-    """One state of the model; ``parent`` is the number of the state that it came from."""
+    """One state of the model; ``parent`` is the number of the state before it."""
 
     number: int
     parent: int | None
@@ -54,26 +54,26 @@ class Step:
     """open, add, drop or load."""
     effect: str
     command: str
-    """The command line that does the same."""
+    """The equivalent command line."""
     seconds: float
-    """That the fit took."""
+    """Time that the fit took."""
 
 
 class Session:
-    """One folder: the set (if it is not the reader's own), and ``1``, ``2``, … for the steps."""
+    """One folder with the set (unless it is the user's own) and ``1``, ``2``, … for the steps."""
 
     def __init__(self, folder: Path) -> None:
-        """A session that is there."""
+        """Open an existing session."""
         self.folder = folder
         self.name = folder.name
 
     @property
     def opened(self) -> Opened:
-        """What it is of."""
+        """Describe the set of the session."""
         return read_json(self.folder / _SESSION, Opened)
 
     def steps(self) -> list[Step]:
-        """All of them, in the order in which they were made."""
+        """Give all steps in the order of creation."""
         found = [
             read_json(path, Step)
             for path in self.folder.glob(f"*/{_STEP}")
@@ -82,45 +82,45 @@ class Session:
         return sorted(found, key=lambda step: step.number)
 
     def step(self, number: int) -> Step:
-        """One of them. Raises NoSuchSessionError."""
+        """Give one step. Raises NoSuchSessionError."""
         path = self.folder / str(number) / _STEP
         if not path.is_file():
-            raise NoSuchSessionError(f"step {number} is not there")
+            raise NoSuchSessionError(f"step {number} does not exist")
         return read_json(path, Step)
 
     def step_folder(self, number: int) -> Path:
-        """Where a step's files are."""
+        """Give the folder of a step's files."""
         return self.folder / str(number)
 
     def model_file(self, number: int) -> Path:
-        """The model of a step."""
+        """Give the model file of a step."""
         return self.folder / str(number) / _MODEL
 
     def model(self, number: int) -> Model:
-        """The model of a step. Raises ModelFileError."""
+        """Read the model of a step. Raises ModelFileError."""
         return read_model(self.model_file(number))
 
     def ranking(self, number: int) -> Ranking | None:
-        """What was found missing at a step, once it is known."""
+        """Read the ranking of a step; None before it exists."""
         path = self.folder / str(number) / _RANKING
         return read_json(path, dict[str, Any]) if path.is_file() else None
 
     def ranking_is_whole(self, number: int) -> bool:
-        """True once nothing of it is missing."""
+        """True once the ranking is complete."""
         found = self.ranking(number)
         return found is not None and bool(found["whole"])
 
     def ranking_key(self, number: int) -> str:
-        """What the ranking of a step depends on; empty for a step of an earlier version."""
+        """Read the key of a step's ranking; empty for a step of an earlier version."""
         path = self.folder / str(number) / _KEY
         return path.read_text(encoding="utf-8") if path.is_file() else ""
 
     def write_ranking_key(self, number: int, key: str) -> None:
-        """Keep it. Raises OSError."""
+        """Store the key. Raises OSError."""
         write_whole_text(self.folder / str(number) / _KEY, key)
 
     def write_ranking(self, number: int, found: Ranking) -> None:
-        """Keep it. Raises OSError."""
+        """Store the ranking. Raises OSError."""
         text = json.dumps(found, ensure_ascii=False)
         write_whole_text(self.folder / str(number) / _RANKING, text)
 
@@ -134,13 +134,13 @@ class Session:
         command: str,
         seconds: float,
     ) -> Step:
-        """One step more; nothing that is there is changed. Raises OSError."""
+        """Add a step; existing steps stay unchanged. Raises OSError."""
         number = len(self.steps()) + 1
         while True:
             try:
                 (self.folder / str(number)).mkdir()
                 break
-            except FileExistsError:  # another request was first
+            except FileExistsError:  # a concurrent request took the number
                 number += 1
         write_model(self.model_file(number), model)
         step = Step(number, parent, action, effect, command, seconds)
@@ -152,30 +152,30 @@ class Sessions:
     """All sessions of a state folder."""
 
     def __init__(self, folder: Path) -> None:
-        """The folder is made, for its owner alone. Raises OSError."""
+        """Make the folder, readable by its owner only. Raises OSError."""
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
 
     def make(self) -> Path:
-        """The empty folder of a new session, which :meth:`open` makes one."""
+        """Make the empty folder of a new session; :meth:`open` then makes it a session."""
         folder = self.folder / secrets.token_hex(_BYTES)
         folder.mkdir(mode=0o700)
         return folder
 
     def open(self, folder: Path, opened: Opened) -> Session:
-        """The session of ``folder``, from now on listed. Raises OSError."""
+        """Make ``folder`` a session, which is listed from now on. Raises OSError."""
         write_whole_text(folder / _SESSION, json.dumps(asdict(opened), ensure_ascii=False))
         return Session(folder)
 
     def __getitem__(self, name: str) -> Session:
-        """One of them. Raises NoSuchSessionError."""
+        """Give one session. Raises NoSuchSessionError."""
         folder = self.folder / name
         if not _NAME.fullmatch(name) or not (folder / _SESSION).is_file():
             raise NoSuchSessionError(f"there is no session {name[:32]!r}")
         return Session(folder)
 
     def all(self) -> list[Session]:
-        """The newest first."""
+        """Give all sessions, newest first."""
         found = [
             Session(path.parent)
             for path in self.folder.glob(f"*/{_SESSION}")
@@ -184,7 +184,7 @@ class Sessions:
         return sorted(found, key=lambda item: item.opened.date, reverse=True)
 
     def ranked(self, key: str) -> Ranking | None:
-        """A whole ranking of this key, of any step of any session."""
+        """Find a complete ranking of this key in any step of any session."""
         for session in self.all():
             for step in session.steps():
                 if key == session.ranking_key(step.number):
@@ -194,16 +194,16 @@ class Sessions:
         return None
 
     def forget(self, name: str) -> None:
-        """Delete a session with all that it holds. Raises NoSuchSessionError."""
+        """Delete a session with all its files. Raises NoSuchSessionError."""
         shutil.rmtree(self[name].folder, onerror=_make_writable)
 
 
 def now() -> str:
-    """UTC, ISO 8601."""
+    """Give the time in UTC, ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def _make_writable(function: Any, path: str, _: Any) -> None:
-    """A truth file is read-only."""
+    """Make a file writable before it is deleted: truth files are read-only."""
     Path(path).chmod(0o600)
     function(path)

@@ -1,4 +1,4 @@
-"""What ``arctrue serve`` was started with."""
+"""The settings with which ``arctrue serve`` was started."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ MEGABYTE = 1_000_000
 
 @dataclass(frozen=True)
 class PageSettings:
-    """``folder``: of the sets. ``state``: of the sessions. ``port``: of a device; "": none.
+    """``folder``: sets. ``state``: sessions. ``port``: serial port of a device, "" for none.
 
-    ``hosts``: names with port under which the server may be asked; empty: any.
+    ``hosts``: names with port that requests may use; empty: any.
     """
 
     folder: Path

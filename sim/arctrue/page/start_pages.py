@@ -1,4 +1,4 @@
-"""The first page: choose a set, drop one in, or have a table with a hidden effect made."""
+"""The first page: choose a set, drop files, or generate a table with a hidden effect."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ _LARGEST_SEED = 2**32 - 1
 def start_pages(
     settings: PageSettings, folder: ChosenFolder, analyses: Analyses, commands: Commands
 ) -> Blueprint:
-    """Routes of the first page."""
+    """Add the routes of the first page."""
     pages = Blueprint("start", __name__)
 
     def start(status: int = 200, **messages: Any) -> tuple[str, int]:
-        """``messages``: a sentence beside the part that it is about; the questions of an import."""
+        """``messages``: a sentence per part of the page; also the open questions of an import."""
         sessions = [(session, session.opened) for session in analyses.sessions.all()[:20]]
         shown: dict[str, Any] = {
             "open": "",
@@ -129,7 +129,7 @@ def start_pages(
 
 
 def open_set_of(folder: ChosenFolder, name: str, analyses: Analyses) -> tuple[Session, Step]:
-    """A session of a set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
+    """Open a set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
     path, named = folder.path(name), folder.as_named(name)
     title = read_description(path).keys.title or path.resolve().name
     place = analyses.sessions.make()
@@ -177,7 +177,7 @@ def _answers(form: Any) -> dict[str, str]:
 
 
 def _kept(analyses: Analyses, name: str) -> tuple[Path, list[Path]]:
-    """The folder of this upload, and the files of an earlier try that a question held up."""
+    """Give the folder of this upload, and its files from an earlier try with open questions."""
     if name.isalnum():
         place = analyses.sessions.folder / name
         files = place / _UPLOAD
@@ -197,5 +197,5 @@ def _received(
 
 
 def _without_folder(asked: Ambiguous, folder: Path) -> Ambiguous:
-    """The question without the server's own path."""
+    """Remove the server's own path from the question."""
     return replace(asked, question=asked.question.replace(f"{folder}/", ""))

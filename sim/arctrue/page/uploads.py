@@ -1,6 +1,6 @@
-"""Files that were dropped into the page: a measurement set, or recordings of other programs.
+"""Receives files dropped into the page: a measurement set, or recordings of other programs.
 
-They are read by arctrue's own readers, from a folder of their own. No code in them is run.
+The readers of arctrue read the files from a separate folder. No code in them is executed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _SAFE = re.compile(r"[^\w.\- ]+")
 
 
 class Sent(Protocol):
-    """A file of a form."""
+    """A file of an HTML form."""
 
     filename: str | None
 
@@ -43,7 +43,7 @@ class Sent(Protocol):
 
 @dataclass(frozen=True)
 class Received:
-    """A set made of what was sent, and the options of ``arctrue import`` that make it again."""
+    """A set made from uploaded files, and the options of ``arctrue import`` that make it again."""
 
     title: str
     files: list[str]
@@ -52,18 +52,18 @@ class Received:
 
 
 class OpenQuestionsError(ValueError):
-    """Files leave questions open: ``asked``, with the ``answers`` given so far and the previews."""
+    """Files leave open questions ``asked``; holds the ``answers`` so far and the previews."""
 
     def __init__(
         self, asked: Sequence[Ambiguous], answers: Mapping[str, str], previews: Sequence[Preview]
     ) -> None:
-        """Keep what a form shows."""
+        """Store what the form shows."""
         super().__init__(", ".join(item.name for item in asked))
         self.asked, self.answers, self.previews = asked, answers, previews
 
 
 def keep(sent: Sequence[Sent], folder: Path) -> list[Path]:
-    """Write the files into ``folder`` under names of their own. Raises ValueError."""
+    """Write the files into ``folder`` under safe names. Raises ValueError."""
     there = [file for file in sent if file.filename]
     if not there:
         raise ValueError("no file was chosen: choose or drop at least one")
@@ -81,17 +81,17 @@ def keep(sent: Sequence[Sent], folder: Path) -> list[Path]:
 
 
 def safe_name(name: str) -> str:
-    """The last part of a name without anything that a file system or a terminal obeys."""
+    """Give the last part of a name without characters that have a meaning to systems."""
     last = re.split(r"[/\\]", name)[-1]
     safe = _SAFE.sub("_", one_line(last)).lstrip(".").strip()[-_LONGEST:]
     return safe or "file"
 
 
 def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Received:
-    """Make the set ``out`` of files that were kept.
+    """Make the set ``out`` from stored files.
 
-    With a measurement.toml among them they are a set; else ``arctrue import`` reads them, its
-    questions answered by ``answers``, by the names of the questions (``--unit head1``). Raises
+    If a measurement.toml is among them, they are a set; otherwise ``arctrue import`` reads them.
+    ``answers`` holds the answers by the names of the questions (``--unit head1``). Raises
     OpenQuestionsError with all questions that are open, MeasurementError, ValueError.
     """
     if any(path.name == FILE_NAME for path in paths):

@@ -63,7 +63,7 @@ def test_each_edge_is_told_and_those_that_were_missed(device: ProbedDevice, tmp_
     arguments = ["probe", device.port, "--count", "5", "--csv", str(out)]
     done = CliRunner().invoke(main, arguments)
     assert done.exit_code == 0, done.output
-    assert done.output.count("2 missed before it") == 1
+    assert done.output.count("2 edges missed before") == 1
     rows = np.loadtxt(out, delimiter=",", skiprows=1)
     numbers = np.array([1, 2, 5, 6, 7])
     np.testing.assert_array_equal(rows[:, 0], (FIRST_EDGE + numbers) % (1 << 16))

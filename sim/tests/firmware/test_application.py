@@ -185,7 +185,7 @@ def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> No
     assert running.send("clear_output") == "ok, the output follows from the present position\r\n"
     assert running.core.writes == [(address("command"), ends)]
     assert "output_fault none\r\n" in running.send("status")
-    assert running.send("clear_output") == "error: the output is at no fault\r\n"
+    assert running.send("clear_output") == "error: the output has no fault\r\n"
 
 
 def test_a_fault_of_the_output_that_is_still_there_is_told(running: Firmware) -> None:
@@ -193,7 +193,7 @@ def test_a_fault_of_the_output_that_is_still_there_is_told(running: Firmware) ->
     running.core.set("status", bit("status", "cannot_keep_up"))
     running.core.command = lambda word: None  # type: ignore[method-assign]
     answer = running.send("clear_output")
-    assert answer == "error: the output came to a fault again; try help output\r\n"
+    assert answer == "error: the output has a fault again; try help output\r\n"
 
 
 def test_without_a_core_there_is_no_output_to_clear() -> None:

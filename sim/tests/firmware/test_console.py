@@ -79,7 +79,7 @@ def test_version_without_a_core() -> None:
         ("set keep -", "error: not a decimal number: -"),
         ("set keep 1.5", "error: keep takes 0.00 to 1"),
         ("set orders 41", "error: orders takes 1.00 to 40"),
-        ("set orders 3.5", "error: a whole number is needed, not 3.5"),
+        ("set orders 3.5", "error: expected a whole number, not 3.5"),
         ("set colour 1", "error: no parameter colour"),
         ("bypass maybe", "error: on or off, not maybe"),
         ("a b c d e f g h i j", "error: the line is too long or is not text; try help"),
@@ -134,13 +134,13 @@ def test_parameters_are_set(running: Firmware) -> None:
     assert running.send("set keep 0.25") == "ok\r\n"
     assert running.application.parameters.keep == 0.25
     assert "keep 0.250000000\r\n" in running.send("show parameters")
-    assert running.send("set sample_period 34") == "ok, the index is looked for again\r\n"
+    assert running.send("set sample_period 34") == "ok, waiting for the index again\r\n"
     assert running.core.get("sample_period") == 34
     assert running.phase == "wait_for_index"
 
 
 def test_the_core_is_looked_for_again(running: Firmware) -> None:
-    assert running.send("rearm") == "ok, the index is looked for again\r\n"
+    assert running.send("rearm") == "ok, waiting for the index again\r\n"
     assert running.phase == "wait_for_index"
     running.core.set("identification", 0)
     assert running.send("rearm") == "error: no core answers\r\n"

@@ -48,7 +48,7 @@ def test_one_command_brings_the_drivers_back(running: Firmware, name: str) -> No
         assert f"released {name}\r\n" in running.send("status")
     assert running.send("clear_output") == (FOLLOWS if name == "cannot_keep_up" else DRIVEN)
     assert "released none\r\n" in running.send("status")
-    assert running.send("clear_output") == "error: the output is at no fault\r\n"
+    assert running.send("clear_output") == "error: the output has no fault\r\n"
     assert running.turn(turn())["released"] == []
     releases(running, name)
     assert running.step(2) != "", "a release that comes again is told again"

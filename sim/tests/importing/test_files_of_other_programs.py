@@ -54,7 +54,7 @@ def checked(tmp_path: Path, *words: str | Path) -> tuple[Reference, str]:
 @pytest.mark.parametrize(
     ("encoding", "said"),
     [
-        ("latin-1", "is not UTF-8; taken as Windows-1252"),
+        ("latin-1", "is not UTF-8; read as Windows-1252"),
         ("utf-16", "text in UTF-16"),
         ("utf-16-le", "text in UTF-16-LE, without its mark"),
         ("utf-16-be", "text in UTF-16-BE, without its mark"),
@@ -275,7 +275,7 @@ def test_a_repeated_header_is_left_out_and_said(tmp_path: Path) -> None:
     rows[180:180] = ["Messung 4", HEADER]
     (tmp_path / "log.csv").write_text("\n".join(["Messung 4", HEADER, *rows]) + "\n")
     _, said = checked(tmp_path, tmp_path / "log.csv")
-    assert "the lines above the rows come again, first at row 183" in said
+    assert "the lines above the rows are repeated, first at row 183" in said
 
 
 def test_a_last_line_that_is_cut_off_is_left_out_and_said(tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ def test_a_guide_log_without_declination_is_refused(tmp_path: Path) -> None:
     guide_log(tmp_path / "log.txt")
     text = (tmp_path / "log.txt").read_text().replace(f"Dec = {DECLINATION_DEG} deg, ", "")
     (tmp_path / "log.txt").write_text(text)
-    with pytest.raises(MeasurementError, match=r"log\.txt, row 8: the declination"):
+    with pytest.raises(MeasurementError, match=r"log\.txt, row 8: the log does not state the star"):
         phd2(tmp_path / "log.txt")
 
 

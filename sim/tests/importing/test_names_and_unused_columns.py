@@ -114,7 +114,7 @@ def test_unused_columns_are_listed_with_what_they_would_unlock(tmp_path: Path) -
     assert "a.csv: not used: 1 Uhr, 4 Drehmoment, 5 Bemerkung (text)" in said
     assert "--column time=COLUMN" in said
     assert "latency" in said
-    assert "--column NAME=COLUMN makes a condition" in said
+    assert "--column NAME=COLUMN makes a column a condition" in said
     kept = read_measurement_set(tmp_path / "out").origin.notes
     assert any("not used: 1 Uhr, 4 Drehmoment, 5 Bemerkung (text)" in note for note in kept)
     # Nothing is left over: nothing is said.

@@ -65,7 +65,7 @@ def test_suggested_options_can_be_pasted_into_a_shell(odd_names: Path, tmp_path:
     line = next(
         line for line in said.splitlines() if "--column target=" in line or "'target=" in line
     )
-    suggested = line.partition("Say it with one of: ")[2].split(", --column ")
+    suggested = line.partition("Answer with one of: ")[2].split(", --column ")
     words = [shlex.split(item.removeprefix("--column ")) for item in suggested]
     assert words == [["target=tick"], ["target=axis $1"], ["target=axis 'two'"], ["target=n"],
                      ["target=none"]]  # fmt: skip
@@ -109,7 +109,7 @@ def test_a_file_with_too_few_columns_is_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("target_deg\n" + "".join(f"{i}\n" for i in range(60)))
     done = arctrue(tmp_path / "a.csv", "--column", "error=none", tmp_path / "out")
     assert done.exit_code == 2
-    assert "no column is left that could be the reading of the encoder" in done.output
+    assert "no remaining column could be the reading of the encoder" in done.output
     done = arctrue(tmp_path / "a.csv", tmp_path / "out")
     assert done.exit_code == 2
     assert "first rows of a.csv" in done.output

@@ -167,7 +167,7 @@ def test_the_command_gives_figures_before_and_after_a_model(tmp_path: Path) -> N
         tmp_path / "set", "--model", model, "--json", tmp_path / "f.json", "--drift", 0.2,
         "--out", tmp_path / "out",
     )  # fmt: skip
-    assert "By ISO 230-2." in told
+    assert "According to ISO 230-2." in told
     assert "fitted to this run" in told
     data = json.loads((tmp_path / "f.json").read_text())
     before, after = (data[key]["over_the_turn_arcsec"] for key in ("measured", "corrected"))
@@ -192,4 +192,4 @@ def test_a_set_without_a_reference_run_is_told(tmp_path: Path) -> None:
     write_measurement_set(tmp_path / "set", measurement_set(reference=False, turns=1, runs=1))
     done = CliRunner().invoke(main, ["iso230", str(tmp_path / "set")])
     assert done.exit_code == 2
-    assert "has no reference run" in done.stderr
+    assert "need a reference run" in done.stderr

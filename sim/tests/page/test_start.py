@@ -136,7 +136,7 @@ def test_an_hdf5_file_reads_no_other_file(client: FlaskClient, tmp_path: Path) -
     answer = client.post("/drop", data=sent("trap.h5", content))
     assert answer.status_code == 422
     said = problem(answer.get_data(as_text=True), "dropin")
-    assert "trap.h5: /error: its values stand in another file" in said
+    assert "trap.h5: /error: its values are stored in another file" in said
 
 
 def test_a_huge_file_is_refused_with_the_limit(client: FlaskClient, tmp_path: Path) -> None:

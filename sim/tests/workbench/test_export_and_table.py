@@ -141,4 +141,4 @@ def test_an_old_model_file_loads_with_a_warning(folder: Path, model: Path, tmp_p
     assert read_model(old).table is None
     answer = _run("compare", folder, "--model", old)
     assert answer.exit_code == 0, answer.output
-    assert "does not say which table" in answer.stderr
+    assert "names no table" in answer.stderr

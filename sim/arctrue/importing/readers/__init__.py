@@ -1,1 +1,1 @@
-"""The readers of this package, one file a format; pyproject.toml registers them."""
+"""The readers of this package, one file per format; pyproject.toml registers them."""

@@ -1,4 +1,4 @@
-"""Columns from arrays in memory, which NumPy, Parquet and HDF5 files have in common."""
+"""Makes columns from arrays in memory, for NumPy, Parquet and HDF5 files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from arctrue.measurement import MeasurementError
 
 
 def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]]) -> FileContent:
-    """A recording of equally long columns; a matrix is a column a number (``name.1``).
+    """Make a recording of equally long columns; a matrix gives numbered columns (``name.1``).
 
     Raises MeasurementError for arrays of unequal length, of more than two dimensions, or none.
     """
@@ -40,8 +40,8 @@ def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]
     if len(set(sizes.values())) > 1:
         listed = ", ".join(f"{name} {size}" for name, size in sizes.items())
         raise MeasurementError("format", path, f"its columns are not equally long: {listed}")
-    told = f"{path.name}: {max(sizes.values())} rows of {len(columns)} columns ({format_name})"
-    return FileContent(path, format_name, columns, notes=(told,))
+    note = f"{path.name}: {max(sizes.values())} rows of {len(columns)} columns ({format_name})"
+    return FileContent(path, format_name, columns, notes=(note,))
 
 
 def _plain(path: Path, name: str, array: NDArray[Any]) -> NDArray[Any]:

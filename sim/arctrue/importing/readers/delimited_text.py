@@ -1,4 +1,4 @@
-"""Text in columns: commas, semicolons, tabs or spaces; decimal point or decimal comma."""
+"""Reads text in columns: commas, semicolons, tabs or spaces; decimal point or comma."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from arctrue.importing.readers.text_lines import TextLines, encoding_of
 from arctrue.measurement import MeasurementError
 
 LOOKED_AT = 400
-"""Lines that decide how the file is written."""
+"""Number of lines from which the format is determined."""
 BLOCK_LINES = 1 << 16
 _RULER = re.compile(r"[-=_+|*.,;\s]+\Z")
-"""A line that only separates: ------ or ;;;"""
+"""A line of separators only: ------ or ;;;"""
 _SHOWN = 60
 
 Line = tuple[int, str]
@@ -36,13 +36,13 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Columns with the names of the header; ``1``, ``2`` … where there is none.
+    """Read the columns under the names of the header; without a header they are ``1``, ``2`` …
 
-    Lines that begin with #, % or // are comments; the last one before the rows is the header if it
-    has as many words as they have fields. A row of units under the header is added to the names.
-    Lines of words after the last row, and a repeated header, are left out and said. A column is of
-    text where a field of it is no number.
-    Raises MeasurementError naming row and column, AmbiguousError where two readings are possible.
+    Lines that begin with #, % or // are comments; the last comment before the rows is the header if
+    it has as many words as the rows have fields. A row of units under the header is added to the
+    names. Lines of words after the last row and repeated headers are left out, with a note. A
+    column with a field that is no number becomes a text column. Raises MeasurementError naming row
+    and column, AmbiguousError if two interpretations are possible.
     """
     encoding = encoding_of(path)
     source = TextLines(path, encoding)
@@ -53,17 +53,17 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     if shape is None:
         raise MeasurementError("format", path, "no line of numbers was found")
     first = next(i for i, (_, text) in enumerate(head) if _is_row(text, shape))
-    names, told = _header(path, head[:first], shape)
+    names, header_notes = _header(path, head[:first], shape)
     rows = _Rows(path, shape, {text for _, text in head[:first]})
     body = itertools.chain(head[first:], lines)
     while block := list(itertools.islice(body, BLOCK_LINES)):
         rows.add(block)
     places = rows.finish(ended=source.ended)
     columns = dict(zip(names, rows.columns.finished(), strict=True))
-    said = f"{path.name}: {places.size} rows of {len(names)} columns, {form.delimiter} between them"
+    said = f"{path.name}: {places.size} rows, {len(names)} columns, separator {form.delimiter}"
     if form.decimal == "comma":
         said += ", decimal comma"
-    notes = [said, encoding.told, *told, *rows.told]
+    notes = [said, encoding.note, *header_notes, *rows.notes]
     return FileContent(path, "text", columns, places, notes=tuple(filter(None, notes)))
 
 
@@ -80,13 +80,13 @@ def _is_row(text: str, shape: RowShape) -> bool:
 
 @dataclass
 class _Rows:
-    """Rows as they come; lines of words are kept back until a row follows, or none does."""
+    """Collects rows; lines of words are held back until it is known whether a row follows."""
 
     path: Path
     shape: RowShape
     above: set[str]
-    """The lines above the rows: where they come again, another log was appended."""
-    told: list[str] = field(default_factory=list)
+    """The lines above the rows; if they occur again, another log was appended."""
+    notes: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.columns = TextColumns(self.path, self.shape.form, self.shape.width)
@@ -95,7 +95,7 @@ class _Rows:
         self._repeated: list[int] = []
 
     def add(self, block: Sequence[Line]) -> None:
-        """Add the rows among the lines. Raises MeasurementError for a line that is none."""
+        """Add the rows among the lines. Raises MeasurementError for a line that is not a row."""
         lines = [line for line in block if not line[1].startswith(COMMENT)]
         if not lines:
             return
@@ -111,7 +111,7 @@ class _Rows:
         self._places.append(np.array([line for line, _ in lines], dtype=np.int64))
 
     def _plain(self, fields: Sequence[Iterable[object]]) -> bool:
-        """True where no line of these can be one of words: the first number of each is one."""
+        """True if the first field of each line is a number, so that none is a line of words."""
         form = self.shape.form
         return all(form.weight(str(text)) for text in fields[min(self.shape.numeric)])
 
@@ -125,14 +125,14 @@ class _Rows:
                 self._back.append((line, text))
                 continue
             if len(fields) != self.shape.width:
-                # It may be the last one, cut off.
+                # The last line may be cut off.
                 self._back.append((line, text))
                 continue
             yield from self._kept_back()
             yield line, text
 
     def _kept_back(self) -> Iterable[Line]:
-        """The lines before a row: rows with a wrong field, or none."""
+        """Give the held-back lines before a row: rows with a wrong field, or none."""
         for line, text in self._back:
             self._refuse_other_width(line, text)
             yield line, text
@@ -144,7 +144,7 @@ class _Rows:
             return
         more = ""
         if self.shape.is_words(self.shape.form.split(text)):
-            more = f": {_shown(text)}; put # before a line of words, or divide the file there"
+            more = f": {_shown(text)}; put # before a line of words, or divide the file here"
         raise MeasurementError(
             "format",
             self.path,
@@ -153,13 +153,13 @@ class _Rows:
         )
 
     def finish(self, *, ended: bool) -> NDArray[np.int64]:
-        """The line of each row; what stands after the last row is said."""
+        """Give the line of each row; a note reports what follows the last row."""
         name = self.path.name
         if self._back and not ended:
             line, text = self._back[-1]
             if not self.shape.is_words(self.shape.form.split(text)):
                 del self._back[-1]
-                self.told.append(
+                self.notes.append(
                     f"{name}: the last line, row {line}, is cut off ({_shown(text)}) and left out"
                 )
         for line, text in self._back:
@@ -168,13 +168,13 @@ class _Rows:
         if self._back:
             line, text = self._back[0]
             count = f"{len(self._back)} lines" if len(self._back) > 1 else "a line"
-            self.told.append(
+            self.notes.append(
                 f"{name}: {count} of words after the last row, from row {line} on "
                 f"({_shown(text)}), left out"
             )
         if self._repeated:
-            self.told.append(
-                f"{name}: the lines above the rows come again, first at row {self._repeated[0]}; "
+            self.notes.append(
+                f"{name}: the lines above the rows are repeated, first at row {self._repeated[0]}; "
                 "left out"
             )
         return np.concatenate(self._places)
@@ -185,7 +185,7 @@ def _shown(text: str) -> str:
 
 
 def _header(path: Path, above: Sequence[Line], shape: RowShape) -> tuple[list[str], list[str]]:
-    """The names of the columns, numbers where there are none, and what is to be said of them."""
+    """Give the columns' names (numbers if there are none) and the notes about them."""
     numbers = [str(number) for number in range(1, shape.width + 1)]
     lines = [(line, text) for line, text in above if not _RULER.match(text)]
     if not lines:
@@ -210,7 +210,7 @@ def _header(path: Path, above: Sequence[Line], shape: RowShape) -> tuple[list[st
 
 
 def _words(text: str, shape: RowShape) -> list[str] | None:
-    """The line's words, one a column; None where they are not as many."""
+    """Split the line into words, one per column; None if their number differs."""
     stripped = text.lstrip("#%/ ")
     for words in ([name.strip() for name in shape.form.split(stripped)], stripped.split()):
         if len(words) == shape.width and any(words):
@@ -223,14 +223,14 @@ def _unit_of(word: str) -> str:
 
 
 def _is_units(words: Sequence[str], units: Sequence[str]) -> bool:
-    """True where at least half of the words are units that are known, and one is."""
+    """True if at least half of the words are known units, and at least one is."""
     said = [unit for word, unit in zip(words, units, strict=True) if word not in ("", "-")]
     known = sum(any_unit(unit) for unit in said)
     return known > 0 and 2 * known >= len(said)
 
 
 def _unique(names: Sequence[str]) -> list[str]:
-    """The names; a column without one has its number, a second one of a name its number too."""
+    """Make names unique: a missing name becomes the column's number, a repeated name gets it."""
     found: list[str] = []
     for number, name in enumerate(names, start=1):
         own = name or str(number)

@@ -1,4 +1,4 @@
-"""Logs of EPICS process variables, as ``camonitor`` prints them: NAME DATE TIME VALUE."""
+"""Reads logs of EPICS process variables as ``camonitor`` prints them: NAME DATE TIME VALUE."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ _NOT_THERE = re.compile(r"\S+\s+\*\*\* ")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True where the first line is of this form."""
+    """True if the first line has this form."""
     text = head.decode("utf-8", "replace")
     return any(_LINE.match(line) for line in text.splitlines()[:3])
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """One column a variable, at the times of one of them; the others are interpolated linearly.
+    """Read one column per variable at the times of one variable; the others are interpolated.
 
-    A variable is posted when it changes, each at its own times. ``settings.group`` names the one
-    whose times are taken; asked where they differ. Rows outside another's times are left out.
-    Raises MeasurementError naming the row, AmbiguousError.
+    EPICS posts a variable when it changes, so each has its own times. ``settings.group`` names the
+    variable whose times are used; it is asked for if the times differ. Rows outside the times of
+    another variable are left out. Raises MeasurementError naming the row, AmbiguousError.
     """
     times: dict[str, list[float]] = {}
     values: dict[str, list[float]] = {}
@@ -62,17 +62,17 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         raise MeasurementError("empty", path, "its variables were never recorded together")
     start = float(at[inside][0])
     columns: dict[str, NDArray[np.float64]] = {"time_s": at[inside] - start}
-    told = [f"{path.name}: {len(names)} EPICS variables, {int(inside.sum())} rows"]
+    notes = [f"{path.name}: {len(names)} EPICS variables, {int(inside.sum())} rows"]
     for name in names:
         columns[name] = np.interp(at[inside], times[name], values[name])
         if times[name] != times[base]:
             longest = float(np.diff(times[name]).max(initial=0.0))
-            told.append(
-                f"{path.name}: {name} is interpolated to the times of {base}; "
-                f"its posts are {longest:.3g} s apart at most"
+            notes.append(
+                f"{path.name}: {name} is interpolated linearly to the times of {base}; "
+                f"its values are {longest:.3g} s apart at most"
             )
     if gone or int((~inside).sum()):
-        told.append(
+        notes.append(
             f"{path.name}: {int((~inside).sum())} rows outside the others' times and {gone} lines "
             "without a value are left out"
         )
@@ -82,7 +82,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         columns,
         np.array(lines[base])[inside],
         known={"time": Known("time_s", "s")},
-        notes=tuple(told),
+        notes=tuple(notes),
     )
 
 
@@ -117,7 +117,7 @@ def _base(path: Path, wanted: str, times: dict[str, list[float]], choices: Choic
             return names[0]
         wanted = choices.ask(
             Ambiguous(
-                "--group", f"{path}: its variables have times of their own; whose are taken?", names
+                "--group", f"{path}: its variables have different times; which are used?", names
             )
         )
     if wanted not in times:

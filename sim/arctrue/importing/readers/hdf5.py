@@ -1,4 +1,4 @@
-"""HDF5 files; needs h5py (``pip install 'arctrue[files]'``)."""
+"""Reads HDF5 files; needs h5py (``pip install 'arctrue[files]'``)."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for the signature at the beginning."""
+    """True if the file begins with the HDF5 signature."""
     return head.startswith(b"\x89HDF\r\n\x1a\n")
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """The datasets of one group as columns; a table (compound or two-dimensional) by itself.
+    """Read the datasets of one group as columns, or one table (compound or two-dimensional).
 
     ``settings.group`` names the group or the dataset; asked where several hold data. Raises
     MeasurementError for a damaged file, an unknown group or more than the limit, ValueError
@@ -37,7 +37,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
                 if isinstance(item, h5py.Dataset) and item.ndim in (1, 2):
                     refuse_other_files(path, name, item)
                     parent, _, own = name.rpartition("/")
-                    # A table stands for itself, a column with those beside it.
+                    # A table is a group of its own; a column belongs to its parent group.
                     table = item.ndim == 2 or item.dtype.names
                     found.setdefault(name if table else parent, {})["" if table else own] = item
 
@@ -59,8 +59,8 @@ def refuse_other_files(path: Path, name: str, item: Any) -> None:
         raise MeasurementError(
             "value",
             path,
-            f"/{name}: its values stand in another file, which is not read: "
-            "write them into this one (h5repack, or a copy with h5py)",
+            f"/{name}: its values are stored in another file, which is not read: "
+            "write them into this file (h5repack, or a copy with h5py)",
         )
 
 

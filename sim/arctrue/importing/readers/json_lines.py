@@ -1,4 +1,4 @@
-"""JSON lines: an object a line, or a list a line."""
+"""Reads JSON lines: one object or one list per line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True where the first line is a JSON object or list."""
+    """True if the first line is a JSON object or list."""
     first = head.lstrip(b"\xef\xbb\xbf \t\r\n").split(b"\n", 1)[0].strip()
     if first[:1] not in (b"{", b"["):
         return False
@@ -28,7 +28,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """A column a key, or ``1``, ``2`` … of lists; a key that a line lacks is missing there.
+    """Read a column per key, or ``1``, ``2`` … for lists; an absent key is a missing value.
 
     Raises MeasurementError naming the row.
     """
@@ -47,8 +47,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         raise MeasurementError("format", path, "is not text in UTF-8") from error
     names = list(dict.fromkeys(name for row in rows for name in row))
     columns = {name: _column([row.get(name) for row in rows]) for name in names}
-    told = f"{path.name}: {len(rows)} lines of JSON with {len(names)} keys"
-    return FileContent(path, "json", columns, np.array(places), notes=(told,))
+    note = f"{path.name}: {len(rows)} lines of JSON with {len(names)} keys"
+    return FileContent(path, "json", columns, np.array(places), notes=(note,))
 
 
 def _row(path: Path, number: int, text: str) -> dict[str, Any]:

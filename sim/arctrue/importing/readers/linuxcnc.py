@@ -1,7 +1,7 @@
-"""Samples of LinuxCNC's HAL: what ``halsampler`` prints.
+"""Reads samples of LinuxCNC's HAL as ``halsampler`` prints them.
 
-A line a sample, the pins in the order of the sampler's configuration with spaces between them; the
-sample's number first where it was started with -t; ``overrun`` where samples were lost.
+Each line is a sample: the pins in the order of the sampler's configuration, separated by spaces,
+preceded by the sample's number if it was started with -t; ``overrun`` marks lost samples.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True where a line says ``overrun``; without one it is like any text: --format linuxcnc."""
+    """True if a line says ``overrun``; otherwise the file needs --format linuxcnc."""
     return any(line.strip() == b"overrun" for line in head.splitlines())
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Columns ``1``, ``2`` … and ``time_s``, the sample's number times the thread's period.
+    """Read columns ``1``, ``2`` … and ``time_s``, the sample's number times the thread's period.
 
-    Without numbers of the samples, nobody knows how many an overrun lost: such a file is refused.
-    Raises MeasurementError naming the row, AmbiguousError where the period is not said.
+    A file with an overrun and without sample numbers is refused: the number of lost samples is
+    unknown. Raises MeasurementError naming the row, AmbiguousError if the period is not stated.
     """
     rows: list[list[float]] = []
     places: list[int] = []
@@ -56,7 +56,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         raise MeasurementError(
             "format",
             path,
-            "samples were lost here, and no number of the samples says how many: "
+            "samples were lost here, and without sample numbers nobody knows how many: "
             "record with halsampler -t",
             row=overruns[0],
         )
@@ -74,17 +74,17 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         )
     sample = values[:, 0] - values[0, 0] if tagged else np.arange(len(rows), dtype=np.float64)
     columns["time_s"] = sample * period
-    told = [f"{path.name}: {len(rows)} samples of LinuxCNC, {period:g} s apart"]
+    notes = [f"{path.name}: {len(rows)} samples of LinuxCNC, {period:g} s apart"]
     if tagged:
         lost = int((steps - 1.0).sum())
-        told.append(f"{path.name}: column 1 is the number of the sample; {lost} samples are lost")
+        notes.append(f"{path.name}: column 1 is the number of the sample; {lost} samples are lost")
     return FileContent(
         path,
         "linuxcnc",
         columns,
         np.array(places),
         known={"time": Known("time_s", "s")},
-        notes=tuple(told),
+        notes=tuple(notes),
     )
 
 

@@ -1,4 +1,4 @@
-"""MAT files of MATLAB and Octave: level 5 (-v6, -v7), and level 7.3, which is HDF5."""
+"""Reads MAT files of MATLAB and Octave: level 5 (-v6, -v7), and level 7.3, which is HDF5."""
 
 from __future__ import annotations
 
@@ -21,34 +21,34 @@ from arctrue.measurement import MeasurementError
 
 LEVEL_5, LEVEL_73 = b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"
 MOST_ROWS_LYING = 16
-"""A matrix of fewer rows than this, and fewer than columns, has a quantity in each row."""
+"""A matrix with fewer rows than this, and fewer than columns, holds a quantity in each row."""
 NUMBER_BYTES = 8
-"""Of a number in memory, which may take one byte in the file."""
+"""Bytes of a number in memory; it may take one byte in the file."""
 TOP = "/"
 _NUMBERS = ("int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64",
             "single", "double", "logical", "char")  # fmt: skip
 _OBJECTS = (
-    "tables, timetables and other objects are in a form that MATLAB alone reads: there, "
+    "tables, timetables and other objects are in a form that only MATLAB reads: in MATLAB, "
     "s = table2struct(T, 'ToScalar', true); save('log.mat', '-struct', 's')"
 )
 
 Tree = dict[str, Any]
-"""Arrays, or trees of structs, by name."""
+"""Arrays, or nested structs, by name."""
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for the text that both levels begin with, and for Octave's."""
+    """True if the file begins with the text of either level, or of Octave."""
     return head.startswith((LEVEL_5, LEVEL_73)) or (
         path.suffix.lower() == ".mat" and head[124:128] in (b"\x00\x01IM", b"\x01\x00MI")
     )
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """The vectors of the file as columns, or those of a struct (``settings.group``).
+    """Read the vectors of the file, or of one struct (``settings.group``), as columns.
 
-    A vector of another length, a text, a cell is left out and said. Asked where several structs
-    hold columns. Raises MeasurementError for a damaged file, an unknown struct or more than the
-    limit, AmbiguousError, ValueError where level 7.3 needs h5py.
+    Vectors of another length, texts and cells are left out, with a note. The user is asked if
+    several structs hold columns. Raises MeasurementError for a damaged file, an unknown struct or a
+    file above the limit, AmbiguousError, ValueError if level 7.3 needs h5py.
     """
     left_out: list[str] = []
     with path.open("rb") as file:
@@ -64,7 +64,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
                 left_out.append(column if group == TOP else f"{group}.{column}")
                 continue
             if found.ndim == 2 and len(found) != len(array):
-                notes.append(f"{path.name}: {column} is turned: each of its rows is a column")
+                notes.append(f"{path.name}: {column} is transposed: each of its rows is a column")
             groups.setdefault(group, {})[column] = found
     group = _group(path, settings.group, groups, left_out, choices)
     arrays = _equally_long(groups[group], left_out)
@@ -84,7 +84,7 @@ def _leaves(tree: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
 
 
 def _as_rows(array: NDArray[Any]) -> NDArray[Any] | None:
-    """(rows,) or (rows, columns); None for what is no column."""
+    """Give an array (rows,) or (rows, columns); None if it is no column."""
     if array.dtype.kind not in "iufbU" or array.ndim > 2 or array.size == 0:
         return None
     if array.ndim < 2 or 1 in array.shape:
@@ -118,7 +118,7 @@ def _group(
 def _equally_long(
     columns: Mapping[str, NDArray[Any]], left_out: list[str]
 ) -> dict[str, NDArray[Any]]:
-    """The columns of the most frequent length; a scalar beside them is none."""
+    """Select the columns of the most frequent length; scalars are left out."""
     lengths = Counter(len(array) for array in columns.values() if len(array) > 1)
     rows = max(lengths, key=lambda length: (lengths[length], length))
     for name, array in columns.items():
@@ -138,14 +138,14 @@ def _level_5(path: Path, left_out: list[str]) -> Tree:
         left_out += [f"{name or 'an object'} ({kind})" for name, _, kind in held
                      if name not in wanted]  # fmt: skip
         numbers = sum(math.prod(shape) for _, shape, kind in held if kind in _NUMBERS)
-        # Of a struct the sizes inside are not known: each byte may become a number.
+        # The sizes inside a struct are unknown: each byte may become a number.
         structs = total if any(kind == "struct" for _, _, kind in held) else 0
         refuse_above_limit(path, NUMBER_BYTES * max(numbers, structs))
         loaded = loadmat(path, variable_names=wanted, simplify_cells=True)
         return {name: item for name, item in loaded.items() if not name.startswith("__")}
     except MeasurementError:
         raise
-    except Exception as error:  # scipy raises whatever a damaged file leads it to
+    except Exception as error:  # a damaged file makes scipy raise arbitrary exceptions
         raise MeasurementError("format", path, f"cannot be read as MAT: {error}") from error
 
 
@@ -177,7 +177,7 @@ def _level_73(path: Path, left_out: list[str]) -> Tree:
                     continue
                 size += item.size * NUMBER_BYTES
                 refuse_above_limit(path, size)
-                # MATLAB writes its columns as the rows of HDF5.
+                # MATLAB stores its columns as the rows of HDF5.
                 values = np.asarray(item[()]).T
                 found[name] = _letters(values) if kind == "char" else values
             else:
@@ -196,5 +196,5 @@ def _text(value: Any) -> str:
 
 
 def _letters(codes: NDArray[Any]) -> NDArray[np.str_]:
-    """The rows of a matrix of letters."""
+    """Join the rows of a matrix of characters."""
     return np.array(["".join(map(chr, row)).rstrip() for row in np.atleast_2d(codes).tolist()])

@@ -1,6 +1,6 @@
-"""How much a MAT file of level 5 unpacks to, found before it is read.
+"""Finds the unpacked size of a level-5 MAT file before the file is read.
 
-A packed element of some kilobytes may hold gigabytes of zeros.
+A packed element of a few kilobytes may hold gigabytes of zeros.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ _READ, _UNPACKED = 1 << 16, 1 << 20
 
 
 def unpacked_bytes(path: Path) -> int:
-    """Of all elements: each packed one is unpacked once and thrown away, no size is believed.
+    """Unpack each packed element once, discard it, and sum the sizes; stated sizes are not trusted.
 
-    Raises MeasurementError for a damaged file, and as soon as more than the limit has come out.
+    Raises MeasurementError for a damaged file, and as soon as the sum exceeds the limit.
     """
     total = 0
     end = path.stat().st_size

@@ -1,4 +1,4 @@
-"""NumPy files: one array (.npy) or several (.npz)."""
+"""Reads NumPy files: one array (.npy) or several (.npz)."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ MAGIC = np.lib.format.MAGIC_PREFIX
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for the magic of .npy, and for a .npz archive."""
+    """True if the file begins with the magic bytes of .npy, or is a .npz archive."""
     return head.startswith(MAGIC) or (
         head.startswith(b"PK\x03\x04") and path.suffix.lower() == ".npz"
     )
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Columns of an array (rows, columns), of a structured array, or the arrays of an archive.
+    """Read the columns of an array (rows, columns) or structured array, or an archive's arrays.
 
     Raises MeasurementError for a damaged file, pickled objects (never unpickled) and arrays that
     are no columns or unpack to more than the limit.
@@ -46,7 +46,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
 
 def _unpacked_bytes(path: Path) -> int:
-    """Of all arrays, by their headers: numpy takes this memory before it reads a value."""
+    """Sum the arrays' sizes by their headers: numpy allocates that memory before it reads."""
     if not zipfile.is_zipfile(path):
         with path.open("rb") as file:
             return _array_bytes(file)
@@ -59,7 +59,7 @@ def _unpacked_bytes(path: Path) -> int:
 
 
 def _array_bytes(file: IO[bytes]) -> int:
-    """What the header tells; 0 where there is no header, which numpy refuses."""
+    """Give the size that the header states; 0 without a header, which numpy refuses."""
     if file.read(len(MAGIC)) != MAGIC:
         return 0
     file.seek(0)

@@ -1,4 +1,4 @@
-"""Apache Parquet files."""
+"""Reads Apache Parquet files."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from arctrue.measurement import MeasurementError
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for the magic at the beginning."""
+    """True if the file begins with the magic bytes."""
     return head.startswith(b"PAR1")
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """The columns of the table.
+    """Read the columns of the table.
 
     Raises MeasurementError for a damaged file or one above the limit.
     """
     try:
-        told = pa_parquet.read_metadata(path)
-        # A column of one value takes a few bytes in the file, and eight for each row here.
-        refuse_above_limit(path, told.num_rows * told.num_columns * 8)
+        metadata = pa_parquet.read_metadata(path)
+        # A constant column takes a few bytes in the file, and eight per row here.
+        refuse_above_limit(path, metadata.num_rows * metadata.num_columns * 8)
         table = pa_parquet.read_table(path)
         arrays = {name: np.asarray(table.column(name).to_numpy()) for name in table.column_names}
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:

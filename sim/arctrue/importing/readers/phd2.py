@@ -1,7 +1,7 @@
-"""Guide logs of PHD2: a telescope's axis against a guide star.
+"""Reads guide logs of PHD2: the error of a telescope axis against a guide star.
 
-Distances are camera pixels from the lock position, with the guiding's own corrections in them.
-The axis's error without guiding is the distance plus all corrections sent before, times the pixel
+Distances are camera pixels from the lock position and include the guiding corrections. The
+error of the axis without guiding is the distance plus all earlier corrections, times the pixel
 scale, divided by the cosine of the star's declination. Format: the project's wiki, "PHD2 Guide
 Log Format".
 """
@@ -33,7 +33,7 @@ _RATE = re.compile(r"\bxRate = ([\d.]+)")
 
 @dataclass
 class _Section:
-    """One stretch of guiding around one lock position."""
+    """One stretch of guiding at one lock position."""
 
     scale: float | None
     declination_deg: float | None
@@ -44,16 +44,16 @@ class _Section:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for the first line of a guide log."""
+    """True if the first line is that of a guide log."""
     return head.lstrip(b"\xef\xbb\xbf").startswith(b"PHD2 version")
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-    """``error_arcsec`` over ``target_deg``, the axis's sidereal rotation since guiding began.
+    """Read ``error_arcsec`` over ``target_deg``, the sidereal rotation since guiding began.
 
-    A run for each stretch of guiding; a dither or another lock position begins a new one, whose
-    zero is unknown, so the mean of each run is taken off. The sign of the error is the camera's
-    and is asked for. Raises MeasurementError naming the row, AmbiguousError.
+    Each stretch of guiding is a run; a dither or a new lock position begins a new run. The zero of
+    a run is unknown, so its mean is subtracted. The sign of the error is that of the camera and is
+    asked for. Raises MeasurementError naming the row, AmbiguousError.
     """
     sections, dropped = _sections(path)
     sections = [section for section in sections if len(section.rows) > 1]
@@ -62,20 +62,20 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     columns: dict[str, list[NDArray[Any]]] = {
         name: [] for name in ("run", "time_s", "target_deg", "error_arcsec", "direction")
     }
-    told = [f"{path.name}: PHD2 guide log with {len(sections)} stretches of guiding"]
+    notes = [f"{path.name}: PHD2 guide log with {len(sections)} stretches of guiding"]
     for run, section in enumerate(sections):
-        time_s, error = _error(path, section, choices, told)
+        time_s, error = _error(path, section, choices, notes)
         columns["run"].append(np.full(time_s.size, run))
         columns["time_s"].append(time_s)
         columns["target_deg"].append(time_s * (360.0 / SIDEREAL_DAY_S))
         columns["error_arcsec"].append(error - error.mean())
         columns["direction"].append(np.ones(time_s.size, dtype=np.int64))
-    told.append(
+    notes.append(
         f"{path.name}: target = sidereal rotation since guiding began; the mean of each run is "
-        "taken off, since the lock position is anywhere"
+        "subtracted, since the lock position is arbitrary"
     )
     if dropped:
-        told.append(f"{path.name}: {dropped} dropped frames are left out")
+        notes.append(f"{path.name}: {dropped} dropped frames are left out")
     return FileContent(
         path,
         "phd2",
@@ -88,7 +88,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
             "error": Known("error_arcsec", "arcsec"),
             "direction": Known("direction"),
         },
-        notes=tuple(told),
+        notes=tuple(notes),
         instrument="guide star",
     )
 
@@ -143,9 +143,9 @@ def _sections(path: Path) -> tuple[list[_Section], int]:
 
 
 def _error(
-    path: Path, section: _Section, choices: Choices, told: list[str]
+    path: Path, section: _Section, choices: Choices, notes: list[str]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Time in seconds and error in arcseconds of the axis without guiding."""
+    """Compute time in seconds and error of the axis without guiding in arcseconds."""
     time_s = _numbers(path, section, "Time")
     raw = _numbers(path, section, "RARawDistance")
     guide = _numbers(path, section, "RAGuideDistance")
@@ -153,33 +153,33 @@ def _error(
     rate = section.rate_px_s
     sent = np.copysign(duration_s * (rate or 0.0), guide)
     moved = (duration_s > 0.0) & (guide != 0.0)
-    # A pulse is limited in length; its duration says what was really sent. Old logs give the rate
-    # in pixels a millisecond, and then the two do not agree.
+    # The length of a pulse is limited, so its duration gives the true correction. Old logs state
+    # the rate in pixels per millisecond, which does not agree with that.
     agrees = moved.any() and 0.5 < float(np.median(np.abs(sent[moved] / guide[moved]))) < 2.0
     if not (rate and agrees):
         sent = guide
         if moved.any():
             choices.note(
-                f"{path.name}: the guide rate is not in the log; RAGuideDistance stands for what "
-                "was sent"
+                f"{path.name}: the log does not state the guide rate; RAGuideDistance is taken as "
+                "the correction"
             )
     scale = section.scale
     if scale is None:
         raise MeasurementError(
             "missing",
             path,
-            "the pixel scale is not in the log (Pixel scale = … arc-sec/px)",
+            "the log does not state the pixel scale (Pixel scale = … arc-sec/px)",
             row=section.lines[0],
         )
     if section.declination_deg is None:
         raise MeasurementError(
             "missing",
             path,
-            "the declination of the star is not in the log (Dec = … deg), and without it the angle "
-            "of the axis is not known",
+            "the log does not state the star's declination (Dec = … deg), which the angle "
+            "of the axis needs",
             row=section.lines[0],
         )
-    told.append(
+    notes.append(
         f"{path.name}: {scale:g}″ a pixel at declination {section.declination_deg:g}°, "
         f"{time_s.size} frames in {time_s[-1] - time_s[0]:.0f} s"
     )

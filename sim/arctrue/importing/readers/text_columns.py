@@ -1,4 +1,4 @@
-"""Columns of numbers or text from lines, block by block, so that no line is kept."""
+"""Converts lines to columns of numbers or text block by block, without keeping the lines."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _BYTES_A_LETTER = 4
 
 
 class TextColumns:
-    """The columns of rows of ``width`` fields that are added a block at a time."""
+    """The columns of rows with ``width`` fields; rows are added block by block."""
 
     def __init__(self, path: Path, form: Form, width: int) -> None:
-        """No rows yet."""
+        """Begin without rows."""
         self._path, self._form = path, form
         self._parts: list[list[NDArray[Any] | pa.Array]] = [[] for _ in range(width)]
         self.rows = 0
 
     def fields(self, texts: Sequence[str]) -> list[pa.Array] | None:
-        """The columns of lines as text; None where a line has another number of fields."""
+        """Split lines into columns of text; None if a line has another number of fields."""
         if any('"' in text for text in texts):
             return self._of_lists([self._form.split(text) for text in texts])
         lines = pa.array(texts, pa.large_string())
@@ -58,7 +58,7 @@ class TextColumns:
             parts.append(self._converted(texts))
 
     def _converted(self, texts: pa.Array) -> NDArray[Any] | pa.Array:
-        """Whole numbers, numbers with NaN for what is missing, or the text as it is."""
+        """Convert to whole numbers, to numbers with NaN for missing fields, or keep the text."""
         if pc.all(pc.match_substring_regex(texts, _WHOLE)).as_py():
             try:
                 return pc.cast(_without_plus(texts), pa.int64()).to_numpy()
@@ -75,7 +75,7 @@ class TextColumns:
         return pc.cast(plain, pa.float64()).to_numpy(zero_copy_only=False)
 
     def finished(self) -> list[NDArray[Any]]:
-        """The columns: int64, float64 or text; the blocks are given up."""
+        """Give the columns (int64, float64 or text) and free the blocks."""
         found = []
         while self._parts:
             found.append(self._joined(self._parts.pop(0)))
@@ -100,6 +100,6 @@ def _without_plus(texts: pa.Array) -> pa.Array:
 
 def _as_text(part: NDArray[Any] | pa.Array) -> NDArray[np.str_]:
     if isinstance(part, np.ndarray):
-        # A later block showed that the column is of text.
+        # A later block showed that the column holds text.
         return np.array(["" if value != value else repr(value) for value in part.tolist()])
     return np.array(part.to_pylist(), dtype=np.str_)

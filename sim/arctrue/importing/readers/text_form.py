@@ -1,4 +1,4 @@
-"""How a table of text is written: what stands between columns, the decimal sign, what a row is."""
+"""Determines the form of a text table: separator, decimal sign, and what a row is."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ _POINT, _COMMA, _THOUSANDS = (re.compile(rf"{form}\Z") for form in (POINT, COMMA
 
 @dataclass(frozen=True)
 class Form:
-    """How a file is written."""
+    """Separator and decimal sign of a file."""
 
     delimiter: str
     decimal: str
 
     def split(self, line: str) -> list[str]:
-        """The fields of a line."""
+        """Split a line into its fields."""
         sign = DELIMITERS[self.delimiter]
         if sign is None:
             return line.split()
@@ -40,19 +40,19 @@ class Form:
         return [field.strip() for field in line.split(sign)]
 
     def number_pattern(self) -> str:
-        """What a number is."""
+        """The regular expression of a number."""
         if self.decimal == "comma":
             return COMMA
         return POINT if self.delimiter == "comma" else f"({POINT}|{THOUSANDS})"
 
     def is_number(self, text: str) -> bool:
-        """True for a number with this decimal sign."""
+        """True if the text is a number with this decimal sign."""
         if self.decimal == "comma":
             return bool(_COMMA.match(text))
         return bool(_POINT.match(text) or (self.delimiter != "comma" and _THOUSANDS.match(text)))
 
     def weight(self, text: str) -> int:
-        """How many numbers a field has: an angle or a time in parts of sixty is three."""
+        """Count the numbers in a field: a sexagesimal angle or time has three."""
         if self.is_number(text):
             return 1
         return 3 if is_sexagesimal(text, spaces=self.delimiter != "space") else 0
@@ -60,16 +60,16 @@ class Form:
 
 @dataclass(frozen=True)
 class RowShape:
-    """What a row is: ``width`` fields, those of the columns ``numeric`` numbers or missing."""
+    """The form of a row: ``width`` fields; in the columns ``numeric`` numbers or missing values."""
 
     form: Form
     width: int
     numeric: frozenset[int]
 
     def is_words(self, fields: Sequence[str]) -> bool:
-        """True for a line of words: a heading, a remark, a line of statistics after the rows.
+        """True for a line of words: a heading, a remark, statistics after the rows.
 
-        A row that begins well and has a wrong field is none of these: it is a fault.
+        A row that begins correctly and has a wrong field is a fault, not a line of words.
         """
         if len(fields) != self.width:
             return any(field and not self.form.weight(field) for field in fields)
@@ -83,10 +83,9 @@ class RowShape:
 
 
 def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
-    """The one form in which the file has rows of numbers; asked where several do.
+    """Find the only form in which the file has rows of numbers; ask if there are several.
 
-    Raises MeasurementError where there is none, AmbiguousError, ValueError for a setting that is
-    not known.
+    Raises MeasurementError if there is none, AmbiguousError, ValueError for an unknown setting.
     """
     for value, known, option in (
         (settings.delimiter, [*DELIMITERS], "--delimiter"),
@@ -117,7 +116,7 @@ def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: C
     alike = all(best[0].split(text) == form.split(text) for form in best[1:] for text in data)
     if len(by_delimiter) > 1 and not alike:
         given = choices.ask(
-            Ambiguous("--delimiter", f"{path}: could be divided in several ways.", [*by_delimiter])
+            Ambiguous("--delimiter", f"{path}: several separators fit.", [*by_delimiter])
         )
         best = [form for form in best if form.delimiter == given]
     if len(best) > 1 and any(_has_comma(form, data) for form in best):
@@ -133,7 +132,7 @@ def _has_comma(form: Form, data: Sequence[str]) -> bool:
 
 
 def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
-    """Numbers less other fields in the lines of one width, and those lines; None: no numbers."""
+    """Count numbers minus other fields in the lines of one width, and these lines; None: none."""
     widths: dict[int, int] = {}
     numbers: dict[int, int] = {}
     for text in data:
@@ -141,7 +140,7 @@ def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
         weights = [form.weight(field) for field in fields]
         if any(weights):
             widths[len(fields)] = widths.get(len(fields), 0) + 1
-            # In "1,5;2,5" commas would leave a field that is no number; it counts against them.
+            # In "1,5;2,5" the comma leaves a field that is no number; this counts against it.
             others = sum(not weight for weight in weights)
             numbers[len(fields)] = numbers.get(len(fields), 0) + sum(weights) - others
     if not widths:
@@ -151,7 +150,7 @@ def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
 
 
 def row_shape(lines: Sequence[str], form: Form) -> RowShape | None:
-    """What most of the lines with numbers are; None where no line has a number."""
+    """Find the form of most lines with numbers; None if no line has a number."""
     shapes: dict[tuple[int, tuple[int, ...]], int] = {}
     for text in lines:
         if text.startswith(COMMENT):

@@ -1,4 +1,4 @@
-"""The lines of a text file, in whichever encoding its program wrote it."""
+"""Reads the lines of a text file in the encoding in which its program wrote it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.measurement import MeasurementError
 
 _BLOCK = 1 << 20
 LONGEST_LINE = 1_000_000
-"""Characters; a longer line is no row of a table."""
+"""Limit in characters; a longer line is no row of a table."""
 _MARKS = (  # UTF-32 first: its mark begins as that of UTF-16
     (codecs.BOM_UTF32_LE, "utf-32"),
     (codecs.BOM_UTF32_BE, "utf-32"),
@@ -19,9 +19,9 @@ _MARKS = (  # UTF-32 first: its mark begins as that of UTF-16
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 _OTHER_FILES = {  # by their first bytes
-    b"PK\x03\x04": "is an archive or a workbook: of a workbook, save the sheet as CSV; an archive, "
-    "unpack first",
-    b"\xd0\xcf\x11\xe0": "is a workbook of an old Excel: save the sheet as CSV",
+    b"PK\x03\x04": "is an archive or a workbook: of a workbook, save the sheet as CSV; unpack an "
+    "archive first",
+    b"\xd0\xcf\x11\xe0": "is a workbook of an old Excel version: save the sheet as CSV",
     b"BZh": "is packed by bzip2: unpack it first (bunzip2)",
     b"\xfd7zXZ": "is packed by xz: unpack it first (unxz)",
     b"\x28\xb5\x2f\xfd": "is packed by zstd: unpack it first (unzstd)",
@@ -31,14 +31,14 @@ _OTHER_FILES = {  # by their first bytes
 
 @dataclass(frozen=True)
 class Encoding:
-    """How the bytes are letters; ``told``: a sentence for people, "" for the usual UTF-8."""
+    """The encoding of a file, and a note for people ("" for UTF-8)."""
 
     name: str
-    told: str
+    note: str
 
 
 def encoding_of(path: Path) -> Encoding:
-    """The encoding by the mark at the file's beginning; else UTF-8, else Windows-1252.
+    """Find the encoding: by the byte order mark, else UTF-8, else Windows-1252.
 
     The latter has all letters of Latin-1. Raises MeasurementError for a file that is no text.
     """
@@ -52,17 +52,17 @@ def encoding_of(path: Path) -> Encoding:
             return Encoding(name, f"{path.name}: text in {name.upper()}")
     if b"\0" in head:
         for name, zeros in (("utf-16-le", head[1::2]), ("utf-16-be", head[::2])):
-            # Digits and Latin letters have a zero as their second byte.
+            # In UTF-16 every second byte of digits and Latin letters is zero.
             if zeros.count(0) > 0.7 * len(zeros):
                 return Encoding(name, f"{path.name}: text in {name.upper()}, without its mark")
         raise MeasurementError("format", path, "is no text, and no format that a reader recognises")
     for name in ("utf-8-sig", "cp1252"):
         if _decodes(path, name):
             usual = name == "utf-8-sig"
-            told = f"{path.name}: is not UTF-8; taken as Windows-1252, a Latin-1 with more letters"
-            return Encoding(name, "" if usual else told)
+            note = f"{path.name}: is not UTF-8; read as Windows-1252, a superset of Latin-1"
+            return Encoding(name, "" if usual else note)
     raise MeasurementError(
-        "format", path, "is text neither in UTF-8 nor in Latin-1: write it anew as UTF-8"
+        "format", path, "is text neither in UTF-8 nor in Latin-1: save it as UTF-8"
     )
 
 
@@ -79,16 +79,16 @@ def _decodes(path: Path, name: str) -> bool:
 
 
 class TextLines:
-    """The lines that are not empty, with their numbers; ``ended``: the last one has an end."""
+    """The non-empty lines with their numbers; ``ended``: the last line has a line end."""
 
     def __init__(self, path: Path, encoding: Encoding) -> None:
-        """Nothing is read yet."""
+        """Begin at the first line."""
         self._path = path
         self._encoding = encoding.name
         self.ended = True
 
     def __iter__(self) -> Iterator[tuple[int, str]]:
-        """(1, text), … without spaces around. Raises MeasurementError for a line that is none."""
+        """Yield (1, text), … stripped. Raises MeasurementError for a line that is too long."""
         try:
             with self._path.open(encoding=self._encoding) as file:
                 number = 0

@@ -469,7 +469,7 @@ def test_anybodys_answers_are_scored(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert "right first, of what the oracle sees of the catalogue: 3 of 3" in done.output
     kept = ["benchmark", "score", str(tmp_path), "--keep"]
     refused = CliRunner().invoke(main, [*kept, "--answers", str(answers)])
-    assert (refused.exit_code, "--keep takes the answers of a run" in refused.output) == (2, True)
+    assert (refused.exit_code, "--keep needs the answers of a run" in refused.output) == (2, True)
     cases = tmp_path / "cases.json"
     cases.write_text('{"cases": []}')
     keep_in = partial(keep, file=cases)
@@ -540,11 +540,11 @@ def test_public_sets_are_the_frozen_ones(tmp_path: Path) -> None:
 def test_sets_that_are_not_the_frozen_ones_are_told(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
     make_plan("public", tmp_path / "plan")
     arguments = ["benchmark", "sets", str(tmp_path / "plan"), str(tmp_path / "out"), "--first=1"]
-    assert "all of them are the frozen ones" in CliRunner().invoke(main, arguments).output
+    assert "all of them equal the frozen ones" in CliRunner().invoke(main, arguments).output
     monkeypatch.setattr("arctrue.studies.benchmark.frozen.frozen_digests", dict)
     done = CliRunner().invoke(main, arguments)
     assert done.exit_code == 1
-    assert "1 of 1 sets are not the frozen ones" in done.output
+    assert "1 of 1 sets differ from the frozen ones" in done.output
     done = CliRunner().invoke(main, [*arguments, "--freeze"])
     assert done.exit_code == 2
     assert "1 sets cannot be frozen: the tier has 200" in done.output

@@ -200,7 +200,7 @@ def test_public_sets_that_differ_are_not_answered(
     monkeypatch.setattr("arctrue.studies.benchmark.frozen.frozen_digests", dict)
     done = CliRunner().invoke(main, ["benchmark", "run", str(tmp_path), "--subject=stepwise_bic"])
     assert done.exit_code == 2
-    assert "first public set that is made here is not the frozen one" in done.output
+    assert "first public set made here differs from the frozen one" in done.output
 
 
 def test_page_says_that_its_own_column_is_of_another_state(tmp_path: Path) -> None:
