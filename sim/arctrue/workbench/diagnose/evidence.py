@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import chdtrc
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
@@ -166,6 +167,7 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
 def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
     """Those of ``items`` that would be significant if there were no slow noise.
 
+    Nor offsets of the runs beyond the index, which one warm run makes where a head drifts.
     No estimate of the noise beside an effect leaves less of it than none, so that what is not
     significant beside none is so beside no estimate. An effect with a search is left out, whose
     place was found in the slow noise.
@@ -177,14 +179,38 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
     ]
     if not fixed:
         return []
-    white = without_slow_noise(tried.residuals)
-    scores = white.scores([(item.effect, item.nonlinear) for item in fixed])
+    found = _seen_beside(without_slow_noise(tried.residuals), fixed, tried)
+    if tried.residuals.observations.runs:
+        known = without_slow_noise(tried.residuals, index_as_known=True)
+        found += [
+            item
+            for item in _seen_beside(known, fixed, tried)
+            if item not in found and _leaves_the_index(known, item)
+        ]
+    return found
+
+
+def _seen_beside(white: Residuals, items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
+    """Those that are significant beside this noise."""
+    scores = white.scores([(item.effect, item.nonlinear) for item in items])
     tests = tried.absent * tried.looks
     return [
         item
-        for item, score in zip(fixed, scores, strict=True)
+        for item, score in zip(items, scores, strict=True)
         if corrected_p_value(score.gain, score.rank, item.trials, tests) < SIGNIFICANCE
     ]
+
+
+def _leaves_the_index(known: Residuals, item: Candidate) -> bool:
+    """With it in the model, the offsets of the runs scatter as the index is known to.
+
+    Else the index itself is worse than that, and one offset of few fits any effect.
+    """
+    score = known.score(item.effect, item.nonlinear)
+    offsets = known.solution_with(item.effect, item.nonlinear, score).run_offsets_arcsec
+    free = offsets.size - score.rank
+    square = float(offsets @ offsets) / known.solution.noise.index_variance
+    return free > 0 and float(chdtrc(free, square)) >= SIGNIFICANCE
 
 
 def takes_most(grown: Solution, base: Solution) -> bool:
