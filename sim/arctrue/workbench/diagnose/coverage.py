@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
 from arctrue.workbench.effects.product_of_parts import Condition, Frame, ProductOfParts, conditions
 from arctrue.workbench.inference.detectable import (
     SIGNIFICANCE,
     Detectable,
+    Refused,
     smallest_detectable,
 )
 from arctrue.workbench.inference.residuals import Residuals, Score
@@ -64,12 +66,20 @@ def coverage(
     candidates: Sequence[Candidate],
     untestable: Mapping[str, list[str]],
     absent: int,
+    refused: Refused,
 ) -> Coverage:
-    """Of every candidate: an effect with a search at the best place that it found."""
+    """Of every candidate: an effect with a search at the best place that it found.
+
+    ``refused``: how sure one must be that rows left out do not show, to be said all the same.
+    """
     smallest = {}
     for item in candidates:
         found = smallest_detectable(
-            residuals, item.effect, item.nonlinear, max(absent, 1) * max(item.trials, 1.0)
+            residuals,
+            item.effect,
+            item.nonlinear,
+            max(absent, 1) * max(item.charged_trials, 1.0),
+            replace(refused, trials=item.trials, rows_by_themselves=RUNS_ARE_THE_SAMPLE),
         )
         if found is not None and found.rms_arcsec:
             smallest[item.name] = found

@@ -12,19 +12,21 @@ from dataclasses import dataclass, field, replace
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.case import DEEPEST, Case
+from arctrue.workbench.diagnose.case import DEEPEST, REFUSED_P, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.evidence import survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
+from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.regular import Findings, findings_of
 from arctrue.workbench.diagnose.rules import decide, said_of
 from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.detectable import Refused
 from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.left import Left
@@ -153,7 +155,8 @@ def diagnose(
                 given=adding,
             )
     tried = case.survey
-    covers = coverage(tried.residuals, case.ranked, tried.untestable, tried.absent)
+    refused = Refused(REFUSED_P, PARTS_ADVANTAGE)
+    covers = coverage(tried.residuals, case.ranked, tried.untestable, tried.absent, refused)
     facts = Facts(case=case, covers=covers)
     progress("fitting every row")
     found = _stated(observations, base, facts)

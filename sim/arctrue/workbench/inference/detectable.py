@@ -1,16 +1,27 @@
-"""The smallest size of an effect that a set would show."""
+"""The smallest size of an effect that a set would show.
+
+An effect is found when its gain passes the F test of :mod:`significance`, and when rows that were
+left out show it or, where they do not, it is too sure to be passed over. All of that is a question
+of one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the tests' power is that of
+noncentral F and normal distributions.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import chdtri, chndtr
+from scipy.special import chdtri, chndtr, gammaincinv, ncfdtr
+from scipy.stats import f as f_distribution
 
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
-from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.held_out import STANDARD_ERRORS
+from arctrue.workbench.inference.likelihood_ratio import freedom_of_a_size
+from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.significance import MANY
 from arctrue.workbench.inference.solution import Solution
 
 Float = NDArray[np.float64]
@@ -21,6 +32,24 @@ MOST_ROWS = 20_000
 """The mean square of a column does not need more."""
 PROPORTIONAL = 1e-6
 """A parameter is a size when it doubles with the coefficients to within this."""
+NOISE_DRAWS = 32
+"""Quantiles that stand for the unknown variance of the noise; 64 change λ by less than 1 %."""
+FOLDS_SHARE = 4.0 / 3.0
+"""Of the variance of a coefficient: it comes from three of four folds."""
+
+
+@dataclass(frozen=True)
+class Refused:
+    """What is said to be unknown although rows that were left out do not show it."""
+
+    p: float
+    """Corrected p that it must have at most."""
+    delta_bic: float
+    """ΔBIC that it must have at least."""
+    trials: float = 1.0
+    """Places of its search, which ΔBIC charges for."""
+    rows_by_themselves: float = 0.5
+    """Share of the index in the variance of a size from which held-out rows are not asked."""
 
 
 @dataclass(frozen=True)
@@ -33,44 +62,128 @@ class Detectable:
     """In the effect's own unit; None where no parameter of it is a size."""
 
 
-def needed_gain(rank: int, tests: float) -> float:
+def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
     """Noncentrality at which a block of ``rank`` columns is found with 95 % power.
 
-    At 1 %, divided among ``tests``: candidates times the places that each looks at.
+    At 1 %, divided among ``tests``: candidates times the places that each looks at. ``freedom``:
+    degrees of freedom with which the noise of its size is known.
     """
-    threshold = float(chdtri(rank, SIGNIFICANCE / max(tests, 1.0)))
-    return float(
-        brentq(
-            lambda gain: 1.0 - POWER - chndtr(threshold, rank, gain), 1e-6, 4.0 * threshold + 100.0
+    return _powerful(rank, freedom, _threshold(rank, SIGNIFICANCE / max(tests, 1.0), freedom))
+
+
+def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> float:
+    """χ² or F at which p is reached, and ``gain``, twice the rise of the log likelihood."""
+    if freedom > MANY:
+        return max(float(chdtri(rank, p_value)), gain)
+    of_gain = freedom / rank * float(np.expm1(gain / (freedom + rank)))
+    return max(float(f_distribution.isf(p_value, rank, freedom)), of_gain)
+
+
+@lru_cache(maxsize=4096)
+def _powerful(rank: int, freedom: float, threshold: float) -> float:
+    """Noncentrality at which ``threshold`` is passed with 95 % power.
+
+    The variance of the noise that λ is worked out with is an estimate too, with the same degrees
+    of freedom: the power is its mean over χ²/m times λ.
+    """
+    if freedom > MANY:
+        return float(
+            brentq(
+                lambda gain: 1.0 - POWER - chndtr(threshold, rank, gain),
+                1e-6,
+                4.0 * threshold + 100.0,
+            )
         )
-    )
+    half = 0.5 * freedom
+    levels = (np.arange(NOISE_DRAWS) + 0.5) / NOISE_DRAWS
+    true_share = gammaincinv(half, levels) / half
+
+    def missed(log_gain: float) -> float:
+        of_draws = ncfdtr(rank, freedom, np.exp(log_gain) * true_share, threshold)
+        return float(np.mean(of_draws)) - (1.0 - POWER)
+
+    low, high = 0.0, float(np.log(4.0 * rank * threshold + 100.0))
+    while missed(high) > 0.0:
+        high += 1.0
+    return float(np.exp(brentq(missed, low, high, xtol=1e-4)))
 
 
 def smallest_detectable(
-    residuals: Residuals, effect: Effect, nonlinear: Nonlinear, tests: float
+    residuals: Residuals,
+    effect: Effect,
+    nonlinear: Nonlinear,
+    tests: float,
+    refused: Refused | None = None,
 ) -> Detectable | None:
     """Smallest form of an effect that is found in 95 % of such sets, beside the model.
 
     Of all forms that the block can take, the typical one: the median of its columns. None where
-    the model can stand in for all of it.
+    the model can stand in for all of it. With ``refused`` rows that are left out are asked too.
     """
     score = residuals.score(effect, nonlinear)
     if score.rank == 0:
         return None
-    gain = needed_gain(score.rank, tests)
     information = np.diag(score.information)
     there = information > 0.0
     # A column that others of its block, or the model, take whole is not seen by itself.
-    sizes = np.where(there, np.sqrt(gain / np.maximum(information, 1e-300)), 0.0)
-    shown: dict[str, float] = {}
-    typical = int(np.flatnonzero(there)[0])
+    units = np.where(there, 1.0 / np.sqrt(np.maximum(information, 1e-300)), 0.0)
+    moved, typical = {}, int(np.flatnonzero(there)[0])
     for channel, columns in _columns(effect, nonlinear, residuals.solution):
-        moved = sizes * np.sqrt(np.mean(columns**2, axis=0))
-        if float(np.max(moved[there], initial=0.0)) > 0.0:
-            shown[channel] = float(np.median(moved[there]))
-            nearest = np.where(there, np.abs(moved - shown[channel]), np.inf)
+        rms = units * np.sqrt(np.mean(columns**2, axis=0))
+        if float(np.max(rms[there], initial=0.0)) > 0.0:
+            moved[channel] = float(np.median(rms[there]))
+            nearest = np.where(there, np.abs(rms - moved[channel]), np.inf)
             typical = int(np.argmin(nearest))
-    return Detectable(shown, _size(effect, nonlinear, sizes, typical, residuals))
+    form = np.zeros(units.size)
+    form[typical] = units[typical]
+    gain = _gain_of(residuals, effect, nonlinear, replace(score, coefficients=form), tests, refused)
+    size = float(np.sqrt(gain))
+    shown = {channel: size * rms for channel, rms in moved.items()}
+    return Detectable(shown, _size(effect, nonlinear, size * units, typical, residuals))
+
+
+def _gain_of(
+    residuals: Residuals,
+    effect: Effect,
+    nonlinear: Nonlinear,
+    form: Score,
+    tests: float,
+    refused: Refused | None,
+) -> float:
+    """Noncentrality that the form of a score needs, whose own is 1."""
+    weights, offsets = residuals.projected(effect, nonlinear, form)
+    freedom, index_share = freedom_of_a_size(residuals, weights, offsets)
+    gain = needed_gain(form.rank, tests, freedom)
+    if refused is None or index_share >= refused.rows_by_themselves:
+        return gain
+    shown, rows = 0.0, 0
+    for weight, precise in zip(
+        weights, (residuals.capture_precise, residuals.reference_precise), strict=True
+    ):
+        if weight is not None and precise is not None and np.any(weight):
+            # A row's own error beside its neighbours is C⁻¹r over its precision, whose mean over
+            # the rows is that of (C⁻¹r)².
+            shown += float(weight @ weight) / max(float(np.mean(precise**2)), 1e-300)
+            rows += weight.size
+    confirmed = held_out_gain(form.rank, shown)
+    charged = form.rank * np.log(max(rows, 1)) + 2.0 * np.log(max(refused.trials, 1.0))
+    level = refused.p / max(tests, 1.0)
+    sure = _threshold(form.rank, level, freedom, refused.delta_bic + float(charged))
+    return max(gain, min(confirmed, _powerful(form.rank, freedom, sure)))
+
+
+def held_out_gain(rank: int, shown: float) -> float:
+    """Noncentrality at which rows that are left out show an effect, with 95 % power.
+
+    ``shown``: share of it that the neighbours of a row do not tell already. With the estimate ĉ of
+    all rows the log predictive density rises by ĉ²/2, less what four fits to three quarters of the
+    rows cost; the squared change of the prediction is ĉ² and a part of that cost, and the rise must
+    be twice its root (:func:`held_out.holds_out`). That the folds' cost scatters is left out.
+    """
+    variance = FOLDS_SHARE * rank
+    # (ĉ² − rank − variance)/2 = 2·√(ĉ² − rank + variance), solved for that root.
+    root = STANDARD_ERRORS + np.sqrt(STANDARD_ERRORS**2 + 2.0 * variance)
+    return _powerful(rank, np.inf, float(root**2 + rank - variance)) / max(shown, 1e-12)
 
 
 def _size(

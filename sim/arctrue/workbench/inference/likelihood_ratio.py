@@ -65,7 +65,7 @@ def evidence(
     likelihood = restricted_likelihood(base)
     with_effect = max(likelihood + 0.5 * there.gain, null_likelihood + 0.5 * score.gain)
     gain = 2.0 * (with_effect - max(likelihood, null_likelihood))
-    freedom, share = _degrees_of_freedom(base, effect, nonlinear, there)
+    freedom, share = freedom_of_a_size(base, *base.projected(effect, nonlinear, there))
     return Evidence(max(gain, 0.0), freedom, share, there, base)
 
 
@@ -127,12 +127,14 @@ def restricted_likelihood(residuals: Residuals) -> float:
     return total
 
 
-def _degrees_of_freedom(
-    residuals: Residuals, effect: Effect, nonlinear: Nonlinear, score: Score
+def freedom_of_a_size(
+    residuals: Residuals, weights: tuple[Float | None, Float | None], offsets: Float
 ) -> tuple[float, float]:
-    """Degrees of freedom of the noise of an effect's size, and the index's share in it."""
+    """Degrees of freedom of the noise of an effect's size, and the index's share in it.
+
+    ``weights`` and ``offsets`` as :meth:`Residuals.projected` gives them.
+    """
     observations, noise = residuals.observations, residuals.solution.noise
-    weights, offsets = residuals.projected(effect, nonlinear, score)
     runs = {
         name: rows.run
         for name, rows in (("capture", observations.capture), ("reference", observations.reference))

@@ -37,6 +37,15 @@ def degrees_of_freedom(
         shares = _shares(of_rows, weight, runs[group.channel], group.runs)
         parts.append((shares, group.fit.covariance))
         total += float(shares.sum())
+    fitted = {group.channel for group in noise.groups}
+    for channel, weight in zip(("capture", "reference"), weights, strict=True):
+        # Noise that was given and not estimated is known.
+        if channel in fitted or weight is None:
+            continue
+        of_rows = noise.capture if channel == "capture" else noise.reference
+        if of_rows is not None:
+            names = tuple(np.unique(runs[channel]).tolist())
+            total += float(_shares(of_rows, weight, runs[channel], names).sum())
     index = float(offsets @ offsets) / noise.index_variance
     total += index
     if total <= 0.0:

@@ -15,7 +15,7 @@ from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.inference.detectable import smallest_detectable
+from arctrue.workbench.inference.detectable import Refused, smallest_detectable
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.noise.fit import white_noise
@@ -23,6 +23,7 @@ from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
+REFUSED = Refused(1e-4, 10.0)
 
 
 def _base() -> Term:
@@ -82,7 +83,7 @@ def test_adequate_says_what_it_covers() -> None:
 def test_noise_that_is_all_slow_cannot_tell(slow_arcsec: float, blind: bool) -> None:
     """A reference that wanders twice its scatter tells; one that wanders twenty times does not."""
     residuals = _residuals(slow_arcsec)
-    found = blindness(residuals, coverage(residuals, [], {}, 20), {"capture": 1.0}, 0.0)
+    found = blindness(residuals, coverage(residuals, [], {}, 20, REFUSED), {"capture": 1.0}, 0.0)
     assert (found is not None) == blind
     if found is not None:
         assert "reference changes slowly" in found.reason
@@ -101,7 +102,7 @@ def test_a_set_that_can_test_little_cannot_tell() -> None:
 
 def test_a_residual_smaller_than_what_can_be_found_cannot_tell() -> None:
     residuals = _residuals()
-    covers = coverage(residuals, [], {}, 20)
+    covers = coverage(residuals, [], {}, 20, REFUSED)
     assert blindness(residuals, covers, {"capture": 0.1, "reference": 0.15}, 0.0) is None
     found = blindness(residuals, covers, {"capture": 1e-5, "reference": 1e-5}, 0.0)
     assert found is not None
