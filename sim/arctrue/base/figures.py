@@ -1,4 +1,4 @@
-"""Figures on the terminal: one way to write minus signs, units, uncertainties, probabilities."""
+"""Figures in text for people: one way to write minus signs, units, uncertainties, probabilities."""
 
 from __future__ import annotations
 
