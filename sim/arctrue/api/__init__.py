@@ -6,6 +6,14 @@ docs/python.md.
 """
 
 from arctrue.api.dataset import Dataset
+from arctrue.api.fit import (
+    FitParameter,
+    FitParameters,
+    FitResult,
+    ModelTest,
+    compare_models,
+    fit,
+)
 from arctrue.api.model import Model, add, drop
 from arctrue.api.pictures import Pictures
 from arctrue.api.results import (
@@ -23,13 +31,19 @@ __all__ = [
     "Dataset",
     "Diagnosis",
     "Explanation",
+    "FitParameter",
+    "FitParameters",
+    "FitResult",
     "Model",
+    "ModelTest",
     "Pictures",
     "add",
     "compare",
+    "compare_models",
     "diagnose",
     "drop",
     "explain",
+    "fit",
     "read_set",
     "simulate",
     "write_set",

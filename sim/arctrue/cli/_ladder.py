@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from arctrue.cli._figures import figure
+from arctrue.base.figures import figure
 from arctrue.cli._tables import number, table, words
 from arctrue.workbench.model.model import HistoryStep
 from arctrue.workbench.model.noise_floor import with_one_floor

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.figures import figure
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.calibration.heads_calibration import MeanCalibration
 from arctrue.calibration.heads_gain import MotionOrders
-from arctrue.cli._figures import figure
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console
 from arctrue.gateware.coefficients import Coefficients

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.figures import figure
 from arctrue.calibration import acceptance
 from arctrue.calibration.comparison import ReferenceComparison, compare
-from arctrue.cli._figures import figure
 from arctrue.cli._tables import number, table
 from arctrue.cli._terminal import Console
 from arctrue.gateware.coefficients import Coefficients

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from arctrue.base.figures import figure
 from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_TURN
-from arctrue.cli._figures import figure
 from arctrue.cli._loaded_set import console
 from arctrue.cli._tables import number, table
 from arctrue.measurement import Capture, MeasurementSet, Reference

@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
+from arctrue.base.figures import with_uncertainty
 from arctrue.cli._effect_name import EFFECT_NAME
-from arctrue.cli._figures import with_uncertainty
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._loaded_set import (
     LoadedSet,

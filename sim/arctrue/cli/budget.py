@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
+from arctrue.base.figures import figure, true_minus
 from arctrue.calibration.calibration import calibrate
 from arctrue.calibration.capture_check import CaptureRefusedError
-from arctrue.cli._figures import figure, true_minus
 from arctrue.cli._loaded_set import (
     LoadedSet,
     common_options,

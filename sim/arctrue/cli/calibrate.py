@@ -13,6 +13,7 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from arctrue.base.figures import figure
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration import calibration as calibration_module
@@ -22,7 +23,6 @@ from arctrue.calibration.comparison import Extent, ReferenceComparison, extent
 from arctrue.calibration.head_separation import Separation
 from arctrue.calibration.heads_calibration import MeanCalibration, MeanSettings, calibrate_mean
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
-from arctrue.cli._figures import figure
 from arctrue.cli._mean_of_heads import figures as figures_of_mean
 from arctrue.cli._mean_of_heads import motion_orders, print_mean
 from arctrue.cli._numbers import Finite

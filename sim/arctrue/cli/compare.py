@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from arctrue.cli._figures import figure, probability
+from arctrue.base.figures import figure, probability
 from arctrue.cli._loaded_set import (
     common_options,
     console,

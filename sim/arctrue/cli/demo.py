@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.figures import figure
 from arctrue.base.progress import ReportStep
 from arctrue.base.source_tree import ROOT, lack_of_source_tree
-from arctrue.cli._figures import figure
 from arctrue.cli._loaded_set import console, for_people
 from arctrue.cli._options import lanes_option
 from arctrue.cli._outputs import OutputFolder

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from arctrue.cli._figures import figure, probability
+from arctrue.base.figures import figure, probability
 from arctrue.cli._guide import commands, steps
 from arctrue.cli._loaded_set import (
     common_options,

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
+from arctrue.base.figures import figure
 from arctrue.base.typed_content import ContentError, read_json
-from arctrue.cli._figures import figure
 from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, page_option

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from arctrue.cli._figures import figure, with_uncertainty
+from arctrue.base.figures import figure, with_uncertainty
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._loaded_set import (
     changing,

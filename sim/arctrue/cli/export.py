@@ -8,13 +8,13 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.figures import figure
 from arctrue.base.printable import one_line
 from arctrue.base.units import arcsec_per_count
 from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration.acceptance import of_comparison
 from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import ReferenceComparison
-from arctrue.cli._figures import figure
 from arctrue.cli._loaded_set import (
     LoadedSet,
     common_options,

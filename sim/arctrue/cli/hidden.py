@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from arctrue.cli._figures import figure
+from arctrue.base.figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._loaded_set import console, for_people, write_json

@@ -10,7 +10,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.cli._figures import figure
+from arctrue.base.figures import figure
 from arctrue.cli._loaded_set import (
     LoadedSet,
     common_options,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from arctrue.cli._figures import figure
+from arctrue.base.figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._loaded_set import console, for_people, write_json, write_page
 from arctrue.cli._options import json_option, page_option

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from arctrue.cli._figures import figure
+from arctrue.base.figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import live_head, live_row

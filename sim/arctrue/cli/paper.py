@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
+from arctrue.base.figures import figure
 from arctrue.base.typed_content import ContentError, read_json, typed
 from arctrue.base.whole_file import write_whole_text
-from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._numbers import SEED

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.figures import figure
 from arctrue.base.whole_file import write_whole_text
-from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._tables import live_head, live_row

@@ -4,7 +4,7 @@ from math import inf, nan
 
 import pytest
 
-from arctrue.cli._figures import probability, with_uncertainty
+from arctrue.base.figures import probability, with_uncertainty
 
 
 @pytest.mark.parametrize(

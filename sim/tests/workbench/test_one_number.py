@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
+from arctrue.base.figures import figure
 from arctrue.cli import main
-from arctrue.cli._figures import figure
 from arctrue.measurement import MeasurementSet, read_measurement_set, write_measurement_set
 from arctrue.report.analysis import analyse, with_effect
 from arctrue.report.display import DisplaySettings

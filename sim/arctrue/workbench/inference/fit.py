@@ -85,14 +85,15 @@ def fit(
     depends = any(term.effect.depends_on_model for term in terms)
     summed = every_row_sums if every_row else channel_sums
     for _ in range((3 if context is None else 2) if depends else 1):
-        sums = {
-            name: summed(terms, observations, present, noise, capture=name == "capture")
-            for name in ("capture", "reference")
-        }
-        solution = solve(terms, observations, present, noise, **sums)
+        capture, reference = (
+            summed(terms, observations, present, noise, capture=is_it) for is_it in (True, False)
+        )
+        solution = solve(terms, observations, present, noise, capture=capture, reference=reference)
         for _ in range(index_rounds):
             noise = noise.with_offsets(observations, solution.run_offsets_arcsec)
-            solution = solve(terms, observations, present, noise, **sums)
+            solution = solve(
+                terms, observations, present, noise, capture=capture, reference=reference
+            )
         present = context_of(solution)
     # The next effect is judged with what this model says of ε.
     return replace(solution, context=present, every_row=every_row, unknown_noise=unknown)

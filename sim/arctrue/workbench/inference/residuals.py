@@ -16,7 +16,7 @@ from arctrue.workbench.inference.solution import Solution, context_of
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.numeric.least_squares import Layout, Matrix, WhitenedRows
-from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, solve_symmetric
+from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, log_determinant, solve_symmetric
 from arctrue.workbench.observations import Observations
 
 COLUMNS_TOGETHER = 24
@@ -366,12 +366,7 @@ class Residuals:
     @cached_property
     def log_determinant(self) -> float:
         """Of the normal matrix, over the directions that the data determine."""
-        normal = self._normal
-        diagonal = np.diag(normal)
-        scale = np.where(diagonal > 1e-18 * float(diagonal.max(initial=1e-300)), diagonal, np.inf)
-        values = np.linalg.eigvalsh(normal / np.sqrt(np.outer(scale, scale)))
-        kept = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)
-        return float(np.sum(np.log(values[kept])) + np.sum(np.log(scale[np.isfinite(scale)])))
+        return log_determinant(self._normal)
 
     def projected(
         self, effect: Effect, nonlinear: Nonlinear, score: Score

@@ -145,6 +145,46 @@ class Solution:
         return None if rows is None else rows.error_arcsec - self.reference_prediction_arcsec()
 
 
+@dataclass(frozen=True)
+class Held:
+    """Coefficients that are not fitted: their places among those of all terms, and their values."""
+
+    places: NDArray[np.int64]
+    values: Matrix
+
+
+def joint_normal(
+    layout: Layout, noise: Noise, capture: ChannelSums | None, reference: ChannelSums | None
+) -> tuple[Matrix, Matrix]:
+    """Normal matrix and right-hand side of both channels: terms, run offsets, constant a₀."""
+    normal, moment = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
+    for sums, places in ((capture, layout.capture()), (reference, layout.reference())):
+        if sums is not None:
+            normal[np.ix_(places, places)] += sums.gram
+            moment[places] += sums.moment
+    offsets = np.arange(layout.shared, layout.shared + layout.runs)
+    normal[offsets, offsets] += 1.0 / noise.index_variance
+    return normal, moment
+
+
+def _beside(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Matrix, int, float]:
+    """As :func:`solve_symmetric`, with some of the unknowns at known values."""
+    free = np.ones(moment.size, dtype=np.bool_)
+    free[held.places] = False
+    rest, of_rest, rank, condition = solve_symmetric(
+        normal[np.ix_(free, free)], moment[free] - normal[np.ix_(free, ~free)] @ _sorted(held)
+    )
+    solution, covariance = np.zeros(moment.size), np.zeros(normal.shape)
+    solution[free], solution[held.places] = rest, held.values
+    covariance[np.ix_(free, free)] = of_rest
+    return solution, covariance, rank, condition
+
+
+def _sorted(held: Held) -> Matrix:
+    """Values in the order of their places."""
+    return np.asarray(held.values[np.argsort(held.places)])
+
+
 def solve(
     terms: Sequence[Term],
     observations: Observations,
@@ -153,18 +193,19 @@ def solve(
     *,
     capture: ChannelSums | None,
     reference: ChannelSums | None,
+    held: Held | None = None,
 ) -> Solution:
-    """Coefficients of generalised least squares, from the channels' whitened sums."""
+    """Coefficients of generalised least squares, from the channels' whitened sums.
+
+    ``held``: coefficients that keep the values they are given.
+    """
     widths = term_widths(terms, observations)
     layout = Layout(sum(widths), observations.runs)
-    normal, moment = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
-    for sums, places in ((capture, layout.capture()), (reference, layout.reference())):
-        if sums is not None:
-            normal[np.ix_(places, places)] += sums.gram
-            moment[places] += sums.moment
+    normal, moment = joint_normal(layout, noise, capture, reference)
     offsets = np.arange(layout.shared, layout.shared + layout.runs)
-    normal[offsets, offsets] += 1.0 / noise.index_variance
-    solution, covariance, rank, condition = solve_symmetric(normal, moment)
+    solution, covariance, rank, condition = (
+        solve_symmetric(normal, moment) if held is None else _beside(normal, moment, held)
+    )
     likelihood = -0.5 * float(np.sum(solution[offsets] ** 2)) / noise.index_variance
     likelihood -= 0.5 * layout.runs * float(np.log(noise.index_variance))
     for sums, places in ((capture, layout.capture()), (reference, layout.reference())):
@@ -223,16 +264,8 @@ def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> F
 
 def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, list[list[int]]]:
     """Fit the model together with its tangents, noise as it is; also the places of each term's."""
-    observations, terms = solution.observations, list(solution.terms)
-    places: list[list[int]] = []
-    start = sum(solution.widths)
-    for index, term in enumerate(solution.terms):
-        names = refined_names(term.effect)
-        places.append(list(range(start, start + len(names))))
-        start += len(names)
-        if names:
-            own = solution.coefficients[solution.part(index)]
-            terms.append(Term(Tangent(term, own, observations), {}))
+    observations = solution.observations
+    terms, places = tangent_terms(solution)
     context, noise = solution.context, solution.noise
     summed = every_row_sums if every_row else channel_sums
     joint = solve(
@@ -244,6 +277,21 @@ def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, lis
         reference=summed(terms, observations, context, noise, capture=False),
     )
     return joint, places
+
+
+def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
+    """The terms and, after them, the tangents of each; also the places of each term's tangents."""
+    observations, terms = solution.observations, list(solution.terms)
+    places: list[list[int]] = []
+    start = sum(solution.widths)
+    for index, term in enumerate(solution.terms):
+        names = refined_names(term.effect)
+        places.append(list(range(start, start + len(names))))
+        start += len(names)
+        if names:
+            own = solution.coefficients[solution.part(index)]
+            terms.append(Term(Tangent(term, own, observations), {}))
+    return terms, places
 
 
 def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:

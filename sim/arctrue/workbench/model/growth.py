@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -60,25 +60,9 @@ def fitted(
     """The model with everything that the fit found, from every row. Raises NotTestableError."""
     terms = settle(model, observations, effects)
     solution = settled(fit(terms, observations))
-    terms = list(solution.terms)
-    parameters = solution.parameters()
-    entries = []
-    for index, (entry, term) in enumerate(zip(model.effects, terms, strict=True)):
-        entries.append(
-            ModelEffect(
-                name=entry.name,
-                settings=entry.settings,
-                search={key: float(value) for key, value in term.nonlinear.items()},
-                columns=term.effect.column_names(observations),
-                coefficients=[
-                    float(value) for value in solution.coefficients[solution.part(index)]
-                ],
-                parameters=parameters[index],
-            )
-        )
     grown = replace(
         model,
-        effects=entries,
+        effects=stored_entries(model.effects, solution),
         reference_offset_arcsec=solution.reference_offset_arcsec,
         reference_temperature_c=observations.reference_temperature_c
         if observations.has_temperature
@@ -86,6 +70,22 @@ def fitted(
         table=table_of(observations).completed(model.table),
     )
     return grown, solution
+
+
+def stored_entries(entries: Sequence[ModelEffect], solution: Solution) -> list[ModelEffect]:
+    """The effects of a model with what a fit found for them."""
+    observations, parameters = solution.observations, solution.parameters()
+    return [
+        ModelEffect(
+            name=entry.name,
+            settings=entry.settings,
+            search={key: float(value) for key, value in term.nonlinear.items()},
+            columns=term.effect.column_names(observations),
+            coefficients=[float(value) for value in solution.coefficients[solution.part(index)]],
+            parameters=parameters[index],
+        )
+        for index, (entry, term) in enumerate(zip(entries, solution.terms, strict=True))
+    ]
 
 
 def table_of(observations: Observations) -> ModelTable:

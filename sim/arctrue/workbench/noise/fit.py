@@ -35,8 +35,8 @@ NO_KNOWLEDGE_ARCSEC2 = 1.0
 """Where nothing tells a variance; the channel is then without weight, or the set undetermined."""
 
 
-class Design(Protocol):
-    """What the noise is estimated beside: a model's columns on the rows of a set."""
+class DesignColumns(Protocol):
+    """The columns of a model on the rows of a set, of which the residuals of a fit are known."""
 
     @property
     def observations(self) -> Observations:
@@ -51,6 +51,10 @@ class Design(Protocol):
 
     def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
         """The same with the noise made one; None without that channel."""
+
+
+class Design(DesignColumns, Protocol):
+    """What the noise is estimated beside: a model that can be fitted to the rows."""
 
     def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
         """Sums of least squares over the rows of a channel; None without it."""
@@ -100,7 +104,7 @@ def estimated_noise(design: Design) -> tuple[Noise, frozenset[str]]:
 
 
 def noise_of(
-    design: Design,
+    design: DesignColumns,
     left: tuple[Float | None, Float | None],
     before: Noise,
     unknown: frozenset[str] = frozenset(),
@@ -149,7 +153,7 @@ def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
     return WhiteBounds(1e-12, None if not stated else float(stated) ** 2)
 
 
-def _channel_rows(design: Design, residual: Float, *, capture: bool) -> ChannelRows:
+def _channel_rows(design: DesignColumns, residual: Float, *, capture: bool) -> ChannelRows:
     """The rows of a channel as the noise sees them."""
     if capture:
         rows = design.observations.capture
@@ -237,7 +241,7 @@ def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matri
 
 
 def _beside(
-    design: Design, left: tuple[Float | None, Float | None], noise: Noise, *, capture: bool
+    design: DesignColumns, left: tuple[Float | None, Float | None], noise: Noise, *, capture: bool
 ) -> Beside:
     """What the other channel tells of the coefficients, from the residuals it has now."""
     shared = design.shared

@@ -25,3 +25,12 @@ def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int
     inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T / np.outer(scale, scale)
     condition = float(values[-1] / values[kept][0]) if kept.any() else float("inf")
     return inverse @ moment, inverse, int(kept.sum()), condition
+
+
+def log_determinant(normal: Matrix) -> float:
+    """Of a normal matrix, over the directions that the data determine."""
+    diagonal = np.diag(normal)
+    scale = np.where(diagonal > UNSEEN * float(diagonal.max(initial=1e-300)), diagonal, np.inf)
+    values = np.linalg.eigvalsh(normal / np.sqrt(np.outer(scale, scale)))
+    kept = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)
+    return float(np.sum(np.log(values[kept])) + np.sum(np.log(scale[np.isfinite(scale)])))

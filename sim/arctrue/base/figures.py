@@ -1,4 +1,4 @@
-"""Formats numbers for the terminal: minus signs, units, uncertainties and p values."""
+"""Formats numbers for people: minus signs, units, uncertainties and p values."""
 
 from __future__ import annotations
 

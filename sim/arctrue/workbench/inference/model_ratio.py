@@ -1,0 +1,78 @@
+"""The likelihood ratio of two models of one set, of which one contains the other."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.likelihood_ratio import restricted_likelihood, under
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.significance import single_p_value
+from arctrue.workbench.inference.solution import Solution
+
+
+@dataclass(frozen=True)
+class ModelRatio:
+    """How much likelier the larger of two models makes the data.
+
+    Parameters
+    ----------
+    gain : float
+        Twice the rise of the log likelihood, the noise free on both sides.
+    parameters : int
+        How many parameters the larger one has more, search parameters among them.
+    p_value : float
+        Probability of such a gain by chance, were the smaller one true. Where the larger one
+        searched for a place it says too little: :func:`arctrue.diagnose` counts the places.
+    larger : int
+        1 or 2: which of both is the larger.
+    """
+
+    gain: float
+    parameters: int
+    p_value: float
+    larger: int
+
+
+def model_ratio(one: Solution, other: Solution) -> ModelRatio | None:
+    """None where neither model has all terms of the other."""
+    if _contains(other, one):
+        return _ratio(one, other, 2)
+    if _contains(one, other):
+        return _ratio(other, one, 1)
+    return None
+
+
+def _key(term: Term) -> Hashable:
+    return term.effect.name, repr(sorted(term.effect.settings.items()))
+
+
+def _contains(large: Solution, small: Solution) -> bool:
+    left = [_key(term) for term in large.terms]
+    for term in small.terms:
+        if _key(term) not in left:
+            return False
+        left.remove(_key(term))
+    return True
+
+
+def _ratio(small: Solution, large: Solution, larger: int) -> ModelRatio:
+    """Both noises are estimated in the contrasts that the smaller model does not touch."""
+    at_small = restricted_likelihood(Residuals(small))
+    noise = under(large, small)
+    both = [
+        replace(
+            fit(item.terms, item.observations, item.context, noise=noise),
+            unknown_noise=item.unknown_noise,
+        )
+        for item in (small, large)
+    ]
+    at_large = restricted_likelihood(Residuals(both[0]))
+    rise = both[1].log_likelihood - both[0].log_likelihood
+    gain = 2.0 * max(at_large + rise - max(at_small, at_large), 0.0)
+    searched = [sum(len(term.nonlinear) for term in item.terms) for item in (small, large)]
+    more = large.rank - small.rank + searched[1] - searched[0]
+    freedom = float(max(large.observations.rows - large.rank, 1))
+    return ModelRatio(gain, more, single_p_value(gain, more, freedom), larger)

@@ -1,0 +1,307 @@
+"""Intervals by profile likelihood: values of a parameter that the data do not contradict.
+
+At each value of the parameter all others, the noise among them, take their likeliest values. That
+holds where the standard uncertainty of a linearised fit does not: slow noise that is estimated
+beside a drift has taken part of it, and a frequency of few periods is no linear parameter. The
+limit of the likelihood ratio is that of Student's t with the degrees of freedom with which the
+noise of the parameter is known: exact for a linear parameter in white noise (Bates and Watts,
+Nonlinear Regression Analysis and Its Applications, section 6.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from arctrue.workbench.inference.constrained import (
+    Condition,
+    ConditionError,
+    ConstrainedFit,
+    conditioned,
+    noise_beside,
+    restricted_likelihood_of,
+)
+from arctrue.workbench.inference.design_matrix import channel_prediction, channel_sums
+from arctrue.workbench.inference.named import labels, named_parameters, values_of
+from arctrue.workbench.inference.significance import MANY
+from arctrue.workbench.inference.solution import Solution, joint_normal, tangent_terms
+from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
+from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.noise.spectrum import Spectrum
+from arctrue.workbench.numeric.least_squares import Layout
+from arctrue.workbench.numeric.symmetric import solve_symmetric
+
+Float = NDArray[np.float64]
+
+NOISE_ROUNDS = 2
+"""Of model and noise at each value; the noise of the value before is where they begin."""
+FARTHEST = 40.0
+"""Standard uncertainties: beyond, the data do not bound the parameter."""
+WIDER = 1.6
+"""A step outwards, until the likelihood has fallen far enough."""
+PRECISION = 0.01
+"""Of a standard uncertainty: how exactly an end is found."""
+HALF_TURN_DEG = 180.0
+SLOW = 0.02
+"""Of the longest time constant: what is slower may be a part of a walk."""
+WALK_SPANS = 10.0
+"""Times the longest constant, which is the length of the record: within it a random walk."""
+LITTLE = 1e-2
+"""Of a variance that is moved to the longest time constant: what stays where it was."""
+
+
+def limit_of(level: float, freedom: float) -> float:
+    """Fall of twice the log likelihood at the ends of an interval of this level.
+
+    In white noise with m degrees of freedom a deviation of t standard uncertainties lowers it by
+    (m + 1)·log(1 + t²/m).
+    """
+    if freedom > MANY:
+        return float(norm.ppf(0.5 + 0.5 * level) ** 2)
+    deviation = float(student.ppf(0.5 + 0.5 * level, freedom))
+    return (freedom + 1.0) * float(np.log1p(deviation**2 / freedom))
+
+
+@dataclass
+class Profile:
+    """The likelihood along one parameter of a fit."""
+
+    fit: ConstrainedFit
+    name: str
+    _best: float = field(init=False, default=0.0)
+    _highest: float = field(init=False, default=-np.inf)
+    _noise: list[tuple[float, Noise]] = field(init=False, default_factory=list)
+    _free: Float | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        """Work out the likelihood at the fitted value. Raises ValueError for an unknown name."""
+        parameters = named_parameters(self.fit.solution, self.fit.covariance)
+        if self.name not in parameters:
+            raise ValueError(f"no parameter {self.name}; there are: {', '.join(parameters)}")
+        self._parameter = parameters[self.name]
+        self._best = self._parameter.value
+        self._highest = self.likelihood(self._best)
+
+    @property
+    def _is_phase(self) -> bool:
+        return self._parameter.unit == "deg" and self.name.endswith("phase")
+
+    def _condition(self, value: float) -> Condition:
+        def difference(parameters: dict[str, float]) -> float:
+            off = parameters[self.name] - value
+            return float(np.remainder(off + 180.0, 360.0) - 180.0) if self._is_phase else off
+
+        return Condition((self.name,), difference)  # type: ignore[arg-type]
+
+    def likelihood(self, value: float) -> float:
+        """Restricted log likelihood with the parameter at ``value``, noise and all others free."""
+        fitted = self.fit.solution.noise
+        starts = [fitted, _as_a_walk(fitted)]
+        if self._noise:
+            starts.append(min(self._noise, key=lambda item: abs(item[0] - value))[1])
+        conditions = (*self.fit.conditions, self._condition(value))
+        tried = [self._beside(conditions, start) for start in starts]
+        likelihood, noise = max(tried, key=lambda item: item[0])
+        self._noise.append((value, noise))
+        self._highest = max(self._highest, likelihood)
+        return likelihood
+
+    def _beside(self, conditions: Sequence[Condition], start: Noise) -> tuple[float, Noise]:
+        """The likelihood under these conditions and its noise, whose search begins at ``start``."""
+        found = conditioned(replace(self.fit.solution, noise=start), conditions)
+        if self._free is None:
+            # The same contrasts at every value, so that the likelihoods can be compared.
+            self._free = found.free
+        for _ in range(NOISE_ROUNDS):
+            noise = noise_beside(found, self._free)
+            found = conditioned(replace(found.solution, noise=noise), conditions)
+        return restricted_likelihood_of(found, self._free), found.solution.noise
+
+    def fall(self, value: float) -> float:
+        """Twice the fall of the log likelihood from its highest."""
+        return 2.0 * (self._highest - self.likelihood(value))
+
+    def interval(self, level: float) -> tuple[float, float]:
+        """Lower and upper end; infinite where the data do not bound the parameter on that side."""
+        if not 0.0 < level < 1.0:
+            raise ValueError(f"level: expected a number between 0 and 1, found {level:g}")
+        limit = limit_of(level, freedom_of(self.fit, self.name))
+        return self._end(-1.0, limit), self._end(1.0, limit)
+
+    def _end(self, way: float, limit: float) -> float:
+        sigma = self._parameter.sigma
+        if not (np.isfinite(sigma) and sigma > 0.0):
+            return way * np.inf
+        farthest = FARTHEST * sigma
+        if self._is_phase:
+            farthest = HALF_TURN_DEG
+        low, high = self._range()
+        farthest = min(farthest, self._best - low if way < 0.0 else high - self._best)
+        inside, step = 0.0, float(np.sqrt(limit)) * sigma
+        outside = min(step, farthest)
+        while (fall := self._fall_or_end(self._best + way * outside)) < limit:
+            if outside >= farthest:
+                return self._limit_reached(way, farthest)
+            inside, outside = outside, min(WIDER * outside, farthest)
+        if not np.isfinite(fall):
+            return self._best + way * outside
+        return (
+            float(
+                brentq(
+                    lambda off: self._fall_or_end(self._best + way * off) - limit,
+                    inside,
+                    outside,
+                    xtol=PRECISION * sigma,
+                    maxiter=30,
+                )
+            )
+            * way
+            + self._best
+        )
+
+    def _fall_or_end(self, value: float) -> float:
+        try:
+            return self.fall(value)
+        except ConditionError:
+            return np.inf
+
+    def _range(self) -> tuple[float, float]:
+        """What the parameter can be: an amplitude is not negative, a search has its range."""
+        label, _, own = self.name.rpartition(".")
+        solution = self.fit.solution
+        term = solution.terms[labels(solution.terms).index(label)]
+        if any(item.name == own for item in term.effect.search):
+            return term.effect.search_range(own)
+        return (0.0 if own.endswith("amplitude") else -np.inf), np.inf
+
+    def _limit_reached(self, way: float, farthest: float) -> float:
+        low, high = self._range()
+        end = self._best + way * farthest
+        if self._is_phase:
+            return end
+        near = 1e-9 * self._parameter.sigma
+        if way < 0.0 and end <= low + near:
+            return low
+        if way > 0.0 and end >= high - near:
+            return high
+        return way * np.inf
+
+
+def _as_a_walk(noise: Noise) -> Noise:
+    """The same steps from row to row, with what is slow in it a random walk.
+
+    The steps hardly tell both apart, and a slow walk hides a drift: the search for the likeliest
+    noise does not come from one to the other by itself.
+    """
+    laws = [
+        None if law is None else replace(law, spectra=tuple(map(_slowest, law.spectra)))
+        for law in (noise.capture_law, noise.reference_law)
+    ]
+    return replace(noise, capture_law=laws[0], reference_law=laws[1])
+
+
+def _slowest(spectrum: Spectrum) -> Spectrum:
+    constants, variances = spectrum.constants, spectrum.variances
+    if not constants.size:
+        return spectrum
+    slow = constants > SLOW * constants[-1]
+    rate = float(np.sum(variances[slow] / constants[slow]))
+    moved, longer = np.where(slow, LITTLE * variances, variances), constants.copy()
+    longer[-1] *= WALK_SPANS
+    moved[-1] = rate * longer[-1]
+    return replace(spectrum, constants=longer, variances=moved)
+
+
+def freedom_of(fit: ConstrainedFit, name: str) -> float:
+    """Degrees of freedom with which the noise of a parameter's size is known (Satterthwaite).
+
+    Of a^T·b, where a is the slope of the parameter along coefficients and search parameters.
+    """
+    solution = fit.solution
+    observations, noise = solution.observations, solution.noise
+    terms, _ = tangent_terms(solution)
+    widths = [len(term.effect.column_names(observations)) for term in terms]
+    layout = Layout(sum(widths), observations.runs)
+    sums = {
+        channel: channel_sums(
+            terms, observations, solution.context, noise, capture=channel == "capture"
+        )
+        for channel in ("capture", "reference")
+    }
+    normal, _ = joint_normal(layout, noise, sums["capture"], sums["reference"])
+    slope = np.zeros(layout.size)
+    slope[: layout.shared] = slope_of(fit, name)
+    _, inverse, _, _ = solve_symmetric(normal, np.zeros(layout.size))
+    direction = inverse @ slope
+    offsets = direction[layout.shared : layout.shared + layout.runs]
+    weights: list[Float | None] = []
+    for channel, of_rows in (("capture", noise.capture), ("reference", noise.reference)):
+        if of_rows is None:
+            weights.append(None)
+            continue
+        moved = channel_prediction(
+            terms, direction[: layout.shared], observations, solution.context,
+            capture=channel == "capture",
+        )  # fmt: skip
+        if channel == "capture":
+            assert observations.capture is not None
+            moved = moved + offsets[observations.capture.run]
+        else:
+            moved = moved + direction[-1]
+        weights.append(of_rows.precise(of_rows.whiten(moved)))
+    runs = {
+        channel: rows.run
+        for channel, rows in (
+            ("capture", observations.capture),
+            ("reference", observations.reference),
+        )
+        if rows is not None
+    }
+    return degrees_of_freedom(noise, (weights[0], weights[1]), offsets, runs)[0]
+
+
+def slope_of(fit: ConstrainedFit, name: str) -> Float:
+    """∂(parameter)/∂(coefficients, then search parameters), by central differences."""
+    return np.asarray(slopes_of(fit, [name])[0])
+
+
+def slopes_of(fit: ConstrainedFit, names: Sequence[str]) -> Float:
+    """The same of several parameters, shape (parameters, unknowns)."""
+    solution = fit.solution
+    spread = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    shared = sum(solution.widths)
+    found = np.zeros((len(names), spread.size))
+    for place in range(spread.size):
+        width = 1e-4 * spread[place]
+        if width <= 0.0:
+            continue
+        sides = [_at(solution, place, shared, sign * width) for sign in (1.0, -1.0)]
+        for number, name in enumerate(names):
+            rise = sides[0][name] - sides[1][name]
+            if name.endswith("phase"):
+                rise = float(np.remainder(rise + HALF_TURN_DEG, 360.0) - HALF_TURN_DEG)
+            found[number, place] = rise / (2.0 * width)
+    return found
+
+
+def _at(solution: Solution, place: int, shared: int, off: float) -> dict[str, float]:
+    """Every parameter with one unknown moved."""
+    coefficients, terms = solution.coefficients, list(solution.terms)
+    if place < shared:
+        coefficients = coefficients.copy()
+        coefficients[place] += off
+    else:
+        number = shared
+        for index, term in enumerate(terms):
+            for name in [item.name for item in term.effect.search if not item.integer]:
+                if number == place:
+                    moved = {**term.nonlinear, name: term.nonlinear[name] + off}
+                    terms[index] = replace(term, nonlinear=moved)
+                number += 1
+    return values_of(terms, solution.widths, coefficients, solution.observations)

@@ -1,0 +1,137 @@
+"""The error of head 1 that a fitted model predicts at any angle and condition."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.base.similar import did_you_mean
+from arctrue.workbench.effects.base import FitContext
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.rows import ReferenceRows
+
+Float = NDArray[np.float64]
+KNOWN = ("temperature_c", "time_s", "direction", "speed_deg_s")
+"""Conditions that every set may have; further ones are the set's own."""
+
+
+def table_rows(
+    observations: Observations, angle_deg: ArrayLike, conditions: Mapping[str, ArrayLike]
+) -> ReferenceRows:
+    """Rows (n,) at these angles, as the table would be asked.
+
+    Raises ValueError for a condition that is not known, or of another length.
+    """
+    angle = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=np.float64)))
+    if angle.ndim != 1:
+        raise ValueError(f"angle: expected a row of numbers, found an array {angle.shape}")
+    known = {*KNOWN, *_own_conditions(observations)}
+    columns: dict[str, Float] = {}
+    for name, values in conditions.items():
+        if name not in known:
+            raise ValueError(
+                f"condition {name} is not known.{did_you_mean(name, known)} There are: "
+                f"{', '.join(sorted(known))}"
+            )
+        array = np.asarray(values, dtype=np.float64)
+        if array.ndim > 1 or (array.ndim == 1 and array.size not in (1, angle.size)):
+            raise ValueError(
+                f"condition {name}: expected one number or {angle.size}, as many as angles, found "
+                f"an array {array.shape}"
+            )
+        columns[name] = np.broadcast_to(array, angle.shape).copy()
+    speed, time_s = columns.get("speed_deg_s"), columns.get("time_s")
+    direction = columns.get("direction")
+    if direction is None and speed is not None:
+        direction = np.sign(speed)
+    start_s, middle_s = _set_times(observations)
+    return ReferenceRows(
+        run=np.zeros(angle.size, dtype=np.int64),
+        cycle=None,
+        time_s=time_s,
+        temperature_c=columns.get("temperature_c"),
+        direction=direction,
+        target_rad=angle,
+        angle_rad=angle,
+        line_rad=angle,
+        face=None,
+        faces=None,
+        electrical1_rad=None
+        if observations.grating_lines is None
+        else np.mod(angle * observations.grating_lines, 2.0 * np.pi),
+        teeth=observations.drive_gear_teeth,
+        speed_rad_s=None if speed is None else np.radians(speed),
+        run_start_s=None if time_s is None else np.full(angle.size, start_s),
+        set_start_s=start_s,
+        middle_time_s=middle_s,
+        reference_temperature_c=observations.reference_temperature_c,
+        error_arcsec=np.zeros(angle.size),
+        conditions={name: column for name, column in columns.items() if name not in KNOWN},
+    )
+
+
+def _own_conditions(observations: Observations) -> set[str]:
+    return {
+        name
+        for rows in (observations.capture, observations.reference)
+        if rows is not None
+        for name in rows.conditions
+    }
+
+
+def _set_times(observations: Observations) -> tuple[float, float]:
+    """Beginning of the set, and the middle of its reference, seconds."""
+    reference, capture = observations.reference, observations.capture
+    if reference is not None and reference.time_s is not None:
+        return reference.set_start_s, reference.middle_time_s
+    if capture is not None:
+        return capture.set_start_s, float(capture.time_s.mean())
+    return 0.0, 0.0
+
+
+def term_values(
+    term: Term, rows: ReferenceRows, context: FitContext, conditions: Mapping[str, ArrayLike]
+) -> Float | None:
+    """What each coefficient adds to ε of head 1, shape (n, coefficients); None: nothing.
+
+    Raises ValueError where the effect needs a condition that was not given.
+    """
+    if term.effect.compensation == "reference":
+        return None
+    lacking = _needs(term, rows, context) - set(conditions)
+    if lacking:
+        needed = ", ".join(sorted(lacking))
+        raise ValueError(
+            f"{term.effect.name} needs {needed}: predict(angle, {{'{sorted(lacking)[0]}': ...}})"
+        )
+    return term.effect.reference_columns(rows, term.nonlinear, context)
+
+
+def _needs(term: Term, rows: ReferenceRows, context: FitContext) -> set[str]:
+    """Conditions without which the effect cannot say what it adds."""
+    zeros = np.zeros(rows.run.size)
+    every = {
+        "temperature_c": {"temperature_c": zeros},
+        "time_s": {"time_s": zeros, "run_start_s": zeros},
+        "direction": {"direction": zeros + 1.0},
+        "speed_deg_s": {"speed_rad_s": zeros},
+    }
+    full = _changed(rows, {name: value for item in every.values() for name, value in item.items()})
+    if not _there(term, full, context):
+        return set()
+    return {
+        name
+        for name, item in every.items()
+        if not _there(term, _changed(full, dict.fromkeys(item)), context)
+    }
+
+
+def _changed(rows: ReferenceRows, columns: Mapping[str, Float | None]) -> ReferenceRows:
+    return ReferenceRows(**{**vars(rows), **columns})
+
+
+def _there(term: Term, rows: ReferenceRows, context: FitContext) -> bool:
+    return term.effect.reference_columns(rows, term.nonlinear, context) is not None

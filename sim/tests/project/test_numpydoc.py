@@ -1,0 +1,132 @@
+"""Every public name says what its arguments are: numpydoc's sections, read from the docstrings."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import importlib
+import inspect
+import re
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+PACKAGES = ("arctrue",)
+"""Their ``__all__`` is read."""
+SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
+ARRAYS = ("NDArray", "ArrayLike", "Float]", "Integer")
+
+
+def sections(text: str) -> dict[str, str]:
+    """The words below each underlined heading."""
+    found = list(SECTION.finditer(text))
+    if not found:
+        return {}
+    ends = [item.start() for item in found[1:]] + [len(text)]
+    return {item[1]: text[item.end() : end] for item, end in zip(found, ends, strict=True)}
+
+
+def entries(words: str) -> dict[str, str]:
+    """Names of a section with what is said of each; ``a, b : int`` are two."""
+    found: dict[str, str] = {}
+    for part in re.split(r"\n(?=\S)", words.strip("\n")):
+        head, _, _ = part.partition("\n")
+        for name in head.partition(" : ")[0].split(","):
+            found[name.strip().lstrip("*")] = part
+    return found
+
+
+def public() -> Iterator[tuple[str, Any]]:
+    """Functions and classes of the packages, and the public methods of the classes."""
+    for package in PACKAGES:
+        module = importlib.import_module(package)
+        for name in module.__all__:
+            what = getattr(module, name)
+            place = f"{package}.{name}"
+            if inspect.isclass(what):
+                yield place, what
+                for own, method in vars(what).items():
+                    function = getattr(method, "__func__", method)
+                    if not own.startswith("_") and inspect.isfunction(function):
+                        yield f"{place}.{own}", function
+            elif callable(what):
+                yield place, what
+
+
+def raised(function: Any) -> bool:
+    """True where the function's own body raises."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    body = tree.body[0]
+    assert isinstance(body, ast.FunctionDef)
+    inner = [
+        node for node in ast.walk(body) if isinstance(node, ast.FunctionDef) and node is not body
+    ]
+    within = {id(node) for one in inner for node in ast.walk(one)}
+    return any(isinstance(node, ast.Raise) and id(node) not in within for node in ast.walk(body))
+
+
+def faults(what: Any) -> list[str]:
+    """What the docstring does not say."""
+    text = inspect.getdoc(what) or ""
+    found = (
+        [] if re.match(r"[A-Z`].*[.:]$", text.partition("\n")[0]) else ["no summary in one line"]
+    )
+    told = sections(text)
+    parameters = entries(told.get("Parameters", ""))
+    if inspect.isclass(what):
+        if issubclass(what, Exception) or not dataclasses.is_dataclass(what):
+            return found
+        wanted = {
+            item.name: str(item.type)
+            for item in dataclasses.fields(what)
+            if not item.name.startswith("_")
+        }
+    else:
+        signature = inspect.signature(what)
+        wanted = {
+            name: str(item.annotation)
+            for name, item in signature.parameters.items()
+            if name not in ("self", "cls")
+        }
+        given = str(signature.return_annotation)
+        if given != "None" and "Returns" not in told and "Yields" not in told:
+            found.append("no section Returns")
+        if raised(what) and "Raises" not in told:
+            found.append("raises, and no section Raises")
+    found += [f"no parameter {name}" for name in wanted if name not in parameters]
+    found += [f"there is no parameter {name}" for name in parameters if name not in {*wanted, ""}]
+    found += [
+        f"no shape of {name}"
+        for name, kind in wanted.items()
+        if any(word in kind for word in ARRAYS) and "shape" not in parameters.get(name, "shape")
+    ]
+    return found
+
+
+@pytest.mark.parametrize(("name", "what"), [pytest.param(*item, id=item[0]) for item in public()])
+def test_a_public_name_says_what_its_arguments_are(name: str, what: Any) -> None:
+    assert faults(what) == [], name
+
+
+def test_the_check_sees_what_is_missing() -> None:
+    def bad(angle_deg: NDArray, count: int) -> int:  # type: ignore[name-defined]  # noqa: F821
+        """Do something.
+
+        Parameters
+        ----------
+        angle_deg : ndarray
+            Angles.
+        other : int
+            Not there.
+        """
+        raise ValueError
+
+    assert faults(bad) == [
+        "no section Returns",
+        "raises, and no section Raises",
+        "no parameter count",
+        "there is no parameter other",
+        "no shape of angle_deg",
+    ]
