@@ -44,9 +44,9 @@ def alpha_page(found: Mapping[str, Any]) -> str:
         [
             "# The angle between the heads",
             "",
-            "`arctrue alpha` says what an angle α between two heads makes of noise and of an error "
-            "of α itself, order by order,",
-            "and which α is best for given orders. This page is made by it from "
+            "`arctrue alpha` computes how an angle α between two heads amplifies noise and an "
+            "error of α, order by order, and which α is",
+            "best for given orders. The command makes this page from "
             "[alpha.json](data/alpha.json).",
             "",
             "```sh",
@@ -54,56 +54,56 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "--out docs/images",
             "```",
             "",
-            "Equation (6) multiplies the noise of order n by |TF(n)| = 1/(2 |sin(nα/2)|), and an "
-            "error Δα of α changes the order by",
-            "n·|TF(n)|·Δα of its amplitude. What has n·α at or near a whole turn is not seen, or "
-            "badly.",
+            "Equation (6) multiplies the noise of order n by the gain |TF(n)| = 1/(2 |sin(nα/2)|). "
+            "An error Δα changes the order by n·|TF(n)|·Δα of its",
+            "amplitude. An order with n·α near a whole turn is seen badly or not at all.",
             "",
             f"![Noise gain and sensitivity over α and order](images/{PICTURE})",
             "",
             "## Which α",
             "",
-            "Of orders 1 to N no α has a worst gain below 1/(2 sin(π/(N + 1))): n·α for n = 0 … N "
-            "are N + 1 points of a circle, and two of",
-            "them lie no further apart than neighbours of N + 1 even ones. α = 360°·k/(N + 1) "
-            "reaches it for each k without a common divisor",
-            "with N + 1. Among those from 20° on (two heads need their room) the table has the "
-            "three with the least error for the paper's table,",
-            "noise and mounting together. *Noise*: RMS over the turn of what 0.1″ on each reading "
-            "of one captured turn of 12,000 leaves in these",
-            "orders. *Mounting*: RMS of what ± 50″ of α leaves where the nominal α is used.",
+            "For orders 1 to N the worst gain is at least 1/(2 sin(π/(N + 1))), because two of the "
+            "N + 1 points n·α, n = 0 … N, of a circle are at most",
+            "360°/(N + 1) apart. α = 360°·k/(N + 1) reaches this limit for each k without a common "
+            "divisor with N + 1. Of these α, from 20° on (two heads",
+            "need that space), the table lists the three with the smallest error for the paper's "
+            "table.",
+            "",
+            "- *Noise*: RMS over the turn of these orders' error from 0.1″ of noise on each "
+            "reading of one captured turn of 12,000 samples.",
+            "- *Mounting*: RMS of the error if α is ± 50″ off and the nominal α is used.",
             "",
             "| Orders | | α | Worst gain | Gain, order 1 | RMS gain | Noise, ″ | Mounting, ″ "
             "| Blind to 128 |",
             "|---|---|---:|---:|---:|---:|---:|---:|---|",
             *rows,
             "",
-            f"The paper's {alpha:g}° is 11/120 of a turn. To order 10 it is good; order 11 comes "
-            "to 363°, and its noise is amplified",
-            f"{_gain(given['given']['worst_gain'])} times. For orders 1 to 40 another "
-            f"{best['alpha_deg'] - alpha:+.1f}° ({best['alpha_deg']:.2f}°) makes that "
-            f"{_gain(best['worst_gain'])} and the mounting",
-            f"{best['by_mounting_arcsec'] / given['given']['by_mounting_arcsec']:.2f} of what it "
-            "is: order 1, the largest error, wants the heads far apart. That is why “smaller "
+            f"The paper's {alpha:g}° is 11/120 of a turn. It suits orders up to 10; order 11 "
+            "comes to 363°, and its noise is amplified",
+            f"{_gain(given['given']['worst_gain'])} times. For orders 1 to 40, "
+            f"{best['alpha_deg']:.2f}° ({best['alpha_deg'] - alpha:+.1f}°) reduces that to "
+            f"{_gain(best['worst_gain'])} and the error of mounting to",
+            f"{best['by_mounting_arcsec'] / given['given']['by_mounting_arcsec']:.2f} of its size: "
+            "order 1, the largest error, needs heads that are far apart. The sentence “smaller "
             "angular separation",
-            "improves calibration accuracy” (2.1) does not hold at n = 1: "
-            "[errata](errata.md). A further head does more than any α: "
+            "improves calibration accuracy” (2.1) therefore does not hold at n = 1: "
+            "[errata](errata.md). A further head improves more than any α: "
             "[methods](methods.md#how-many-heads).",
             "",
             *_places(found.get("places", [])),
             "## How many lanes, how many bits",
             "",
-            "The same table's error, corrected with exact coefficients. Lanes: RMS of the orders "
-            "that have none.",
+            "The same table's error is corrected with exact coefficients. Lanes: RMS of the orders "
+            "without a lane.",
             "",
-            "| Lanes | Left, ″ RMS |",
+            "| Lanes | Remaining error, ″ RMS |",
             "|---:|---:|",
             *lanes,
             "",
-            "Bits: RMS through the bit-true cosine with all lanes, by its width (lines) and the "
+            "Bits: RMS with the bit-true cosine and all lanes, by its width (rows) and the "
             "iterations of the CORDIC (columns), ″. The",
-            f"rounding of the corrected angle to a count leaves {found['rounding_arcsec']:.3f}″ in "
-            "any case; the paper's and this implementation's choice is",
+            f"rounding of the corrected angle to a count adds {found['rounding_arcsec']:.3f}″ in "
+            "any case. The paper and this implementation use",
             "18 bits and 16 iterations.",
             "",
             "| Bits | " + " | ".join(map(str, bits["iterations"])) + " |",
@@ -129,16 +129,16 @@ def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
     return [
         "## Three and four heads",
         "",
-        "`arctrue alpha --heads 4 --orders 64` looks for the places of all heads (`--places "
-        "0,64.3,177,257.9` judges given ones).",
-        "Gain: noise of an order of the disc over that of one head, for three heads with the axis "
-        "at rest, for four with its motion",
-        "unknown at every order (orders from 2 on: order 1 is not in the mean). Mean: √Σwᵢ² of "
-        "the weighted mean that sees no",
-        "translation of the axis; one missing: the noisiest mean of the three heads left. Only "
-        "places at which these are below 0.85 and",
-        "the heads at least 20° apart are searched, in steps of 4° and then less: others as good "
-        "exist.",
+        "`arctrue alpha --heads 4 --orders 64` searches the places of all heads (`--places "
+        "0,64.3,177,257.9` evaluates given ones), in steps of 4°",
+        "and then finer, with the heads at least 20° apart; other places can be as good.",
+        "",
+        "- *Worst gain*: noise of an order of the disc over that of one head; three heads: axis at "
+        "rest; four heads: axis motion unknown at every",
+        "  order (orders from 2 on, because the mean does not contain order 1).",
+        "- *Mean*: √Σwᵢ² of the weighted mean that sees no translation of the axis. *One "
+        "missing*: the noisiest mean of the three remaining heads.",
+        "  Both are below 0.85 at the searched places.",
         "",
         "| Heads | Orders | Places after head 1 | Worst gain | Mean | One missing |",
         "|---:|---|---|---:|---:|---:|",

@@ -25,19 +25,18 @@ def error_budget_page(found: Mapping[str, Any]) -> str:
         [
             "# Budget of the calibration",
             "",
-            "What limits the corrected angle: every source is simulated alone, then all together, "
-            "and the uncertainty that the calibration",
-            "itself states is held against drawn calibrations. Below that, the budget of the "
+            "This page shows what limits the corrected angle: it simulates every source of error "
+            "alone, then all together, and compares the uncertainty",
+            "that the calibration states with drawn calibrations. It ends with the budget of the "
             "paper's experiment in the form of EURAMET cg-23.",
-            "The page is made by the command from [calibration-budget.json]"
+            "The command makes this page from [calibration-budget.json]"
             "(data/calibration-budget.json).",
             "",
             "```sh",
             ".venv/bin/arctrue error-sources --page docs/calibration-budget.md "
             "--json docs/data/calibration-budget.json --out docs/images",
             *_command_of_drawn(found),
-            ".venv/bin/arctrue budget SET          # of a set of your own; --json has U at every "
-            "angle",
+            ".venv/bin/arctrue budget SET          # for your own set; --json has U at every angle",
             "```",
             "",
             *_sources(found),
@@ -58,19 +57,18 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
     share = (noise["of_weak_order_arcsec"] / noise["rms_arcsec"]) ** 2
     rows.insert(
         2,
-        f"| … of it through order 11 | noise gain 19 | {_value(noise['of_weak_order_arcsec'])} | "
+        f"| … through order 11 alone | noise gain 19 | {_value(noise['of_weak_order_arcsec'])} | "
         f"{_value(paper['sources'][1]['of_weak_order_arcsec'])} |",
     )
     largest = max(own["sources"], key=lambda one: one["rms_arcsec"])
     return [
         "## By source",
         "",
-        "RMS over the turn of what is left of the error of head 1, ″; where a source is random, "
-        f"the root mean square of {found['draws']} draws ± its standard error. The table is that "
-        "of",
+        "RMS over the turn of the remaining error of head 1, ″; for a random source the root mean "
+        f"square of {found['draws']} draws ± its standard error. The table is that of",
         "[`arctrue revolution`](instrument.md) with 0.4″ of order 11; one turn of 12,000 samples, "
-        "orders 1 to 16, 2²⁴ counts. With no source at all",
-        f"{own['exact_rms_arcsec']:.0e}″ and {paper['exact_rms_arcsec']:.0e}″ are left.",
+        "orders 1 to 16, 2²⁴ counts. Without any source",
+        f"{own['exact_rms_arcsec']:.0e}″ and {paper['exact_rms_arcsec']:.0e}″ remain.",
         "",
         f"| Source | Size | {TITLES['least_squares']} | {TITLES['paper']} |",
         "|---|---|---:|---:|",
@@ -79,26 +77,25 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
         f"{_value(paper['sum_arcsec'])} |",
         f"| **all simulated together** | | {_with_u(own['whole'])} | {_with_u(paper['whole'])} |",
         "",
-        f"- The largest is {largest['title']}: no calibration of orders takes it away, because it "
-        "repeats with the lines of the disc. Its size is an",
-        "  assumption; `subdivision_error` of the [effects](effects.md#subdivision_error) finds "
-        "the real one.",
+        f"- The largest source is {largest['title']}: no calibration of orders removes it, because "
+        "it repeats with the lines of the disc. Its size is an",
+        "  assumption; [`subdivision_error`](effects.md#subdivision_error) estimates the real one.",
         *_sum_and_whole(found),
-        f"- Noise by the transfer function, without a draw: 0.1″ · √(4 Σ |TF(n)|² / 12,000) = "
-        f"{noise['expected_arcsec']:.4f}″.",
-        f"- {percent(share)} of the noise comes through order 11 alone, by α = 33°: "
+        f"- The transfer function predicts the noise without a draw: 0.1″ · √(4 Σ |TF(n)|² / "
+        f"12,000) = {noise['expected_arcsec']:.4f}″.",
+        f"- {percent(share)} of the noise comes through order 11 alone, because of α = 33°: "
         "[the angle between the heads](head-angle.md).",
-        "- What the paper's method adds are the uneven sampling and the approximation in (8); "
+        "- The paper's method adds the errors of uneven sampling and of the approximation in (8); "
         "least squares at the readings has neither.",
-        "- α: the noise of the index is nothing; where the heads *detect* the mark is all of it. "
-        "`table.index_detection_arcsec` states it.",
-        f"- A table that is not calibrated anew moves by "
-        f"{found['heat_not_recalibrated_arcsec_per_k']:.1f}″ a kelvin: 2 K are "
+        "- α: the noise of the index is negligible; the place where the heads *detect* the mark "
+        "determines the error. `table.index_detection_arcsec` states it.",
+        f"- Without recalibration the table's error changes by "
+        f"{found['heat_not_recalibrated_arcsec_per_k']:.1f}″ per kelvin: 2 K give "
         f"{2 * found['heat_not_recalibrated_arcsec_per_k']:.0f}″, "
         f"{2 * found['heat_not_recalibrated_arcsec_per_k'] / own['whole']['rms_arcsec']:.0f} times "
-        "all of the above.",
-        f"- The ramp takes {found['ramp_rate_arcsec_s']:.0f}″ a second: a first swap of 150″ "
-        f"{150 / found['ramp_rate_arcsec_s']:.1f} s, a later one a millisecond.",
+        "all sources above.",
+        f"- The ramp changes by {found['ramp_rate_arcsec_s']:.0f}″ a second: a first swap of 150″ "
+        f"takes {150 / found['ramp_rate_arcsec_s']:.1f} s, a later one a millisecond.",
         "",
     ]
 
@@ -116,7 +113,7 @@ def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
     return [
         f"- Sum and whole differ by {100 * shares[0]:+.1f} % and {100 * shares[1]:+.1f} %, "
         f"{abs(errors[0]):.1f} and {abs(errors[1]):.1f} standard errors of the difference: the "
-        "sources hardly couple.",
+        "sources are nearly independent.",
     ]
 
 
@@ -136,13 +133,13 @@ def _angles(found: Mapping[str, Any]) -> list[str]:
     return [
         "## At every angle",
         "",
-        "The covariance of a calibration gives a *partial* uncertainty of ε: that of noise, "
-        "quantisation and α, with the index term that moves",
-        f"all orders together. Twice it is {covariance.min():.3f}″ to {covariance.max():.3f}″; "
-        "twice the root mean square of what is left with all sources of the table",
-        f"is {drawn.min():.2f}″ to {drawn.max():.2f}″. Only the second is an expanded uncertainty "
-        "U (k = 2) of the corrected angle, and it holds for the sizes above.",
-        "`Estimate.u_error_arcsec` gives the first; tests hold it against drawn calibrations.",
+        "The covariance of a calibration gives a *partial* uncertainty of ε, from noise, "
+        "quantisation and α; the index term changes all orders together.",
+        f"Twice this uncertainty is {covariance.min():.3f}″ to {covariance.max():.3f}″ "
+        "(`Estimate.u_error_arcsec`; tests compare it with drawn calibrations). Twice the RMS of "
+        "the remaining error with all sources is",
+        f"{drawn.min():.2f}″ to {drawn.max():.2f}″. Only the second is an expanded uncertainty U "
+        "(k = 2) of the corrected angle, for the sizes above.",
         "",
         f"![Every source, and the uncertainty over the angle](images/{PICTURE})",
         "",
@@ -163,7 +160,7 @@ def _command_of_drawn(found: Mapping[str, Any]) -> list[str]:
 
 
 def _drawn(found: Mapping[str, Any]) -> list[str]:
-    """The covariance beside the drawn calibrations of ``arctrue monte-carlo``."""
+    """The covariance against the drawn calibrations of ``arctrue monte-carlo``."""
     if "monte_carlo" not in found:
         return []
     plan, cases = found["monte_carlo"]["plan"], found["monte_carlo"]["cases"]
@@ -177,28 +174,27 @@ def _drawn(found: Mapping[str, Any]) -> list[str]:
     return [
         "## The covariance against drawn calibrations",
         "",
-        "RMS over the turn of the standard uncertainty that the calibration states of ε, and of "
-        "what drawn calibrations are off by, ″. [`arctrue monte-carlo`](monte-carlo.md)",
-        f"draws table and inputs: {trials} trials of each case, a capture as above "
-        f"({plan['runs']} turn of {plan['samples']:,} samples), orders 1 to 32, 0.05″ to 0.3″ of "
-        "noise. *Coverage*: how often the truth",
-        "lies within ± 1.96 u, %; the last column says whether the stated u holds, within what "
-        "chance explains.",
+        "*Stated u*: RMS over the turn of the standard uncertainty of ε that the calibration "
+        "states, ″. *Drawn*: RMS of the deviations of drawn calibrations, ″.",
+        f"[`arctrue monte-carlo`](monte-carlo.md) draws table and inputs: {trials} trials of each "
+        f"case, a capture as above ({plan['runs']} turn of {plan['samples']:,} samples),",
+        "orders 1 to 32, 0.05″ to 0.3″ of noise. *Coverage*: share of trials with the truth within "
+        "± 1.96 u, %. *Verdict*: whether the stated u holds within chance.",
         "",
-        "| What acts | Stated u | Drawn | Drawn / stated | Coverage | Stated u |",
+        "| What acts | Stated u | Drawn | Drawn / stated | Coverage | Verdict |",
         "|---|---:|---:|---:|---:|---|",
         *rows,
         "",
-        "- The covariance knows of noise, quantisation and α, and there it holds. With α the "
-        "coverage is above 95 %, because its error is rectangular: ± 1.96 u reach beyond its ends.",
+        "- The covariance contains noise, quantisation and α, and holds for them. With α the "
+        "coverage exceeds 95 %, because the error of α is rectangular: ± 1.96 u reach beyond its "
+        "ends.",
         "- Quantisation alone is not white noise: its rounding errors average out better than "
         "those of a count over √12.",
-        "- Motion of the axis is not part of it: two heads take it for the disc. Nor is a change "
-        "of temperature within the one turn, which nothing in the turn tells; with two runs",
-        "  it shows as their difference ([Monte Carlo](monte-carlo.md)).",
-        "- What lanes cannot hold, the rounding to a count, latency, ramp, subdivision and heat "
-        "are "
-        "sources of the table above, beside the covariance, and not in it.",
+        "- The covariance does not contain axis motion, which two heads attribute to the disc, nor "
+        "a change of temperature within one turn, which the turn does not show;",
+        "  with two runs it appears as their difference ([Monte Carlo](monte-carlo.md)).",
+        "- Missing lanes, the rounding to a count, latency, ramp, subdivision and heat are sources "
+        "of the table above, not of the covariance.",
         "",
     ]
 
@@ -219,10 +215,11 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
     return [
         "## The experiment, after cg-23",
         "",
-        f"The table's error at a face, by a polygon that is put on anew in each of "
-        f"{found['cycles']} cycles. The closure separates faces and table",
-        f"([methods](methods.md)), so that the certificate's 0.1″ does not enter: it finds the "
-        f"faces, {found['faces_arcsec']:.3f}″ RMS, to {found['faces_off_by_arcsec']:.3f}″.",
+        f"A polygon that is remounted in each of {found['cycles']} cycles measures the table's "
+        "error at a face. The closure separates faces and table",
+        f"([methods](methods.md)), so that the certificate's 0.1″ does not enter: it estimates the "
+        f"faces, {found['faces_arcsec']:.3f}″ RMS, with an error of "
+        f"{found['faces_off_by_arcsec']:.3f}″.",
         "",
         "| Quantity | Source | Type | Distribution | Size, ″ | Divisor | cᵢ | uᵢ, ″ | νᵢ |",
         "|---|---|---|---|---:|---:|---:|---:|---:|",
@@ -234,20 +231,18 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         "certificate and the scatter of a single value, is 0.46″; without its two slips 0.26″ "
         "([errata](errata.md)).",
         "",
-        f"Self-calibration by two heads ({found['turns']} turns, least squares, α by the "
-        "index) and "
-        "that polygon, at 24 faces: E_n is the difference over",
-        "√(U² + U²); results agree where |E_n| ≤ 1.",
+        f"Comparison of the self-calibration by two heads ({found['turns']} turns, least squares, "
+        "α by the index) with that polygon, at 24 faces: E_n is the",
+        "difference over √(U² + U²); results agree where |E_n| ≤ 1.",
         "",
         "| | U heads, ″ | U polygon, ″ | Difference, ″ RMS | Largest \\|E_n\\| | \\|E_n\\| > 1 |",
         "|---|---:|---:|---:|---:|---:|",
         *compared,
         "",
-        "With k = 2 one of 24 is expected outside where both budgets hold. With the axis at rest "
-        "they do. A bearing that moves by "
-        f"{found['radial_motion_m'] * 1e6:g} µm is in no",
-        "line of the heads' budget, and E_n shows it: two heads take motion of the axis for the "
-        "disc. That is what the comparison is for.",
+        "With k = 2, one of 24 faces is expected outside if both budgets hold, as they do with the "
+        f"axis at rest. An axis motion of {found['radial_motion_m'] * 1e6:g} µm is in no",
+        "line of the heads' budget, and E_n detects it: two heads attribute axis motion to the "
+        "disc.",
         "",
     ]
 

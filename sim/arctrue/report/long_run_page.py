@@ -41,10 +41,10 @@ def long_run_page(found: Mapping[str, Any]) -> str:
         [
             "# Long run",
             "",
-            f"{found['turns']:,} turns, {hours:.1f} hours, of a table that warms and cools, whose "
-            "disc creeps and whose head 1 once loses counts: how far the orders wander, and",
-            "which way of holding the correction follows them. The page is made by the command "
-            "from [long-run.json](data/long-run.json).",
+            f"This page simulates {found['turns']:,} turns, {hours:.1f} hours, of a table that "
+            "warms and cools, whose disc creeps and whose head 1 once loses counts. It",
+            "shows how the orders drift and which strategy of correction follows them. The command "
+            "makes the page from [long-run.json](data/long-run.json).",
             "",
             "```sh",
             ".venv/bin/arctrue long-run sim/scenarios/long_run.toml --page docs/long-run.md "
@@ -53,25 +53,24 @@ def long_run_page(found: Mapping[str, Any]) -> str:
             ".venv/bin/arctrue long-run sim/scenarios/long_run.toml --turns 60     # a quick look",
             "```",
             "",
-            "**What it runs on:** the [virtual instrument](instrument.md), with "
+            "**Set-up.** The [virtual instrument](instrument.md) has "
             f"{found['lanes']} lanes and {found['counts_per_rev']:,} counts a turn ({count:.0f}″ "
-            "each): every edge goes through the compiled",
-            "gateware, and the firmware's C code captures, calibrates, loads and swaps over the "
-            f"bus, in every turn: {found['clocks'] / 1e6:,.0f} million clocks. No board has run "
-            "it. The course is",
-            "[sim/scenarios/long_run.toml](../sim/scenarios/long_run.toml):",
+            "each). Every edge passes through the compiled",
+            "gateware, and in every turn the firmware's C captures, calibrates, loads and swaps "
+            f"over the bus: {found['clocks'] / 1e6:,.0f} million clocks. No board was used.",
+            "The course is [sim/scenarios/long_run.toml](../sim/scenarios/long_run.toml):",
             "",
             *(f"> {line}" for line in found["about"].splitlines()),
             "",
             "## Recalibration against model",
             "",
-            "*Left*: RMS over the turn of the table's error (by its geometry, without noise) less "
-            "the correction of the coefficients that are active at",
-            "its end, turns 3 on. Not corrected it is "
+            "*Remaining*: RMS over the turn of the table's error (by its geometry, without noise) "
+            "minus the correction that is active at the end of the turn,",
+            "from turn 3 on. The uncorrected error is "
             f"{min(raw):.0f}″ to {max(raw):.0f}″, at {min(celsius):.1f} °C to "
             f"{max(celsius):.1f} °C.",
             "",
-            f"| | Left, ″ | Turns {learned + 1} on | Largest | Applied | Refused |",
+            f"| | Remaining, ″ | From turn {learned + 1} | Largest | Applied | Refused |",
             "|---|---:|---:|---:|---:|---:|",
             *(
                 f"| {SAID[name]} | {one['rms_arcsec']:.2f} | "
@@ -86,12 +85,12 @@ def long_run_page(found: Mapping[str, Any]) -> str:
             "- A single turn is noisy: with counts of "
             f"{count:.0f}″ and {found['samples']} samples order 1 has a standard uncertainty of "
             f"{found['allan']['u_arcsec']['1']:.1f}″ (at 2²⁴ counts",
-            "  and 12,000 samples it is some thousandths). The average has less noise and lags by "
-            "some turns.",
-            "- The firmware's gate keeps what is active where a turn promises nothing better: "
-            "that is why not every turn is applied.",
-            f"- The edges that leave the core are off by {_median_output(found):.0f}″ RMS in each "
-            "case: an edge leaves with an edge of head 1, and a count",
+            "  and 12,000 samples some thousandths). The average has less noise and lags by some "
+            "turns.",
+            "- The firmware keeps the active coefficients if a turn's candidate is not expected to "
+            "be better; therefore not every turn is applied.",
+            f"- The edges of the output deviate by {_median_output(found):.0f}″ RMS with each "
+            "strategy: an edge leaves with an edge of head 1, and a count",
             f"  over √12 is {rounding:.0f}″.",
             "",
             *_allan(found),
@@ -119,22 +118,21 @@ def _model(found: Mapping[str, Any]) -> list[str]:
     if "model" not in found["strategies"]:
         return []
     return [
-        f"- The model is learned from the telemetry of turns 1 to {found['learned_turns']}, by "
+        f"- The model is fitted to the telemetry of turns 1 to {found['learned_turns']}, by "
         f"least squares over 1, temperature and turn ({orders}).",
-        "  It is loaded as lanes that [follow the temperature](firmware.md#console); a "
-        "thermometer on the table, in steps of 1/128 K, tells it. What it says of warmer turns "
-        "than it was",
-        "  learned from is an extrapolation.",
-        "- The model has no noise of its own and no lag, and follows only what it knows: in turns "
+        "  It is loaded as lanes that [follow the temperature]"
+        "(firmware.md#lanes-that-follow-the-temperature), measured by a thermometer on the table "
+        "in steps of 1/128 K. For warmer turns than",
+        "  those of the fit it extrapolates.",
+        "- The model has no noise and no lag, but follows only what it contains: in turns "
         f"3 to {found['learned_turns']} it leaves {_part(found, 'model', first=True):.2f}″, the "
         f"running average {_part(found, 'average', first=True):.2f}″; in the last",
-        "  hundred turns, when the disc has crept on, "
+        "  hundred turns, after the disc has crept further, "
         f"{_part(found, 'model', first=False):.2f}″ and "
         f"{_part(found, 'average', first=False):.2f}″. Recalibration needs no knowledge and "
-        "follows anything, as fast as its noise allows.",
-        "  The firmware does both at once, order by order: those of the file by the model, all "
-        "others by the calibration. A model is to be learned anew where the table does what "
-        "it does not know.",
+        "follows every change as fast as its noise allows.",
+        "  The firmware combines both: the orders of the file follow the model, all others the "
+        "calibration. Refit the model if the table changes in a way that it does not contain.",
         *_worst(found),
     ]
 
@@ -153,15 +151,15 @@ def _worst(found: Mapping[str, Any]) -> list[str]:
         f"{order} ({amplitude:.0f}″)" for order, amplitude in one["largest_orders"].items()
     )
     said = [
-        f"- The worst turn of the single calibrations, {one['largest_turn']}, has the orders "
-        f"{orders}."
+        f"- In the worst turn of the single calibrations, {one['largest_turn']}, these orders are "
+        f"active: {orders}."
     ]
     if WEAK_ORDER in one["largest_orders"]:
         said += [
-            "  An order that noise lifts above its limit is applied: by chance in 5 % of turns one "
-            f"of all orders. Order {WEAK_ORDER} has a noise gain of 19 at 33°, so that it does",
-            "  harm when it comes. Averaging makes it rare; `set orders 10` or another "
-            "[angle between the heads](head-angle.md) ends it.",
+            "  An order that noise lifts above its limit is applied; this happens to one of all "
+            f"orders in 5 % of turns. Order {WEAK_ORDER} has a noise gain of 19 at 33°, so that",
+            "  it then does harm. Averaging makes this rare; `set orders 10` or another "
+            "[angle between the heads](head-angle.md) prevents it.",
         ]
     return said
 
@@ -183,12 +181,12 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
             f"| {order} | {allan['u_arcsec'][order]:.2f} | {cells} | {best:.2f}″ at {at} turns |"
         )
     return [
-        "## How long an average is worth making",
+        "## How many turns to average",
         "",
-        "Overlapping Allan deviation of the orders as the firmware's telemetry tells them, "
-        "calibrated from single turns; cosine and sine together (root mean of",
-        "the two variances). Noise falls as 1/√m with the number m of turns averaged, a drift of D "
-        "a turn rises as D·m/√2.",
+        "Overlapping Allan deviation of the orders in the firmware's telemetry, calibrated from "
+        "single turns; cosine and sine together (root mean of",
+        "the two variances). Noise falls as 1/√m with the number m of averaged turns; a drift of D "
+        "per turn rises as D·m/√2.",
         "",
         "| Order | u of a turn, ″ | "
         + " | ".join(f"m = {lengths[place]}" for place in columns)
@@ -197,9 +195,9 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
         *rows,
         "",
         *_noise_as_stated(allan),
-        "- Where a curve turns up again, a longer average would no longer follow the table: heat "
-        "and creep in order 1. The other orders do not move and go on falling.",
-        "- `keep` 0.8 weighs about 9 turns like one (1 + k over 1 − k).",
+        "- Where a curve rises again, a longer average would not follow the table: heat and creep "
+        "in order 1. The other orders do not drift and continue to fall.",
+        "- `keep` 0.8 averages about 9 turns (1 + k over 1 − k).",
         "",
     ]
 
@@ -213,11 +211,11 @@ def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
     if off > RIGHT:
         return [
             f"- At m = 1 it differs from the uncertainty that the firmware states for a turn by up "
-            f"to {percent(off)}: the table moves too fast, or the turns are too few, to tell."
+            f"to {percent(off)}: the table changes too fast, or the turns are too few, to decide."
         ]
     return [
-        "- At m = 1 it is the standard uncertainty that the firmware states for a turn, to within "
-        f"{percent(off)}: what it says of its noise is right."
+        "- At m = 1 it equals the standard uncertainty that the firmware states for a turn, within "
+        f"{percent(off)}: the stated noise is right."
     ]
 
 
@@ -245,16 +243,15 @@ def _trends(found: Mapping[str, Any]) -> list[str]:
     return [
         "## Trends",
         "",
-        "`arctrue monitor PORT --trend ARCSEC` watches the telemetry: means of 16 turns, a "
-        "straight line through the latest 8, and an F test of its slope against",
-        "the scatter about it, for each order; noise alone gives an alarm in one of a thousand "
-        "lines. What it says of this run:",
+        "`arctrue monitor PORT --trend ARCSEC` fits, for each order, a straight line through the "
+        "latest 8 means of 16 turns, and tests its slope against the scatter about",
+        "the line (F test); noise alone raises an alarm in one of a thousand lines. In this run:",
         "",
         "| Order | First alarm in turn | Change, ″ (k = 2) | within turns | Alarms |",
         "|---|---:|---:|---:|---:|",
         *rows,
         "",
-        f"All other of the {found['orders']} orders: no alarm in {lines} lines.",
+        f"The other orders of {found['orders']}: no alarm in {lines} lines.",
         "",
     ]
 
@@ -269,7 +266,7 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
     refused = [
         f"turn {number} is refused ({reason.replace('_', ' ')})"
         for number, reason in single["refused"].items()
-    ] or ["the turn's capture begins anew"]
+    ] or ["the turn's capture restarts"]
     count = arcsec_per_count(found["counts_per_rev"])
     mean = single["mean_arcsec"]
     within = mean[turn - 1] / count
@@ -277,13 +274,12 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
     return [
         "## The fault",
         "",
-        f"Turn {turn}: {text}. Where calibrated in every turn: {', '.join(refused)}; alarm "
+        f"Turn {turn}: {text}. With recalibration in every turn: {', '.join(refused)}; alarm "
         f"`zero_lost` in turn {', '.join(lost)}. The mean of the output",
-        f"is off by {decimal(within, 1)} counts over that turn and by {decimal(after, 1)} three "
-        "turns later: the next index shows the counts that are lost, and with `heal` they are put "
-        "back",
-        "([faults](faults.md)). No coefficient is touched by it, and what was captured of the turn "
-        "is in no average, Allan deviation or trend.",
+        f"is wrong by {decimal(within, 1)} counts over that turn and by {decimal(after, 1)} three "
+        "turns later: the next index shows the lost counts, and `heal` puts them back",
+        "([faults](faults.md)). No coefficient changes, and averages, Allan deviation and trends "
+        "do not use the capture of that turn.",
         "",
     ]
 

@@ -64,10 +64,9 @@ def methods_page(found: Mapping[str, Any]) -> str:
         [
             "# Methods on the same table",
             "",
-            "`arctrue methods` measures one simulated table by methods of the paper's "
-            "introduction and by means of several heads,",
-            "and scores what the table then shows against the true angle, which no method sees. "
-            "This page is made by it from",
+            "`arctrue methods` calibrates one simulated table with the methods of the paper's "
+            "introduction and with several heads, and compares the",
+            "result with the true angle, which no method sees. The command makes this page from "
             "[methods.json](data/methods.json).",
             "",
             "```sh",
@@ -75,28 +74,31 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "--out docs/images",
             "```",
             "",
-            f"The same for all: {given['minutes']:g} minutes of measurement "
-            f"({given['turns']} turns at {given['speed_deg_s']:g}°/s, or {given['cycles']} cycles "
-            f"of 24 faces, {given['station_s']:g} s each),",
-            f"{given['noise_arcsec']:g}″ of noise on a reading of a head, "
-            f"{given['scatter_arcsec']:g}″ on a reading of the autocollimator, heads mounted to "
-            f"± 50″ and ± {given['radius_tolerance_m'] * 1e3:g} mm of radius, index",
-            f"marks detected ± {given['index_detection_arcsec']:g}″ off and repeating to ± 1 "
-            f"count, a speed ripple of {given['ripple_rad'] * given['ripple_order'] * 100:.1f} %, "
-            "the instruments of the paper's Table 3, the friction of",
-            "[stop and go](stop-and-go.md). The disc is that of "
-            "[`arctrue revolution`](instrument.md) with orders 11 (0.4″), 12 (0.2″), 24 (0.3″) and "
-            "120 (0.2″) that are",
-            "hard for one method or another, and orders 47 (0.05″) and 77 (0.03″) that no method "
-            "fits. The axis moves by "
-            f"{given['radial_motion_m'] * 1e6:g} µm at order 2 on a line, by half",
-            "of it at order 3 on a circle, and by 0.2 to 0.3 of it backwards at orders 1 and 13 "
-            "and forwards at 9. A method fits orders 1 to "
-            f"{given['most_order']} and 120",
-            "where it can, and applies what has a noise gain up to 50.",
+            "| Condition of all methods | |",
+            "|---|---|",
+            f"| duration | {given['minutes']:g} minutes: {given['turns']} turns at "
+            f"{given['speed_deg_s']:g}°/s, or {given['cycles']} cycles of 24 faces, "
+            f"{given['station_s']:g} s each |",
+            f"| noise | {given['noise_arcsec']:g}″ on a reading of a head, "
+            f"{given['scatter_arcsec']:g}″ on a reading of the autocollimator |",
+            f"| heads | mounted to ± 50″ and ± {given['radius_tolerance_m'] * 1e3:g} mm of "
+            f"radius; index marks detected ± {given['index_detection_arcsec']:g}″ off, "
+            "repeating to ± 1 count |",
+            "| motion | speed ripple of "
+            f"{given['ripple_rad'] * given['ripple_order'] * 100:.1f} %; friction of "
+            "[stop and go](stop-and-go.md) |",
+            "| reference | the instruments of the paper's Table 3 |",
+            "| disc | that of [`arctrue revolution`](instrument.md); also orders 11 (0.4″), 12 "
+            "(0.2″), 24 (0.3″) and 120 (0.2″), each difficult for some method, and 47 (0.05″) and "
+            "77 (0.03″), which no method fits |",
+            f"| axis motion | {given['radial_motion_m'] * 1e6:g} µm at order 2 on a line; half as "
+            "much at order 3 on a circle; 0.2 to 0.3 as much backwards at orders 1 and 13 and "
+            "forwards at 9 |",
+            f"| orders | 1 to {given['most_order']} and 120 if the method can fit them, applied "
+            "up to a noise gain of 50 |",
             "",
-            "*Later*: the same calibration after heat has moved the disc's centre by 2 µm, with "
-            "the balls of the bearing at 0.25 µm (0.95″), some turns on.",
+            "*Later*: the same calibration after heat moved the disc's centre by 2 µm and the "
+            "balls of the bearing moved the axis by 0.25 µm (0.95″), some turns later.",
             f"Uncorrected: {_span(raw['span_arcsec'])}″, {raw['rms_arcsec']:.2f}″ RMS.",
             "",
             "| Method | Heads | Output | Left, ″ | RMS, ″ | RMS, axis at rest, ″ | RMS, later, ″ "
@@ -108,22 +110,22 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "|---|---|---|---|",
             *needs,
             "",
-            "Numbers in brackets are those of the paper's references. One draw of noise and "
-            "mounting: `--seed` makes another.",
+            "Numbers in brackets are the paper's references. The table shows one draw of noise and "
+            "mounting; `--seed` makes another.",
             "",
-            "Of the paper's introduction these have no row of their own:",
+            "These methods of the paper's introduction have no row:",
             "",
             "| | |",
             "|---|---|",
             *(f"| {name} | {why} |" for name, why in NOT_BUILT),
             "",
-            f"![What is left at every order](images/{PICTURE})",
+            f"![Remaining error at every order](images/{PICTURE})",
             "",
             "## How many heads",
             "",
-            "Noise of an order over the noise of one head's reading; places in degrees from head "
-            "1. ∞: not seen. *Mean*: noise of one reading on the",
-            "weighted mean that sees no translation of the axis; –: there is none.",
+            "Gain: noise of an order over the noise of one head's reading; ∞: not seen. Places in "
+            "degrees after head 1. *Mean*: noise of the weighted mean",
+            "that sees no translation of the axis, over that of one reading; –: there is none.",
             "",
             "| | Places | Order 1 | Order 11 | Worst to 40 | to 64 | to 128 | Order 120 | Mean |",
             "|---|---|---:|---:|---:|---:|---:|---:|---:|",
@@ -148,38 +150,37 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         for one in found["own_places"]
     )
     return [
-        f"- **A third head** at {third['places_deg'][2]:g}° takes the blind orders away: the worst "
+        f"- **A third head** at {third['places_deg'][2]:g}° removes the blind orders: the worst "
         f"gain to order 40 falls from {_gain(pair['worst_gain_to_40'])} to "
-        f"{_gain(third['worst_gain_to_40'])}, order 120 is seen.",
-        f"  With the axis at rest {three['rms_without_motion_arcsec']:.3f}″ RMS are left, with two "
-        f"heads {two['rms_without_motion_arcsec']:.3f}″. At an order at which the axis moves, "
-        "three heads cannot tell it",
-        "  from the disc: the table's own motion and the two circles of the axis take all three "
-        f"readings ({three['rms_arcsec']:.3f}″ with the bearing that moves).",
-        "  But three heads have a weighted mean that no motion of the axis reaches "
-        f"({mean3['rms_later_arcsec']:.3f}″ before and after the disc's centre moves): what is "
-        "left there was taken for disc while calibrating.",
-        "- **A fourth head** tells disc and axis apart. While the axis is known to move at "
-        f"orders 1 to 8 alone the worst gain to 128 is {_gain(listed['worst_gain_to_128'])}; with "
-        "motion unknown at every order it is",
-        f"  {_gain(every['worst_gain_to_128'])} at these places, and others are better. Head 1, "
-        f"corrected with such a list, keeps {four['rms_arcsec']:.3f}″: the orders outside the "
-        f"list, and {four['rms_later_arcsec']:.3f}″ once the axis moves otherwise.",
-        "- **Order 1 of the axis**: its forward circle is the same as an eccentric disc, for any "
-        "number of heads; a backward circle, or a line, is not, and four heads see it.",
-        f"- **The mean of four heads, calibrated**, is left with {mean4['rms_arcsec']:.3f}″, and "
-        f"{mean4['rms_later_arcsec']:.3f}″ later: mostly the orders of the disc that were not "
-        "fitted. Its disc error comes from the one",
-        "  combination of four readings in which neither the table's motion nor the axis' "
-        "remains. Uncalibrated means keep what the heads see of the disc "
+        f"{_gain(third['worst_gain_to_40'])}, and order 120 is seen.",
+        f"  With the axis at rest {three['rms_without_motion_arcsec']:.3f}″ RMS remain (two heads: "
+        f"{two['rms_without_motion_arcsec']:.3f}″). At an order at which the axis moves, three "
+        "heads cannot separate",
+        "  axis and disc, because table motion and two circles of the axis use all three readings "
+        f"({three['rms_arcsec']:.3f}″ with the moving bearing). Three heads have a",
+        "  weighted mean without any axis motion "
+        f"({mean3['rms_later_arcsec']:.3f}″ before and after the disc's centre moves); its "
+        "remaining error is motion that the calibration attributed to the disc.",
+        "- **A fourth head** separates disc and axis. If the axis is known to move at orders 1 to "
+        f"8 only, the worst gain to 128 is {_gain(listed['worst_gain_to_128'])}; with unknown "
+        "motion at every order it is",
+        f"  {_gain(every['worst_gain_to_128'])} at these places, and lower at others. Head 1, "
+        f"corrected with the list, keeps {four['rms_arcsec']:.3f}″ from the orders outside the "
+        f"list, and {four['rms_later_arcsec']:.3f}″ after the axis moved differently.",
+        "- **Order 1 of the axis**: for any number of heads its forward circle equals an eccentric "
+        "disc. Four heads see a backward circle or a line.",
+        f"- **The calibrated mean of four heads** keeps {mean4['rms_arcsec']:.3f}″, and "
+        f"{mean4['rms_later_arcsec']:.3f}″ later, mostly from orders of the disc that were not "
+        "fitted. Its disc error comes from the",
+        "  one combination of four readings that contains neither table nor axis motion. "
+        "Uncalibrated means keep the part of the disc error that the heads have in common "
         f"({plain['rms_arcsec']:.2f}″ with two at 180°).",
-        "- Heads find their own places from the data only where the axis' motion is known to be "
-        "absent at some orders of the disc; standard uncertainties from one turn, the axis at",
-        f"  rest: {own}. With motion unknown at every order they do not, and the calibration "
-        "refuses it.",
-        "  For the mean 10″ of a place are harmless. Unequal radii leave order 1 in the mean: "
-        "they are among the unknowns, and are found as well as the axis is known to make no",
-        "  backward circle once a turn.",
+        "- The data determine the heads' places only if the axis is known to be at rest at some "
+        "orders of the disc. Standard uncertainties from one turn, axis",
+        f"  at rest: {own}. With unknown motion at every order the calibration refuses to "
+        "estimate places; the mean",
+        "  tolerates 10″. Unequal radii leave order 1 in the mean. The calibration estimates them "
+        "as well as the axis is known to make no backward circle once a turn.",
     ]
 
 

@@ -28,12 +28,11 @@ def paper_page(found: Mapping[str, Any]) -> str:
     lines = [
         "# The paper, point by point",
         "",
-        "Shao, Zhu, Huang, Xue, Zhu: *Fully online calibration-compensation method for rotary "
-        "table "
-        "positioning error*: what the paper",
-        "has, what comes out here, and the command or page that shows it. The page is made by "
-        "`arctrue paper` from",
-        "[paper.json](data/paper.json); slips of the paper are in the [errata](errata.md).",
+        "This page compares *Fully online calibration-compensation method for rotary table "
+        "positioning error* (Shao, Zhu, Huang, Xue, Zhu)",
+        "with this implementation: each equation, table and figure, the result here, and the "
+        "command or page that shows it. `arctrue paper` makes it",
+        "from [paper.json](data/paper.json). The [errata](errata.md) list the slips of the paper.",
         "",
         "```sh",
         ".venv/bin/arctrue paper --page docs/paper.md --json docs/data/paper.json --out docs/images"
@@ -92,30 +91,25 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
     return [
         "## The experiment: section 4, Table 3, Fig. 11",
         "",
-        "The table of the [virtual instrument](instrument.md) turns at 30°/s; every edge of both "
-        "heads goes through",
-        "the compiled gateware, and the firmware's C code calibrates, turn after turn. At "
-        "every 15° "
-        "that the signal shows, the",
-        f"autocollimator reads the face before it, {given['cycles']} cycles of "
-        f"{printed['faces']} faces. *Uncorrected* is head 1's own signal in the",
-        "same turns, as it would leave a controller that does not correct.",
+        "The table of the [virtual instrument](instrument.md) turns at 30°/s. Every edge of both "
+        "heads passes through the compiled gateware, and",
+        "the firmware's C calibrates in every turn. At every 15° of the signal the autocollimator "
+        f"reads the face before it, in {given['cycles']} cycles of {printed['faces']} faces.",
+        "*Uncorrected* is head 1's own signal in the same turns.",
         "",
         "| Simulated | |",
         "|---|---|",
         "| Table | the paper's range of error: an eccentricity of 37.7 µm and six orders above it; "
         "heads 50″ off 33°; 0.1″ of noise on each reading |",
-        "| Polygon | what its certificate leaves of each face: 0.1″ (u₁); faces lean by up to "
-        "8″ and "
-        "are hollow by 0.03 µm; its centre is 1 µm off the axis |",
+        "| Polygon | uncertainty of its certificate at each face: 0.1″ (u₁); faces lean by up to "
+        "8″ and are hollow by 0.03 µm; its centre is 1 µm off the axis |",
         "| Autocollimator | an error of 0.05″ at each face (u₂); a reading scatters by "
         f"{given['scatter_arcsec']:g}″ |",
         "",
         "Faces and autocollimator are geometry: a hollow mirror met off its centre, and the law of "
-        "reflection in space. Equations (14) and",
-        "(15) are not used in it, so a test can compare them with it. The scatter is chosen "
-        "so that "
-        "the largest σ is about the paper's 0.2″.",
+        "reflection in space. The simulation does not use equations",
+        "(14) and (15), so that a test compares them with it. The scatter is chosen so that the "
+        "largest σ is about the paper's 0.2″.",
         "",
         "| ″ | paper | " + " | ".join(f"here, {_counts(one)}" for one in runs) + " |",
         "|---|---|" + "---|" * len(runs),
@@ -124,9 +118,8 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         f"{full['applied_orders']} orders were applied, by a core of {_lanes(full)}; "
         f"{full['refused_turns']} turns refused, {full['clocks'] / 1e6:,.0f} million clocks. "
         "σ and u₃ are the",
-        "standard deviation of a single value, as in the paper; the means of ten cycles, which the "
-        "first rows give, scatter less",
-        "([errata](errata.md)).",
+        "standard deviation of a single value, as in the paper; the means of ten cycles in the "
+        "first rows scatter less ([errata](errata.md)).",
         "",
         *_finest(full),
         f"![Fig. 11, drawn anew](images/{figure_11_name(full)})",
@@ -176,40 +169,35 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
     return [
         "## What these figures are not",
         "",
-        "- **The table never stops and no servo is in the loop.** A face is read in passing, "
-        "at the "
-        "count at which a servo would stop. A servo",
-        "  adds its own error: following error, friction, dither between two counts: "
+        "- **The table never stops, and there is no servo.** A face is read in passing, at the "
+        "count at which a servo would stop. A servo adds its own",
+        "  error (following error, friction, dither between two counts): "
         "[stop and go](stop-and-go.md).",
-        "- **The judge leaves the latency out.** An edge is compared with the angle at the instant "
-        "at which the table made it. At 100 MHz",
-        f"  an edge leaves {delay['pin_to_pin_ns']:.0f} ns later, at 30°/s "
-        f"{delay['travel_arcsec']:.2f}″ of travel; at rest it is nothing.",
+        "- **The comparison excludes the latency**: an edge is compared with the angle at the "
+        "instant at which the table made it. At 100 MHz an edge",
+        f"  leaves {delay['pin_to_pin_ns']:.0f} ns later, {delay['travel_arcsec']:.2f}″ of travel "
+        "at 30°/s and none at rest.",
         f"- **{delay['pipeline_ns']:.0f} ns are not far below the time of a count** "
-        f"({delay['count_ns']:.0f} ns at 30°/s): they are "
-        f"{delay['pipeline_ns'] / delay['count_ns']:.1f} of it, and from "
-        f"{30.0 * delay['count_ns'] / delay['pipeline_ns']:.0f}°/s on more than one.",
-        "- **That the rest of the paper's 1.6″ is subdivision, heat and bearing is a guess.** This "
-        "table has none of them, and no measurement of the",
-        "  paper's table is published that would tell. What each would do is in the "
-        "[budget](calibration-budget.md) and the [effects](effects.md).",
+        f"({delay['count_ns']:.0f} ns at 30°/s) but "
+        f"{delay['pipeline_ns'] / delay['count_ns']:.1f} of it; above "
+        f"{30.0 * delay['count_ns'] / delay['pipeline_ns']:.0f}°/s they are longer.",
+        "- **Subdivision, heat and bearing as causes of the paper's remaining 1.6″ are a guess.** "
+        "This table has none of them, and no published measurement",
+        "  of the paper's table decides. The [budget](calibration-budget.md) and the "
+        "[effects](effects.md) state what each would cause.",
         f"- **Orders below {values['(6)']['limit_u']:.1f} standard uncertainties are not "
         "applied.** They stay in the output; their sum is a line of the "
         "[budget](reports.md#uncertainty-budget).",
-        "- **With `--interpolation 64` σ, u₃ and U are larger than the paper's** because a "
-        f"count is {count:.2f}″. An edge of the output leaves with",
-        "  an edge of head 1, so that it is off by what the correction has beyond whole counts: "
-        f"{rounding:.2f}″ RMS (a count over √12),",
-        f"  with the scatter of head and autocollimator {expected:.2f}″ at the most.{came_out} "
-        "What "
-        "of it repeats in every cycle goes into the mean instead.",
-        f"  At 2²⁴ counts a turn the same is {rounding / 16:.2f}″.",
-        "- What is left of the error here is what polygon and autocollimator bring: 0.11″ a "
-        "face is "
-        "0.046″ in an order (the broken line of",
-        "  Fig. 11 (b)). The error of the output itself is smaller, and only a simulation can show "
-        "it: 0.03″ RMS",
-        "  ([virtual instrument](instrument.md#one-revolution-at-the-papers-size)).",
+        "- **With `--interpolation 64`, σ, u₃ and U exceed the paper's**, because a count is "
+        f"{count:.2f}″. An edge of the output leaves with an edge of head 1, so that",
+        f"  the fraction of a count in the correction remains: {rounding:.2f}″ RMS (a count over "
+        f"√12), with the scatter of head and autocollimator at most {expected:.2f}″.",
+        f" {came_out} A part that repeats in every cycle goes into the mean. At 2²⁴ counts a turn "
+        f"the same is {rounding / 16:.2f}″.",
+        "- The remaining error here comes from polygon and autocollimator: 0.11″ a face is 0.046″ "
+        "in an order (the broken line of Fig. 11 (b)).",
+        "  The output's own error is smaller, and only a simulation shows it: 0.03″ RMS "
+        "([virtual instrument](instrument.md#one-revolution-at-the-papers-size)).",
         "",
     ]
 
@@ -218,10 +206,9 @@ def _figures() -> list[str]:
     lines = [
         "## Figures",
         "",
-        "Drawn by `arctrue paper --out` from the constants of this implementation. Figures 2 "
-        "and 10 "
-        "are photographs of the paper's board and",
-        "table; there is no board here yet ([on the bench](hardware.md)). Fig. 11 is above.",
+        "`arctrue paper --out` draws them from the constants of this implementation. Figures 2 "
+        "and 10 are photographs of the paper's board and table; there is",
+        "no board here yet ([on the bench](hardware.md)). Fig. 11 is above.",
         "",
     ]
     for number, (title, _, _) in DRAWINGS.items():

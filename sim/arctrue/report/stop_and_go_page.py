@@ -29,13 +29,12 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
         [
             "# Stop and go",
             "",
-            "The paper's ten cycles as they are made: a servo brings the table to each of "
-            f"{printed['faces']} faces, the table stops, and the autocollimator",
-            "reads the face. [The paper, point by point](paper.md) reads the faces in "
-            "passing; here "
-            "a simulated servo is in the loop, once with head",
-            "1's own signal as its feedback, once with the corrected one. The page is made by the "
-            "command from [stop-and-go.json](data/stop-and-go.json).",
+            "This page simulates the paper's ten cycles with a servo: the servo moves the table to "
+            f"each of {printed['faces']} faces, the table stops, and the",
+            "autocollimator reads the face. ([The paper, point by point](paper.md) reads the faces "
+            "in passing.) The servo's feedback is first head 1's",
+            "own signal, then the corrected one. The command makes this page from "
+            "[stop-and-go.json](data/stop-and-go.json).",
             "",
             "```sh",
             ".venv/bin/arctrue stop-and-go --page docs/stop-and-go.md "
@@ -63,28 +62,29 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
             f"{max(corrected['deviation_arcsec']):.2f} |",
             row("u₃ repeatability", "0.2", "repeatability_arcsec"),
             row("U expanded, k = 2, (17)", "0.46", "expanded_arcsec"),
-            row("the table's movement while it is read, median", "not told", "tremble_arcsec"),
-            row("offset common to all faces, taken off as the zero", "not told", "common_arcsec"),
-            row("largest following error", "not told", "following_arcsec", 0),
-            row("settled after, s (within 5 counts), median", "not told", "settled_s"),
+            row("movement of the table during a reading, median", "not stated", "tremble_arcsec"),
+            row(
+                "offset common to all faces, subtracted as the zero", "not stated", "common_arcsec"
+            ),
+            row("largest following error", "not stated", "following_arcsec", 0),
+            row("settled after, s (within 5 counts), median", "not stated", "settled_s"),
             "",
             f"![Error at the faces, raw and corrected](images/{PICTURE})",
             "",
-            "- Sign: where the signal reads too much by ε, the table stops at target − ε.",
-            "- The servo adds to the scatter and next to nothing to the error: its integral brings "
-            "the mean of the reading to the target.",
-            "- The correction changes by less than 0.0003° in a degree, so that the servo does not "
-            "notice it: following error and settling are those of head 1's signal.",
+            "- Sign: if the signal reads too much by ε, the table stops at target − ε.",
+            "- The servo adds to the scatter and hardly to the error: its integral brings the mean "
+            "of the reading to the target.",
+            "- The correction changes by less than 0.0003° in a degree, so that following error "
+            "and settling equal those of head 1's signal.",
             "- The offset common to all faces is the zero: the error at the index mark, a₀ of (9), "
             "which two heads cannot see and the",
-            "  autocollimator's zero takes off. All moves go the same way, so that what the table "
-            "creeps after a move, while the loop's integral",
-            "  lets go of the friction, is in it too.",
-            "- Latency is nothing here: 0.4 µs beside a controller's sample of "
-            f"{1e6 / controller['rate_hz']:.0f} µs, and the table stands.",
-            "- Gains, friction and inertia are of no particular table. Every move begins at "
-            "rest at "
-            "the face before; all are simulated side by side.",
+            "  autocollimator's zero removes. All moves have the same direction, so that the "
+            "offset also contains the creep after a move, while",
+            "  the integral releases the friction.",
+            "- Latency has no effect: 0.4 µs against a controller's sample of "
+            f"{1e6 / controller['rate_hz']:.0f} µs, at rest.",
+            "- Gains, friction and inertia are of no particular table. Every move begins at rest "
+            "at the previous face, so that all moves are simulated in parallel.",
             "",
         ]
     )
