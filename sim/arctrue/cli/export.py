@@ -61,7 +61,8 @@ GATEWARE = "gateware"
     type=click.Choice([GATEWARE, *FORMATS]),
     default=GATEWARE,
     show_default=True,
-    help="Coefficients of the gateware, or a table for another controller.",
+    metavar="FORMAT",
+    help="gateware: its coefficients; a table for another controller: " + ", ".join(FORMATS) + ".",
 )
 @click.option(
     "--points",
