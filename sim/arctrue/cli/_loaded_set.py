@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -173,15 +173,22 @@ def changing(model_file: Path | None) -> Iterator[None]:
 
 
 def store(
-    model_file: Path, model: Model, before: Model, measurement_set: Path, folders: tuple[Path, ...]
+    model_file: Path,
+    model: Model,
+    before: Model,
+    measurement_set: Path,
+    folders: tuple[Path, ...],
+    comment: Sequence[str] = (),
 ) -> None:
     """Write the model; its new steps say when, by which program and from which data they are.
 
     Folders of own effects are written relative to the model file, so that both can be moved.
+    ``comment``: lines that stand at its head, for who reads the file.
     """
     known = [*(model_file.parent / folder for folder in model.folders), *folders]
     model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
-    write_model(model_file, with_provenance(model, len(before.history), measurement_set))
+    made = with_provenance(model, len(before.history), measurement_set)
+    write_model(model_file, made, comment)
 
 
 def effects_for(
