@@ -369,6 +369,10 @@ class Effect(ABC):
         """What this set tells of the form that was found, in a sentence; empty: nothing more."""
         return ""
 
+    def seen(self, parameters: Mapping[str, Parameter]) -> str:
+        """What the fitted values say that :meth:`told` cannot, a sentence; empty: nothing."""
+        return ""
+
     def derived(
         self, parameters: Mapping[str, Parameter], nonlinear: Nonlinear, observations: Observations
     ) -> dict[str, Parameter]:
@@ -387,6 +391,12 @@ class Effect(ABC):
         that are not there. The default is the effect as it is.
         """
         return self, 1.0
+
+    def at_place(
+        self, residuals: Leftover, nonlinear: Nonlinear
+    ) -> tuple[Effect, dict[str, float]]:
+        """The form and the place to which those that a search found lead; the default: the same."""
+        return self, dict(nonlinear)
 
     def parameters(
         self,
