@@ -15,8 +15,14 @@ from dataclasses import dataclass
 
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
+from arctrue.gateware.capability import HEADS_MOST, Capability
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.mean_set import MeanSet
 
+DEVICE_LOADS = Capability(heads=HEADS_MOST, mean=True, failover=True)
+"""What the console takes of a coefficient file; a core that lacks it refuses the set.
+
+Sets for a missing head stay on the host: no firmware changes to them yet."""
 ATTEMPTS = 3
 """Of the whole set, where a line was spoiled on the way."""
 _SPOILED = ("wrong_crc", "wrong_frame", "not_whole")
@@ -36,14 +42,37 @@ def _frame(name: str, values: Sequence[int]) -> str:
     return f"load {name} {numbers} {zlib.crc32(_words(values)):08X}"
 
 
+def _mean_of(coefficients: Coefficients) -> MeanSet | None:
+    """Raises ValueError for an extension that the device has no command for."""
+    extension = coefficients.extension
+    if extension is None:
+        return None
+    if extension.modulators or extension.turn_steps or extension.local_table is not None:
+        raise ValueError("the device loads plain lanes and a mean; leave out what else is there")
+    return extension.mean
+
+
+def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
+    """Names and numbers of the frames of a mean; the sets of missing heads stay on the host."""
+    used = sum(1 << head for head, is_used in enumerate(mean.used) if is_used)
+    delays = sum(clocks << 8 * head for head, clocks in enumerate(mean.delays_clocks))
+    heads = enumerate(zip(mean.weights, mean.offsets, strict=True))
+    return [
+        ("mean", [mean.carrier - 1, used, offset, delays]),
+        *(("head", [head, weight, place]) for head, (weight, place) in heads),
+    ]
+
+
 def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]:
     """The lines of the console that load the lanes whose amplitude is not 0.
 
     With ``force`` the device takes orders that no turn can judge.
 
-    Raises ValueError for an offset, which the device does not take.
+    Lanes of a mean go with its carrier, offsets and weights. Raises ValueError for an offset, which
+    the device takes with a mean alone, and for what needs another generic of the core.
     """
-    if coefficients.offset:
+    mean = _mean_of(coefficients)
+    if coefficients.offset and mean is None:
         raise ValueError(
             f"offset.word is {coefficients.offset}; expected 0: the device corrects no mean, which "
             "is the choice of zero"
@@ -76,6 +105,8 @@ def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]
             ("slope", [number, order, *thermal.slopes[number].tolist()])
             for number, order in enumerate(thermal.orders)
         ]
+    if mean is not None:
+        named += _mean_values(mean, coefficients.offset)
     if force:
         named.append(("force", [1]))
     whole = zlib.crc32(b"".join(_words(values) for _, values in named))
