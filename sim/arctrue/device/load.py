@@ -41,8 +41,13 @@ def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]
 
     With ``force`` the device takes orders that no turn can judge.
 
-    Raises ValueError for an offset, which the device does not take.
+    Raises ValueError for an offset, or lanes that follow a condition: the device takes neither.
     """
+    if coefficients.extension is not None and coefficients.extension.modulators:
+        raise ValueError(
+            "lanes follow direction, speed or a word, which the firmware does not load yet; export "
+            "without --modulators, or write the file over the bus (RegisterMap.write_coefficients)"
+        )
     if coefficients.offset:
         raise ValueError(
             f"offset.word is {coefficients.offset}; expected 0: the device corrects no mean, which "
