@@ -16,7 +16,7 @@
 
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
-enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2 };
+enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
 /* Of a turn: the table may move so far between a look at it and what follows from it. */
 enum { COMPARE_MARGIN = 1024 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
@@ -81,19 +81,21 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
 }
 
 /* Gateware of an earlier minor version refuses the address. */
-static bool core_has_table(const struct core_access *core, uint32_t minor) {
-    return minor >= 8U && FIELD(core_read(core, AT(capability)), CAPABILITY__ROTATION) != 0;
+static uint32_t core_capability(const struct core_access *core, uint32_t minor) {
+    return minor >= 8U ? core_read(core, AT(capability)) : 0U;
 }
 
 struct core_origin core_origin(const struct core_access *core) {
     uint32_t version = core_read(core, AT(version));
     uint32_t high = core_read(core, AT(chip_dna_high));
+    uint32_t capability = core_capability(core, FIELD(version, VERSION__MINOR));
     return (struct core_origin){
         .major = FIELD(version, VERSION__MAJOR),
         .minor = FIELD(version, VERSION__MINOR),
         .patch = FIELD(version, VERSION__PATCH),
         .fold = FIELD(core_read(core, AT(pipeline)), PIPELINE__FOLD),
-        .has_table = core_has_table(core, FIELD(version, VERSION__MINOR)),
+        .has_table = FIELD(capability, CAPABILITY__ROTATION) != 0,
+        .has_modulators = FIELD(capability, CAPABILITY__MODULATORS) != 0,
         .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
         .dna =
             (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),
@@ -304,12 +306,11 @@ void core_clear_output(const struct core_access *core, uint32_t faults) {
                    (of_head2 ? BIT(COMMAND__CLEAR_HEAD2) : 0U));
 }
 
-static void core_lane_words(const struct coefficients *coefficients, uint32_t place,
+static void core_lane_words(const struct lane *lane, uint32_t counts_per_rev, uint32_t modulator,
                             uint32_t words[WORDS_A_LANE]) {
-    const struct lane *lane = &coefficients->lane[place];
-    uint64_t step = coefficients_phase_step(lane->order, coefficients->counts_per_rev);
+    uint64_t step = coefficients_phase_step(lane->order, counts_per_rev);
     words[0] = (uint32_t)step;
-    words[1] = (uint32_t)(step >> 32);
+    words[1] = (uint32_t)(step >> 32) | modulator << MODULATOR_PLACE;
     words[2] = lane->phase_offset;
     words[3] = (uint32_t)lane->amplitude;
 }
@@ -323,7 +324,8 @@ void core_write_coefficients(const struct core_access *core,
     ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        core_lane_words(coefficients, lane, words);
+        core_lane_words(&coefficients->lane[lane], coefficients->counts_per_rev, MODULATOR_ONE,
+                        words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
             core_write(core, core_lane_offset(lane, word), words[word]);
         }
@@ -337,7 +339,8 @@ bool core_verify_coefficients(const struct core_access *core,
     ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        core_lane_words(coefficients, lane, words);
+        core_lane_words(&coefficients->lane[lane], coefficients->counts_per_rev, MODULATOR_ONE,
+                        words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
             if (core_read(core, core_lane_offset(lane, word)) != words[word]) {
                 return false;
@@ -345,6 +348,41 @@ bool core_verify_coefficients(const struct core_access *core,
         }
     }
     return core_read(core, AT(coefficient_offset)) == 0;
+}
+
+void core_write_followed(const struct core_access *core, const struct followed *followed,
+                         uint32_t counts_per_rev, uint32_t lanes) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && followed->lanes <= lanes);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        uint32_t words[WORDS_A_LANE];
+        const struct followed_lane *lane = &followed->lane[place];
+        core_lane_words(&lane->lane, counts_per_rev, lane->modulator, words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            core_write(core, core_lane_offset(lanes - followed->lanes + place, word), words[word]);
+        }
+    }
+    if (followed->lanes != 0) {
+        core_write(core, AT(conditions.width), followed->width);
+        core_write(core, AT(conditions.dead_zone), followed->dead_zone);
+        core_write(core, AT(conditions.nominal_speed), followed->nominal_speed);
+    }
+}
+
+bool core_verify_followed(const struct core_access *core, const struct followed *followed,
+                          uint32_t counts_per_rev, uint32_t lanes) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && followed->lanes <= lanes);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        uint32_t words[WORDS_A_LANE];
+        const struct followed_lane *lane = &followed->lane[place];
+        core_lane_words(&lane->lane, counts_per_rev, lane->modulator, words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            uint32_t offset = core_lane_offset(lanes - followed->lanes + place, word);
+            if (core_read(core, offset) != words[word]) {
+                return false;
+            }
+        }
+    }
+    return true;
 }
 
 void core_swap(const struct core_access *core) {

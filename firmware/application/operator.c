@@ -51,7 +51,7 @@ enum parameter_answer application_set(struct application *application, const cha
 enum load_answer application_load_end(struct application *application, uint32_t crc) {
     const struct coefficients *active = state_active(application);
     return load_end(&application->load, (uint32_t)application->parameters.counts_per_rev, active,
-                    crc);
+                    core_origin(&application->core).has_modulators, crc);
 }
 
 void application_freeze(struct application *application, bool frozen) {

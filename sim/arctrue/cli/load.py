@@ -12,6 +12,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
+from arctrue.gateware.capability import Capability
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 
 REFUSED = 1
@@ -46,7 +47,7 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
     2: FILE cannot be used, the device does not answer, or no turn decides.
     """
     try:
-        coefficients = read_coefficient_file(file)
+        coefficients = read_coefficient_file(file, Capability(modulators=True))
         console = Console(port)
         click.get_current_context().call_on_close(console.close)
         with Progress(f"{file.name}: sending") as progress:

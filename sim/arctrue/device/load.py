@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.table_conditions import condition_registers
+from arctrue.generated.number_formats import CLOCK_HZ
 
 ATTEMPTS = 3
 """Of the whole set, where a line was spoiled on the way."""
@@ -36,18 +38,16 @@ def _frame(name: str, values: Sequence[int]) -> str:
     return f"load {name} {numbers} {zlib.crc32(_words(values)):08X}"
 
 
-def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]:
+def load_frames(
+    coefficients: Coefficients, *, force: bool = False, clock_hz: float = CLOCK_HZ
+) -> list[str]:
     """The lines of the console that load the lanes whose amplitude is not 0.
 
-    With ``force`` the device takes orders that no turn can judge.
+    With ``force`` the device takes orders that no turn can judge, and lanes that follow a
+    condition, which no turn of two heads can judge. ``clock_hz``: of the gateware.
 
-    Raises ValueError for an offset, or lanes that follow a condition: the device takes neither.
+    Raises ValueError for an offset, which the device does not take.
     """
-    if coefficients.extension is not None and coefficients.extension.modulators:
-        raise ValueError(
-            "lanes follow direction, speed or a word, which the firmware does not load yet; export "
-            "without --modulators, or write the file over the bus (RegisterMap.write_coefficients)"
-        )
     if coefficients.offset:
         raise ValueError(
             f"offset.word is {coefficients.offset}; expected 0: the device corrects no mean, which "
@@ -55,22 +55,28 @@ def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]
         )
     thermal = coefficients.thermal
     following = set(thermal.orders) if thermal is not None else set()
+    followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     lanes = [
         lane
         for lane, order in enumerate(coefficients.orders.tolist())
-        if coefficients.amplitudes[lane] or order in following
+        if lane not in followed and (coefficients.amplitudes[lane] or order in following)
     ]
     begin = [len(lanes), coefficients.counts_per_rev]
-    rows = [
-        [
-            number,
-            int(coefficients.orders[lane]),
-            int(coefficients.phase_offsets[lane]),
-            int(coefficients.amplitudes[lane]),
-        ]
-        for number, lane in enumerate(lanes)
-    ]
+
+    def words(lane: int) -> list[int]:
+        arrays = (coefficients.orders, coefficients.phase_offsets, coefficients.amplitudes)
+        return [int(array[lane]) for array in arrays]
+
+    rows = [[number, *words(lane)] for number, lane in enumerate(lanes)]
     named = [("begin", begin), *(("lane", row) for row in rows)]
+    for number, lane in enumerate(sorted(followed)):
+        modulator = int(coefficients.modulator_numbers[lane])
+        named.append(("followed", [number, modulator, *words(lane)]))
+    if coefficients.extension is not None and coefficients.extension.conditions is not None:
+        registers = condition_registers(
+            coefficients.extension.conditions, coefficients.counts_per_rev, clock_hz
+        )
+        named.append(("conditions", list(registers.values())))
     if thermal is not None:
         milli = [round(1000 * thermal.reference_c), round(1000 * thermal.time_constant_s)]
         named.append(("temperature", milli))
