@@ -9,12 +9,20 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from arctrue.generated import number_formats
 from scripts.bitstream_constraints import ConstraintError, check_pins, ports_of
 from scripts.bitstream_file import check_bitstream
-from scripts.bitstream_job import CONSTRAINTS, TOPS, Job, TimingError
+from scripts.bitstream_job import (
+    CONSTRAINTS,
+    HEADS_TOPS,
+    TOPS,
+    TWO_HEADS_TOPS,
+    Job,
+    TimingError,
+)
 from scripts.bitstream_open import run_open
 from scripts.bitstream_vivado import run_vivado
 from scripts.netlist import ROOT, ToolError
@@ -41,16 +49,47 @@ def fold_of(flow: str, lanes: int) -> int:
     return next((fold for fold in folds if lanes // fold <= OPEN_PIPELINES), folds[-1])
 
 
+def pins_of_all_heads(pins: Path) -> Path:
+    """Joins a board's pin file with that of its heads 3 and 4, below build/.
+
+    Raises ConstraintError where the board has no place for them.
+    """
+    further = pins.parent / "heads" / pins.name
+    if not further.exists():
+        raise ConstraintError(
+            f"{further}: there is no such file, so this board has no pins for heads 3 and 4. "
+            "Write it, or name one file with the pins of all ports: PINS=file"
+        )
+    joined = ROOT / "build" / "bitstream" / "pins" / f"{pins.stem}_heads.xdc"
+    joined.parent.mkdir(parents=True, exist_ok=True)
+    texts = (path.read_text(encoding="utf-8") for path in (pins, further))
+    joined.write_text("\n".join(texts), encoding="utf-8")
+    return joined
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bitstream", description=__doc__)
     parser.add_argument("--flow", choices=FLOWS, default="vivado", help="Vivado, or the open tools")
     parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
     parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
     parser.add_argument("--part", default=PART, help=f"chip, package and speed grade ({PART})")
-    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top", help="top level")
+    parser.add_argument(
+        "--top", choices=TWO_HEADS_TOPS, default="arctrue_zynq_top", help="top level"
+    )
     parser.add_argument("--lanes", type=int, help="harmonics (the generic's default: all)")
     parser.add_argument("--fold", type=int, choices=FOLDS, help="lanes that share a pipeline")
     parser.add_argument("--rotation", choices=ROTATIONS, help="how a lane finds its cosine")
+    parser.add_argument(
+        "--modulators",
+        choices=("true", "false"),
+        help="amplitudes of lanes follow direction, speed or a word",
+    )
+    parser.add_argument("--heads", type=int, choices=(2, 3, 4), default=2, help="read heads (2)")
+    parser.add_argument(
+        "--mean",
+        choices=("true", "false"),
+        help="correct the weighted mean of both heads; of more it is in any case",
+    )
     parser.add_argument("--seed", type=int, help="seed of nextpnr, which gives another placement")
     parser.add_argument("--capture-depth", type=int, help="samples a bank (the generic's default)")
     parser.add_argument("--output", type=Path, help="folder, made anew (build/bitstream/<board>)")
@@ -66,6 +105,10 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"--lanes: expected 1 to {number_formats.LANES_MAX}, found {lanes}")
     if chosen.fold and lanes % chosen.fold:
         parser.error(f"--fold: {chosen.fold} lanes a pipeline do not divide {lanes} lanes")
+    if chosen.heads > 2 and chosen.top not in HEADS_TOPS:
+        parser.error(f"--heads: {chosen.top} has two heads; more have {', '.join(HEADS_TOPS)}")
+    if chosen.heads > 2 and chosen.mean == "false":
+        parser.error("--mean: more than two heads always have their mean; leave MEAN out")
     pins = chosen.pins or CONSTRAINTS / f"{chosen.board}.xdc"
     folder = (chosen.output or ROOT / "build" / "bitstream" / chosen.board).resolve()
     generics = {
@@ -73,8 +116,11 @@ def main(arguments: list[str] | None = None) -> int:
         "CAPTURE_DEPTH": chosen.capture_depth,
         "FOLD": chosen.fold or fold_of(chosen.flow, lanes),
         "ROTATION": chosen.rotation,
+        "MODULATORS": True if chosen.modulators == "true" else None,
+        "HEADS": chosen.heads if chosen.heads > 2 else None,
+        "MEAN": True if chosen.mean == "true" and chosen.heads == 2 else None,
     }
-    top = TOPS[chosen.top]
+    top = TOPS[HEADS_TOPS[chosen.top] if chosen.heads > 2 else chosen.top]
     if not top.has_core:
         generics = {}
     job = Job(
@@ -92,6 +138,9 @@ def main(arguments: list[str] | None = None) -> int:
                 f"{', '.join(boards())}. For an own board copy constraints/own_board.template.xdc "
                 "and name it: PINS=file"
             )
+        if chosen.heads > 2 and not chosen.pins:
+            job = replace(job, pins=pins_of_all_heads(pins))
+            pins = job.pins
         check_pins(pins, ports_of(top.name))
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)

@@ -38,6 +38,12 @@ class Top:
     has_core: bool = True
 
 
+HEADS_TOPS = {
+    "arctrue_zynq_top": "arctrue_zynq_heads_top",
+    "encoder_source_top": "encoder_source_heads_top",
+}
+"""The top level for three and four heads, of each that has two and pins for more."""
+
 DEVICE_CLOCK_MHZ = number_formats.CLOCK_HZ // 1_000_000
 DEVICE_PRIMITIVES = {"PS7": 1, "BUFG": 1}
 DEVICE_SCOPED = ("zynq_processor", "quadrature_output", "pulse_output", "chip_dna")
@@ -46,17 +52,26 @@ TOPS = {
     for top in (
         *(
             Top(name, DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES, "arctrue_zynq_top", DEVICE_SCOPED)
-            for name in ("arctrue_zynq_top", "arctrue_zynq_differential_top")
+            for name in (
+                "arctrue_zynq_top",
+                "arctrue_zynq_heads_top",
+                "arctrue_zynq_differential_top",
+            )
         ),
-        Top(
-            "encoder_source_top",
-            OSCILLATOR_MHZ,
-            {"PS7": 0, "BUFG": 1},
-            vivado="encoder_source_top",
-            has_core=False,
+        *(
+            Top(
+                name,
+                OSCILLATOR_MHZ,
+                {"PS7": 0, "BUFG": 1},
+                vivado="encoder_source_top",
+                has_core=False,
+            )
+            for name in ("encoder_source_top", "encoder_source_heads_top")
         ),
     )
 }
+TWO_HEADS_TOPS = tuple(name for name in TOPS if name not in HEADS_TOPS.values())
+"""The top levels that are asked for by name; HEADS chooses the others."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +80,7 @@ class Job:
 
     top: Top
     part: str
-    generics: Mapping[str, int | str]
+    generics: Mapping[str, int | str | bool]
     pins: Path
     folder: Path
     seed: int | None = None  # of nextpnr's placement; nextpnr's own where None

@@ -18,13 +18,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from scripts.bitstream import PART, boards
+from scripts.bitstream import PART, boards, pins_of_all_heads
 from scripts.bitstream_constraints import ConstraintError, check_pins
 from scripts.bitstream_database import Chip
 from scripts.bitstream_decode import Decoded, Decoder, pads_of
 from scripts.bitstream_equality import Compared, Port, build, ports_of, run
 from scripts.bitstream_features import Bits, Features, bits_of_bitstream
-from scripts.bitstream_job import CONSTRAINTS, TOPS, Tool, all_found
+from scripts.bitstream_job import (
+    CONSTRAINTS,
+    HEADS_TOPS,
+    TOPS,
+    TWO_HEADS_TOPS,
+    Tool,
+    all_found,
+)
 from scripts.bitstream_open import INSTALL, UNPACKED, database_of
 from scripts.bitstream_pins import check_pins_driven
 from scripts.bitstream_routes import Routes
@@ -140,8 +147,11 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bitstream_verify", description=__doc__)
     parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
     parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
+    parser.add_argument("--heads", type=int, choices=(2, 3, 4), default=2, help="read heads (2)")
     parser.add_argument("--part", default=PART, help=f"chip, package and speed grade ({PART})")
-    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top", help="top level")
+    parser.add_argument(
+        "--top", choices=TWO_HEADS_TOPS, default="arctrue_zynq_top", help="top level"
+    )
     parser.add_argument(
         "--folder", type=Path, help="folder of the bitstream (build/bitstream/<board>)"
     )
@@ -166,8 +176,11 @@ def main(arguments: list[str] | None = None) -> int:
         (reader,) = all_found([BITREAD], [no_family] if no_family else [])
         assert family is not None
         chip = Chip(family, chosen.part)
+        board_pins = CONSTRAINTS / f"{chosen.board}.xdc"
+        if chosen.heads > 2:
+            chosen.top, board_pins = HEADS_TOPS[chosen.top], pins_of_all_heads(board_pins)
         design = Design.read(folder / "netlist", chosen.top)
-        pins = check_pins(chosen.pins or CONSTRAINTS / f"{chosen.board}.xdc", design.pads)
+        pins = check_pins(chosen.pins or board_pins, design.pads)
         print(f"verify-bitstream: decoding {bitstream}", flush=True)
         bits = bits_of_bitstream(bitstream, reader, family / chosen.part / "part.yaml")
         decoded, routes = decode(chip, bits, design, pins)

@@ -30,7 +30,7 @@ def run_vivado(job: Job) -> str:
     sources = in_order_of_use(sources_of(job.top.name))
     arguments = ["-top", job.top.name, "-part", job.part, "-output", str(job.folder)]
     for name, value in job.generics.items():
-        word = f'"{value}"' if isinstance(value, str) else str(value)
+        word = f'"{value}"' if isinstance(value, str) else str(value).lower()
         arguments += ["-generic", f"{name}={word}"]
     folder = CONSTRAINTS / "vivado"
     for entity in job.top.scoped:

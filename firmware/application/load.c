@@ -39,6 +39,8 @@ const char *load_answer_name(enum load_answer answer) {
         [LOAD_NOT_READ_BACK] = "not_read_back",
         [LOAD_UNSEEN] = "unseen_order",
         [LOAD_NO_MODULATORS] = "no_modulators",
+        [LOAD_OTHER_HEADS] = "other_heads",
+        [LOAD_OTHER_DELAYS] = "other_delays",
     };
     return (unsigned)answer < LOAD_ANSWERS ? names[answer] : "unknown";
 }
@@ -51,7 +53,8 @@ static uint32_t load_crc_of(uint32_t crc, const uint32_t *words, uint32_t number
 }
 
 static bool load_has_loaded(const struct load *load) {
-    return coefficients_most_order(&load->loaded) > 0 || load->followed.lanes > 0;
+    return coefficients_most_order(&load->loaded) > 0 || load->loaded.mean.heads != 0 ||
+           load->followed.lanes > 0;
 }
 
 void load_refuse(struct load *load, enum load_answer reason) {
@@ -298,6 +301,37 @@ enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dea
     return LOAD_TAKEN;
 }
 
+enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc) {
+    const uint32_t words[] = {mean->carrier, mean->used, (uint32_t)mean->error_offset,
+                              mean->delays};
+    if (load_crc_of(0, words, 4) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING) {
+        return LOAD_WRONG_FRAME;
+    }
+    load->received.mean = *mean;
+    load->crc = load_crc_of(load->crc, words, 4);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
+                           uint32_t crc) {
+    const uint32_t words[] = {number, (uint32_t)weight, offset};
+    struct mean_set *mean = &load->received.mean;
+    if (load_crc_of(0, words, 3) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || number != mean->heads || number >= HEADS_MOST) {
+        return LOAD_WRONG_FRAME;
+    }
+    mean->weight[number] = weight;
+    mean->offset[number] = offset;
+    mean->heads++;
+    load->crc = load_crc_of(load->crc, words, 3);
+    return LOAD_TAKEN;
+}
+
 enum load_answer load_force(struct load *load, uint32_t crc) {
     const uint32_t words[] = {FORCE_WORD};
     if (load_crc_of(0, words, 1) != crc) {
@@ -332,8 +366,22 @@ static enum load_answer load_check_followed(const struct load *load, bool has_mo
     return load->forced ? LOAD_TAKEN : LOAD_UNSEEN;
 }
 
-enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
-                          const struct coefficients *active, bool has_modulators, uint32_t crc) {
+static enum load_answer load_look_at_mean(const struct mean_set *mean,
+                                          const struct load_place *place) {
+    if (mean->heads == 0) {
+        return LOAD_TAKEN;
+    }
+    if (!place->has_mean || mean->heads != place->heads) {
+        return LOAD_OTHER_HEADS;
+    }
+    if (!mean_set_is_valid(mean, place->heads, place->counts_per_rev)) {
+        return LOAD_OUT_OF_RANGE;
+    }
+    return mean->delays == place->delays ? LOAD_TAKEN : LOAD_OTHER_DELAYS;
+}
+
+enum load_answer load_end(struct load *load, const struct load_place *place,
+                          const struct coefficients *active, uint32_t crc) {
     struct coefficients own;
     struct coefficients all;
     if (load->state != LOAD_RECEIVING) {
@@ -345,19 +393,23 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
     if (load->next != load->frames) {
         return load_frame_refused(load, LOAD_NOT_WHOLE);
     }
-    if (load->received.counts_per_rev != counts_per_rev) {
+    if (load->received.counts_per_rev != place->counts_per_rev) {
         return load_frame_refused(load, LOAD_ANOTHER_TABLE);
     }
-    enum load_answer checked = load_check_followed(load, has_modulators);
+    enum load_answer checked = load_check_followed(load, place->has_modulators);
     if (checked != LOAD_TAKEN) {
         return load_frame_refused(load, checked);
+    }
+    enum load_answer of_mean = load_look_at_mean(&load->received.mean, place);
+    if (of_mean != LOAD_TAKEN) {
+        return load_frame_refused(load, of_mean);
     }
     load_own_lanes(load, active, &own);
     load_combine(&load->received, NULL, 0.0, &own,
                  load->received.lanes - load->received_followed.lanes, &all);
     const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
     const struct followed *followed = &load->received_followed;
-    if (extent.steepest + followed_steepest(followed, counts_per_rev) >= STEEPEST) {
+    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) >= STEEPEST) {
         return load_frame_refused(load, LOAD_TOO_STEEP);
     }
     if (extent.largest_counts > AMPLITUDE_LIMIT) {
@@ -395,6 +447,11 @@ void load_combine(const struct coefficients *set, const struct thermal *thermal,
         .lanes = lanes,
         .counts_per_rev = either != NULL ? either->counts_per_rev : 0,
     };
+    if (set != NULL && set->mean.heads != 0) {
+        /* The calibration's own lanes are of head 1. */
+        candidate->mean = set->mean;
+        of_own = 0;
+    }
     for (uint32_t lane = 0; lane < of_set && used < lanes; lane++) {
         if (set->lane[lane].order != 0) {
             candidate->lane[used++] = thermal_lane_at(thermal, &set->lane[lane], celsius);

@@ -56,6 +56,9 @@ enum load_answer {
     LOAD_UNSEEN,
     /* A lane follows a condition: the gateware is built without MODULATORS. */
     LOAD_NO_MODULATORS,
+    /* Its mean is not one of this core's heads, or its heads stand elsewhere, or are delayed otherwise. */
+    LOAD_OTHER_HEADS,
+    LOAD_OTHER_DELAYS,
     LOAD_ANSWERS,
     /* Of a judgement: more turns are needed. */
     LOAD_NOT_YET,
@@ -118,11 +121,25 @@ enum load_answer load_followed(struct load *load, uint32_t number, const struct 
                                uint32_t crc);
 enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dead_zone,
                                  uint32_t nominal_speed, uint32_t crc);
+/* The lanes are those of a mean: `mean` holds its carrier, heads, offset and delays; then one frame a head. */
+enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc);
+enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
+                           uint32_t crc);
 /* Orders of what is coming that no turn can judge are taken unjudged. */
 enum load_answer load_force(struct load *load, uint32_t crc);
-/* `counts_per_rev`: of the table as it is set; `active`: what is active, or NULL. */
-enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
-                          const struct coefficients *active, bool has_modulators, uint32_t crc);
+/* What the device is set to: a set of another one is refused. */
+struct load_place {
+    uint32_t counts_per_rev;
+    uint32_t heads;
+    bool has_mean;
+    bool has_modulators;
+    /* As the parameter head_delays. */
+    uint32_t delays;
+};
+
+/* `active`: what is active, or NULL. */
+enum load_answer load_end(struct load *load, const struct load_place *place,
+                          const struct coefficients *active, uint32_t crc);
 
 /* The set is refused, or what was being received is dropped. */
 void load_refuse(struct load *load, enum load_answer reason);

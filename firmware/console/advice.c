@@ -105,6 +105,11 @@ static const struct {
     {"worse_prediction",
      "the captured turn speaks against them: load status names an order that it "
      "measures otherwise; is it the file of this table, and is its index the same?"},
+    {"other_heads",
+     "the set's mean is not one of this core's heads, or they stand elsewhere than its offsets "
+     "say: capture and calibrate again; was a head moved?"},
+    {"other_delays",
+     "the set was made with other delays: set head_delays as it says, capture anew"},
     {"unseen_order",
      "two heads at this angle cannot see an order of them, so that no turn can judge it: "
      "leave it out, or arctrue load --force"},

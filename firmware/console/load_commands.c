@@ -10,6 +10,7 @@ const char load_use[] =
     "CRC | "
     "load followed N MODULATOR ORDER PHASE AMPLITUDE CRC | load conditions WIDTH DEAD_ZONE NOMINAL "
     "CRC | "
+    "load mean CARRIER USED OFFSET DELAYS CRC | load head N WEIGHT OFFSET CRC | "
     "load force 1 CRC | load end CRC | load status | load abort: what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
@@ -23,6 +24,8 @@ enum {
     RANGE_WORDS = 5,
     FOLLOWED_WORDS = 8,
     CONDITIONS_WORDS = 6,
+    MEAN_FRAME_WORDS = 7,
+    HEAD_WORDS = 6,
     FORCE_WORDS = 4,
     END_WORDS = 3
 };
@@ -142,6 +145,33 @@ static void conditions(struct console *console, char *const *words) {
                                     (uint32_t)values[1], (uint32_t)values[2], crc));
 }
 
+static void mean(struct console *console, char *const *words) {
+    int64_t values[4];
+    uint32_t crc;
+    if (!read_numbers(words, 5, values, &crc) || !fits(values[2])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct mean_set set = {
+        .carrier = (uint32_t)values[0],
+        .used = (uint32_t)values[1],
+        .error_offset = (int32_t)values[2],
+        .delays = (uint32_t)values[3],
+    };
+    answer(console, load_mean(&console->application->load, &set, crc));
+}
+
+static void head(struct console *console, char *const *words) {
+    int64_t values[3];
+    uint32_t crc;
+    if (!read_numbers(words, 4, values, &crc) || !fits(values[1])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    answer(console, load_head(&console->application->load, (uint32_t)values[0], (int32_t)values[1],
+                              (uint32_t)values[2], crc));
+}
+
 static void force(struct console *console, char *const *words) {
     int64_t value;
     uint32_t crc;
@@ -232,6 +262,10 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         followed(console, words + 2);
     } else if (text_equal(what, "conditions") && number == CONDITIONS_WORDS) {
         conditions(console, words + 2);
+    } else if (text_equal(what, "mean") && number == MEAN_FRAME_WORDS) {
+        mean(console, words + 2);
+    } else if (text_equal(what, "head") && number == HEAD_WORDS) {
+        head(console, words + 2);
     } else if (text_equal(what, "force") && number == FORCE_WORDS) {
         force(console, words + 2);
     } else if (text_equal(what, "end") && number == END_WORDS) {

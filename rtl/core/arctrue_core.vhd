@@ -119,8 +119,8 @@ architecture rtl of arctrue_core is
 
   constant IS_TABLE : boolean := ROTATION = "table";
 
-  -- What a fault is called in the register `alarm`.
-  constant FAULT_KINDS : positive := 6;
+  -- What a fault is called in the register `alarm`; those of heads 3 and 4 are its highest bits.
+  constant FAULT_KINDS : positive := 6 + 2 * boolean'pos(HEADS > 2);
 
   -- The filter of a head: its own, or that of both.
   function filter_of (own, both : std_ulogic_vector(7 downto 0)) return u_unsigned is
@@ -229,14 +229,15 @@ architecture rtl of arctrue_core is
   signal correction_limited : std_ulogic;
   signal ramp_busy          : std_ulogic;
   signal ramp_busy_before   : std_ulogic := '0';
+  signal further_index      : std_ulogic_vector(3 to HEADS_MAX);
   signal swap_done          : std_ulogic;
   signal swap_count         : u_unsigned(15 downto 0) := (others => '0');
   signal following_error    : position_count;
   signal cannot_keep_up     : std_ulogic;
   signal processor_silent   : std_ulogic;
-  signal faults             : std_ulogic_vector(FAULT_KINDS - 1 downto 0);
+  signal faults             : std_ulogic_vector(7 downto 0);
   signal released           : std_ulogic;
-  signal release_causes     : std_ulogic_vector(FAULT_KINDS - 1 downto 0);
+  signal release_causes     : std_ulogic_vector(7 downto 0) := (others => '0');
   signal sync_strobe        : std_ulogic;
   signal triggered          : std_ulogic;
   signal probe_strobe       : std_ulogic;
@@ -719,9 +720,25 @@ begin
       silent => processor_silent
     );
 
-  faults <= decoded(1).swallowed & processor_silent & (correction_limited or mean_limited) & cannot_keep_up
+  faults(5 downto 0) <= decoded(1).swallowed & processor_silent & (correction_limited or mean_limited) & cannot_keep_up
             & (decoded(2).index_error or decoded(2).illegal or decoded(2).overspeed)
             & (decoded(1).index_error or decoded(1).illegal or decoded(1).overspeed);
+
+  faults_of_further_heads : for number in 3 to HEADS_MAX generate
+
+    decoded_here : if number <= HEADS generate
+
+      faults(3 + number) <= decoded(number).index_error or decoded(number).illegal or decoded(number).overspeed;
+      further_index(number) <= decoded(number).index_strobe;
+
+    else generate
+
+      faults(3 + number) <= '0';
+      further_index(number) <= '0';
+
+    end generate decoded_here;
+
+  end generate faults_of_further_heads;
 
   told_outside : entity work.fault_outputs
     generic map (
@@ -732,11 +749,11 @@ begin
       reset           => reset,
       enable          => hwif_out.control.output_enable.value,
       clear           => hwif_out.command.clear_output.value,
-      present         => faults,
-      alarm_sources   => hwif_out.alarm.sources.value,
-      release_sources => hwif_out.alarm.released_by.value,
+      present         => faults(FAULT_KINDS - 1 downto 0),
+      alarm_sources   => hwif_out.alarm.sources.value(FAULT_KINDS - 1 downto 0),
+      release_sources => hwif_out.alarm.released_by.value(FAULT_KINDS - 1 downto 0),
       released        => released,
-      causes          => release_causes,
+      causes          => release_causes(FAULT_KINDS - 1 downto 0),
       driver_enable   => driver_enable,
       alarm           => alarm
     );
@@ -937,6 +954,10 @@ begin
   hwif_in.interrupt_status.head2_index.next_q        <= decoded(2).index_strobe;
   hwif_in.interrupt_status.head1_fault.next_q        <= faults(0);
   hwif_in.interrupt_status.head2_fault.next_q        <= faults(1);
+  hwif_in.interrupt_status.head3_index.next_q        <= further_index(3);
+  hwif_in.interrupt_status.head4_index.next_q        <= further_index(4);
+  hwif_in.interrupt_status.head3_fault.next_q        <= faults(6);
+  hwif_in.interrupt_status.head4_fault.next_q        <= faults(7);
   hwif_in.interrupt_status.swap_done.next_q          <= swap_done;
   hwif_in.interrupt_status.ramp_done.next_q          <= ramp_busy_before and not ramp_busy;
   hwif_in.interrupt_status.correction_limited.next_q <= correction_limited;

@@ -2,9 +2,10 @@
 --
 -- # encoder_source
 --
--- A table that turns steadily, as its two read heads would show it: for the bench, where a second board
--- stands in for the encoder. Both heads read the same disc, head 2 HEAD_SEPARATION counts ahead
--- (docs/architecture.md, "Head geometry"), so that calibration finds ε of equation (2) with the two orders given here.
+-- A table that turns steadily, as its two to four read heads would show it: for the bench, where a second board
+-- stands in for the encoder. All heads read the same disc, heads 2 to 4 HEAD_SEPARATION, HEAD3_AHEAD and HEAD4_AHEAD
+-- counts ahead (docs/architecture.md, "Head geometry"), so that calibration finds ε of equation (2) with the two orders
+-- given here. The axis does not move. Outputs of heads above HEADS stay low.
 --
 -- **Latency.** 35 clocks from the true angle to the edge: compensation_pipeline 29, quadrature_output 6.
 --
@@ -24,7 +25,10 @@ entity encoder_source is
     COUNTS_PER_REV    : positive range COUNTS_PER_REV_MIN to COUNTS_PER_REV_MAX := 16777216;
     COUNTS_PER_SECOND : positive                 := 1398101;   -- 30 deg/s at 2**24 counts a turn
     SOURCE_CLOCK_HZ   : positive                 := 125000000; -- of `clock`
+    HEADS             : positive range 2 to HEADS_MAX := 2;
     HEAD_SEPARATION   : natural                  := 1537911;   -- counts, 33 deg at 2**24 counts a turn
+    HEAD3_AHEAD       : natural                  := 8248798;   -- counts, 177 deg at 2**24 counts a turn
+    HEAD4_AHEAD       : natural                  := 12019011;  -- counts, 257.9 deg at 2**24 counts a turn
     ECCENTRICITY      : integer range 0 to 8191  := 1864;      -- counts, amplitude of order 1
     ECCENTRICITY_TURN : real range 0.0 to 1.0    := 0.334;     -- turn, phase of order 1
     OVALITY           : integer range 0 to 8191  := 78;        -- counts, amplitude of order 2
@@ -38,54 +42,62 @@ entity encoder_source is
     head1_z : out   std_ulogic;
     head2_a : out   std_ulogic;
     head2_b : out   std_ulogic;
-    head2_z : out   std_ulogic
+    head2_z : out   std_ulogic;
+    head3_a : out   std_ulogic;
+    head3_b : out   std_ulogic;
+    head3_z : out   std_ulogic;
+    head4_a : out   std_ulogic;
+    head4_b : out   std_ulogic;
+    head4_z : out   std_ulogic
   );
 end entity encoder_source;
 
 architecture rtl of encoder_source is
 
+  type place_array is array (1 to HEADS_MAX) of natural;
+
+  constant PLACES : place_array := (0, HEAD_SEPARATION, HEAD3_AHEAD, HEAD4_AHEAD);
+
+  -- A, B and Z of each head.
+  signal a : std_ulogic_vector(1 to HEADS_MAX) := (others => '0');
+  signal b : std_ulogic_vector(1 to HEADS_MAX) := (others => '0');
+  signal z : std_ulogic_vector(1 to HEADS_MAX) := (others => '0');
+
 begin
 
-  assert HEAD_SEPARATION < COUNTS_PER_REV
-    report "encoder_source: HEAD_SEPARATION is a turn or more"
-    severity failure;
+  (head1_a, head2_a, head3_a, head4_a) <= a;
+  (head1_b, head2_b, head3_b, head4_b) <= b;
+  (head1_z, head2_z, head3_z, head4_z) <= z;
 
-  head1 : entity work.encoder_source_head
-    generic map (
-      COUNTS_PER_REV    => COUNTS_PER_REV,
-      COUNTS_PER_SECOND => COUNTS_PER_SECOND,
-      SOURCE_CLOCK_HZ   => SOURCE_CLOCK_HZ,
-      START             => 0,
-      ECCENTRICITY      => ECCENTRICITY,
-      ECCENTRICITY_TURN => ECCENTRICITY_TURN,
-      OVALITY           => OVALITY,
-      OVALITY_TURN      => OVALITY_TURN
-    )
-    port map (
-      clock => clock,
-      reset => reset,
-      a     => head1_a,
-      b     => head1_b,
-      z     => head1_z
-    );
+  heads_of_the_table : for number in PLACES'range generate
 
-  head2 : entity work.encoder_source_head
-    generic map (
-      COUNTS_PER_REV    => COUNTS_PER_REV,
-      COUNTS_PER_SECOND => COUNTS_PER_SECOND,
-      SOURCE_CLOCK_HZ   => SOURCE_CLOCK_HZ,
-      START             => HEAD_SEPARATION,
-      ECCENTRICITY      => ECCENTRICITY,
-      ECCENTRICITY_TURN => ECCENTRICITY_TURN,
-      OVALITY           => OVALITY,
-      OVALITY_TURN      => OVALITY_TURN
-    )
-    port map (
-      clock => clock,
-      reset => reset,
-      a     => head2_a,
-      b     => head2_b,
-      z     => head2_z
-    );
+    present : if number <= HEADS generate
+
+      assert PLACES(number) < COUNTS_PER_REV
+        report "encoder_source: head " & integer'image(number) & " is a turn or more ahead"
+        severity failure;
+
+      head : entity work.encoder_source_head
+        generic map (
+          COUNTS_PER_REV    => COUNTS_PER_REV,
+          COUNTS_PER_SECOND => COUNTS_PER_SECOND,
+          SOURCE_CLOCK_HZ   => SOURCE_CLOCK_HZ,
+          START             => PLACES(number),
+          ECCENTRICITY      => ECCENTRICITY,
+          ECCENTRICITY_TURN => ECCENTRICITY_TURN,
+          OVALITY           => OVALITY,
+          OVALITY_TURN      => OVALITY_TURN
+        )
+        port map (
+          clock => clock,
+          reset => reset,
+          a     => a(number),
+          b     => b(number),
+          z     => z(number)
+        );
+
+    end generate present;
+
+  end generate heads_of_the_table;
 
 end architecture rtl;

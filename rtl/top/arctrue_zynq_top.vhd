@@ -2,25 +2,16 @@
 --
 -- # arctrue_zynq_top
 --
--- The whole device on a Zynq-7000: the processor side, the core, and four LEDs. Encoder pins are single
+-- The whole device on a Zynq-7000 with two heads: arctrue_device. Encoder pins are single
 -- ended, as RS-422 receivers give them; arctrue_zynq_differential_top puts buffers for pairs round it.
--- Of the processor's side only its I2C controller has pins here, all others are the chip's own.
 --
 -- **Latency.** That of arctrue_core; no register stands between it and the pins.
 --
 -- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
---
--- **Clock and reset** come from the processor, see zynq_processor. Until the firmware lets the reset go,
--- the outputs are low and the LEDs out.
---
--- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault while a head has an index error,
--- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was
--- clipped; compensation while the output is corrected. See status_leds.
 
 library ieee;
   use ieee.std_logic_1164.all;
 
-  use work.axi_lite_pkg.all;
   use work.number_formats_pkg.all;
 
 entity arctrue_zynq_top is
@@ -28,7 +19,9 @@ entity arctrue_zynq_top is
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
+    MEAN          : boolean                       := false;                 -- correct the mean of both heads, not head 1 alone
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
@@ -65,104 +58,37 @@ end entity arctrue_zynq_top;
 
 architecture rtl of arctrue_zynq_top is
 
-  signal clock     : std_ulogic;
-  signal reset     : std_ulogic;
-  signal interrupt : std_ulogic;
-  signal scl_low   : std_ulogic;
-  signal sda_low   : std_ulogic;
-
-  signal axil_request  : axi_lite_request;
-  signal axil_response : axi_lite_response;
-
-  signal dna       : std_ulogic_vector(56 downto 0);
-  signal dna_known : std_ulogic;
-
-  signal capturing    : std_ulogic;
-  signal fault        : std_ulogic;
-  signal compensating : std_ulogic;
-
 begin
 
-  i2c_scl <= '0' when scl_low = '1' else
-             'Z';
-  i2c_sda <= '0' when sda_low = '1' else
-             'Z';
-
-  processor : entity work.zynq_processor
-    port map (
-      clock           => clock,
-      reset           => reset,
-      interrupt       => interrupt,
-      scl             => i2c_scl,
-      scl_low         => scl_low,
-      sda             => i2c_sda,
-      sda_low         => sda_low,
-      m_axil_request  => axil_request,
-      m_axil_response => axil_response
-    );
-
-  core : entity work.arctrue_core
+  device : entity work.arctrue_device
     generic map (
       LANES         => LANES,
       CAPTURE_DEPTH => CAPTURE_DEPTH,
       FOLD          => FOLD,
-      ROTATION      => ROTATION
+      MEAN          => MEAN,
+      ROTATION      => ROTATION,
+      MODULATORS    => MODULATORS,
+      LED_HOLD_LOG2 => LED_HOLD_LOG2,
+      DNA_PORTS     => DNA_PORTS
     )
     port map (
-      clock               => clock,
-      reset               => reset,
-      s_axil_request      => axil_request,
-      s_axil_response     => axil_response,
-      interrupt           => interrupt,
-      head1_a             => head1_a,
-      head1_b             => head1_b,
-      head1_z             => head1_z,
-      head2_a             => head2_a,
-      head2_b             => head2_b,
-      head2_z             => head2_z,
-      out_a               => out_a,
-      out_b               => out_b,
-      out_z               => out_z,
-      driver_enable       => driver_enable,
-      alarm               => alarm,
-      sync_in             => sync_in,
-      trigger_out         => trigger_out,
-      probe_in            => probe_in,
-      compare_out         => compare_out,
-      chip_dna            => dna,
-      chip_dna_known      => dna_known,
-      status_capturing    => capturing,
-      status_fault        => fault,
-      status_compensating => compensating
-    );
-
-  identified : if DNA_PORTS = 1 generate
-
-    identifier : entity work.chip_dna
-      port map (
-        clock => clock,
-        reset => reset,
-        dna   => dna,
-        known => dna_known
-      );
-
-  else generate
-
-    dna       <= (others => '0');
-    dna_known <= '0';
-
-  end generate identified;
-
-  leds : entity work.status_leds
-    generic map (
-      HOLD_LOG2 => LED_HOLD_LOG2
-    )
-    port map (
-      clock            => clock,
-      reset            => reset,
-      capturing        => capturing,
-      fault            => fault,
-      compensating     => compensating,
+      head1_a          => head1_a,
+      head1_b          => head1_b,
+      head1_z          => head1_z,
+      head2_a          => head2_a,
+      head2_b          => head2_b,
+      head2_z          => head2_z,
+      out_a            => out_a,
+      out_b            => out_b,
+      out_z            => out_z,
+      driver_enable    => driver_enable,
+      alarm            => alarm,
+      sync_in          => sync_in,
+      trigger_out      => trigger_out,
+      probe_in         => probe_in,
+      compare_out      => compare_out,
+      i2c_scl          => i2c_scl,
+      i2c_sda          => i2c_sda,
       led_alive        => led_alive,
       led_capture      => led_capture,
       led_fault        => led_fault,

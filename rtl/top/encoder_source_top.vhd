@@ -48,7 +48,13 @@ begin
       head1_z => head1_z,
       head2_a => head2_a,
       head2_b => head2_b,
-      head2_z => head2_z
+      head2_z => head2_z,
+      head3_a => open,
+      head3_b => open,
+      head3_z => open,
+      head4_a => open,
+      head4_b => open,
+      head4_z => open
     );
 
 end architecture rtl;

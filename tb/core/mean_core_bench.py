@@ -31,6 +31,7 @@ PLACES = {2: (0, 300), 3: (0, 190, 410), 4: (0, 55, 271, 501)}[HEADS]
 DISC = ((2, 1.5, -1.1), (5, 0.6, 2.0))
 MOTION = ((1, 5.0, 0.3), (3, 4.0, 1.7))
 """Order, radius in counts, phase of each circle that the axis goes through in a turn."""
+INTERRUPTS = [f"head{head}_{event}" for event in ("index", "fault") for head in (3, 4)]
 LATENCY = number_formats.PIPELINE_LATENCY + (HEADS > 2)
 PINS = [f"head{head}_{pin}" for head in range(1, HEADS + 1) for pin in "abz"]
 OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}
@@ -303,6 +304,51 @@ async def further_heads_have_registers(dut: Any) -> None:
     await machine.turn(20)
     assert await names.read(f"head{HEADS}.flags.direction") == 1 - before
     await names.update(f"head{HEADS}.pins", swap_ab=0)
+
+
+@cocotb.test(skip=HEADS == 2)
+async def a_fault_of_a_further_head_raises_the_alarm(dut: Any) -> None:
+    """Pin, release of the drivers and interrupt, by the bits of the last head alone."""
+    machine = await prepared(dut)
+    names = machine.registers
+    cocotb.start_soon(machine.run())
+    await names.clear_interrupts(*INTERRUPTS)
+    assert not any([await names.read(f"interrupt_status.{name}") for name in INTERRUPTS])
+    await machine.turn(COUNTS + 150)
+    seen = {name: await names.read(f"interrupt_status.{name}") for name in INTERRUPTS}
+    assert seen == {
+        **{f"head{head}_index": int(head <= HEADS) for head in (3, 4)},
+        **{f"head{head}_fault": 0 for head in (3, 4)},
+    }
+    machine.moves = False
+    await ClockCycles(dut.clock, 20)
+    fault = 1 << (3 + HEADS)
+    await names.update("alarm", sources=0xFF ^ fault, released_by=0xFF ^ fault)
+    await names.update("control", output_enable=1)
+    await names.update("interrupt_enable", **{f"head{HEADS}_fault": 1})
+    await ClockCycles(dut.clock, 4)
+    assert (int(dut.alarm.value), int(dut.driver_enable.value), int(dut.interrupt.value)) == (
+        0,
+        1,
+        0,
+    )
+    for pin in "ab":
+        level = getattr(dut, f"head{HEADS}_{pin}")
+        level.value = 1 - int(level.value)
+    await ClockCycles(dut.clock, 20)
+    assert int(dut.interrupt.value) == 1
+    assert int(dut.status_fault.value) == 1
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1), "not asked for"
+    await names.update("alarm", sources=fault, released_by=fault)
+    await ClockCycles(dut.clock, 4)
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (1, 0)
+    status = await names.read_fields("status")
+    assert (status["release_causes"], status["release_present"]) == (fault, fault)
+    await names.write_raw("heads_command", 1 << (HEADS - 3))
+    await names.command("clear_output")
+    await ClockCycles(dut.clock, 4)
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
+    assert (await names.read_fields("status"))["release_causes"] == 0
 
 
 @cocotb.test()

@@ -1,6 +1,8 @@
-"""Two heads of encoder_source, decoded here and beside the equation in float64."""
+"""Two or four heads of encoder_source, decoded here and beside the equation in float64."""
 
 from __future__ import annotations
+
+import os
 
 import cocotb
 import numpy as np
@@ -11,6 +13,9 @@ from numpy.typing import NDArray
 COUNTS_PER_REV = 1024
 STEP = round(20_000_000 / 125_000_000 * 2**24) / 2**24
 SEPARATION = 94
+AHEAD = (0, SEPARATION, 503, 734)
+"""Counts by which each head reads ahead of head 1."""
+HEADS = int(os.environ.get("HEADS", "2"))
 AMPLITUDES = (9, 4)
 TURNS = (0.334, 0.668)
 LATENCY = 35
@@ -42,7 +47,7 @@ def expected(true_counts: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @cocotb.test()
-async def both_heads_show_one_disc(dut: object) -> None:
+async def all_heads_show_one_disc(dut: object) -> None:
     clock = dut.clock  # type: ignore[attr-defined]
     cocotb.start_soon(Clock(clock, 8, unit="ns").start())
     dut.reset.value = 1  # type: ignore[attr-defined]
@@ -50,7 +55,7 @@ async def both_heads_show_one_disc(dut: object) -> None:
         await FallingEdge(clock)
     dut.reset.value = 0  # type: ignore[attr-defined]
     pins = {name: np.zeros(CLOCKS, dtype=np.int64) for name in ("a", "b", "z")}
-    heads = {head: {k: v.copy() for k, v in pins.items()} for head in (1, 2)}
+    heads = {head: {k: v.copy() for k, v in pins.items()} for head in (1, 2, 3, 4)}
     for number in range(CLOCKS):
         await FallingEdge(clock)
         for head, levels in heads.items():
@@ -59,7 +64,7 @@ async def both_heads_show_one_disc(dut: object) -> None:
     # The true angle that a pin of clock k shows: the sum has one step in the first clock.
     true_counts = STEP * (np.arange(1, CLOCKS + 1) - LATENCY)
     index_clocks = {}
-    for head, start in ((1, 0), (2, SEPARATION)):
+    for head, start in enumerate(AHEAD[:HEADS], start=1):
         levels = heads[head]
         counts = decoded(levels["a"], levels["b"])
         rising = np.flatnonzero(np.diff(levels["z"]) == 1) + 1
@@ -71,5 +76,8 @@ async def both_heads_show_one_disc(dut: object) -> None:
         difference -= COUNTS_PER_REV * np.round(difference[rising[0]] / COUNTS_PER_REV)
         assert np.abs(difference[seen]).max() < BOUND_COUNTS
         index_clocks[head] = rising[0]
-    apart = (index_clocks[1] - index_clocks[2]) * STEP % COUNTS_PER_REV
-    assert abs(apart - SEPARATION) < 2 * sum(AMPLITUDES)
+    for head, start in enumerate(AHEAD[1:HEADS], start=2):
+        apart = (index_clocks[1] - index_clocks[head]) * STEP % COUNTS_PER_REV
+        assert abs(apart - start) < 2 * sum(AMPLITUDES)
+    for head in range(HEADS + 1, 5):
+        assert not any(levels.any() for levels in heads[head].values())

@@ -1,14 +1,20 @@
 """The second board that stands in for the encoder, in GHDL."""
 
-from tb.encoder_source.encoder_source_bench import AMPLITUDES, COUNTS_PER_REV, SEPARATION
+import pytest
+
+from tb.encoder_source.encoder_source_bench import AHEAD, AMPLITUDES, COUNTS_PER_REV
 from tb.support.simulation import simulate
 
 
-def test_encoder_source() -> None:
+@pytest.mark.parametrize("heads", [2, 4])
+def test_encoder_source(heads: int) -> None:
     generics = {
         "COUNTS_PER_REV": COUNTS_PER_REV,
         "COUNTS_PER_SECOND": 20_000_000,
-        "HEAD_SEPARATION": SEPARATION,
+        "HEADS": heads,
+        "HEAD_SEPARATION": AHEAD[1],
+        "HEAD3_AHEAD": AHEAD[2],
+        "HEAD4_AHEAD": AHEAD[3],
         "ECCENTRICITY": AMPLITUDES[0],
         "OVALITY": AMPLITUDES[1],
     }
@@ -16,5 +22,6 @@ def test_encoder_source() -> None:
         "encoder_source",
         "tb.encoder_source.encoder_source_bench",
         generics=generics,
+        environment={"HEADS": str(heads)},
         backend="llvm",
     )

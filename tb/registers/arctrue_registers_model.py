@@ -31,10 +31,10 @@ READ_WRITE = {
     0x064: (0xFF0F, 0, "head1_input_pins"),
     0x068: (0xFF0F, 0, "head2_input_pins"),
     0x06C: (0xF, 0, "output_pins"),
-    0x070: (0x3F3F, 0x3F, "alarm"),
+    0x070: (0xFFFF, 0x3F, "alarm"),
     0x074: (WORD, 100 << 16 | 100, "pulse_widths"),
     0x078: (0xFF03, 0x100, "pulse_inputs"),
-    0x0A0: (0x7FF, 0, None),
+    0x0A0: (0x7FFF, 0, None),
     0x180: (WORD, 0, "compare_first"),
     0x184: (0xFFFFFF, 0, "compare_interval"),
 }
@@ -43,7 +43,7 @@ READ_WRITE = {
 COMMAND = 0x024
 OFFSET = 0x04C
 INTERRUPT_STATUS = 0x0A4
-INTERRUPT_MASK = 0x7FF
+INTERRUPT_MASK = 0x7FFF
 
 READ_ONLY = {
     0x008: (0x7FFF1F7F, "core_configuration"),
@@ -52,7 +52,7 @@ READ_ONLY = {
     0x018: (WORD, "chip_dna_low"),
     0x01C: (0x81FF_FFFF, "chip_dna_high"),
     0x02C: (0x1FFFFFF, "counts_per_rev_active"),
-    0x080: (0x3F3F_01FF, "status"),
+    0x080: (0xFFFF_01FF, "status"),
     0x084: (0xFFFF, "swap_count"),
     0x088: (0xFFFF, "overrun_count"),
     0x08C: (0xFFFF, "capture_fill"),

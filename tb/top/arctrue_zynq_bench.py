@@ -54,7 +54,7 @@ class Device:
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
-        self.top = dut.device.single_ended if PAIRS else dut.device
+        self.top = dut.device.single_ended.device if PAIRS else dut.device.device
         self.ps7 = self.top.processor.ps7_primitive
         self.clock = self.ps7.fabric_clock
         self.axi = Axi3Master(self.ps7)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from itertools import pairwise
 from typing import Any
 
@@ -12,6 +13,7 @@ from cocotb.triggers import Timer
 from cocotb.utils import get_sim_time
 
 PERIOD_NS = 8
+HEADS = range(1, int(os.environ.get("HEADS", "2")) + 1)
 RESET_CLOCKS = 64
 COUNTS_A_CLOCK = 1_398_101 / 125e6
 """30 deg/s at 2²⁴ counts a turn, on the board's oscillator: docs/hardware.md."""
@@ -31,9 +33,9 @@ async def note_edges(pin: Any, name: str, noted: list[tuple[float, str, int]]) -
 
 
 @cocotb.test()
-async def both_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
+async def all_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.oscillator, PERIOD_NS, unit="ns", impl="gpi").start())
-    noted: dict[int, list[tuple[float, str, int]]] = {1: [], 2: []}
+    noted: dict[int, list[tuple[float, str, int]]] = {head: [] for head in HEADS}
     await Timer(1, unit="ns")
     for head, edges in noted.items():
         for name in ("a", "b"):

@@ -19,6 +19,17 @@ def test_top_level() -> None:
 
 
 @pytest.mark.slow
+def test_four_heads_reach_the_core() -> None:
+    simulate(
+        "arctrue_zynq_heads_harness",
+        "tb.top.arctrue_zynq_heads_bench",
+        generics={**GENERICS, "HEADS": 4},
+        environment={"HEADS": "4"},
+        backend="llvm",
+    )
+
+
+@pytest.mark.slow
 def test_pairs_reach_the_top_level() -> None:
     simulate(
         "arctrue_zynq_differential_harness",

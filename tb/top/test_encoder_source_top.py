@@ -1,5 +1,12 @@
+import pytest
+
 from tb.support.simulation import simulate
 
 
-def test_encoder_source_top() -> None:
-    simulate("encoder_source_top", "tb.top.encoder_source_top_bench", backend="llvm")
+@pytest.mark.parametrize(
+    ("top", "heads"), [("encoder_source_top", 2), ("encoder_source_heads_top", 4)]
+)
+def test_encoder_source_top(top: str, heads: int) -> None:
+    simulate(
+        top, "tb.top.encoder_source_top_bench", environment={"HEADS": str(heads)}, backend="llvm"
+    )

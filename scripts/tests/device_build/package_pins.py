@@ -9,12 +9,27 @@ FIRST_PMOD_PINS = ("Y18", "Y19", "Y16", "Y17", "U18", "U19", "W18", "W19")
 SECOND_PMOD_PINS = ("W14", "Y14", "T11", "T10", "V16", "W16", "V12", "W13")
 I2C_PINS = {"i2c_scl": "P16", "i2c_sda": "P15"}
 """SCL and SDA of the Arduino (ChipKit) header."""
+FURTHER_HEADS = {
+    "head3": ("V13", "V15", "T15"),
+    "head4": ("R16", "U17", "V17"),
+}
+"""IO3 to IO8 of the Arduino (ChipKit) header: A, B and Z."""
+HEADER_PAIRS = (
+    {"U13", "V13"},
+    {"V15", "W15"},
+    {"T14", "T15"},
+    {"R16", "R17"},
+    {"T16", "U17"},
+    {"V17", "V18"},
+)
+"""Positive and negative pins of pairs 3, 10, 5, 19, 9 and 21 of bank 34. U13 is PUDC_B."""
 LEDS = ("R14", "P14", "N16", "M14")
 OSCILLATOR = "H16"
 
 BANKS = {
     **dict.fromkeys((*FIRST_PMOD_PINS, *SECOND_PMOD_PINS), 34),
     **dict.fromkeys((*LEDS[:2], *I2C_PINS.values()), 34),
+    **dict.fromkeys((pin for pins in FURTHER_HEADS.values() for pin in pins), 34),
     **dict.fromkeys((*LEDS[2:], OSCILLATOR), 35),
 }
 

@@ -10,13 +10,15 @@ from pathlib import Path
 import pytest
 
 from arctrue.generated import number_formats
-from scripts.bitstream import boards
+from scripts.bitstream import boards, pins_of_all_heads
 from scripts.bitstream_constraints import ConstraintError, check_pins, ports_of, read_pins
 from scripts.bitstream_job import CONSTRAINTS, TOPS
 from scripts.netlist import ROOT
 from scripts.tests.device_build.package_pins import (
     BANKS,
     FIRST_PMOD,
+    FURTHER_HEADS,
+    HEADER_PAIRS,
     I2C_PINS,
     LEDS,
     OSCILLATOR,
@@ -26,6 +28,7 @@ from scripts.tests.device_build.package_pins import (
 
 TOP = "arctrue_zynq_top"
 PAIRS = "arctrue_zynq_differential_top"
+HEADS = "arctrue_zynq_heads_top"
 TEMPLATE = CONSTRAINTS / "own_board.template.xdc"
 SOURCE = "encoder_source"
 PMODS = (FIRST_PMOD, SECOND_PMOD)
@@ -109,6 +112,36 @@ def test_signals_are_where_the_page_says(board: str) -> None:
     page = (ROOT / "docs" / "device.md").read_text(encoding="utf-8")
     for port, pin in pins.items():
         assert re.search(rf"^\| `{port}` \|.*\| {pin} \|", page, re.MULTILINE), (port, pin)
+
+
+def test_heads_3_and_4_are_on_the_header() -> None:
+    """Of each board, and of the second board that gives what the first takes."""
+    for board in DEVICE_BOARDS:
+        pins = check_pins(pins_of_all_heads(CONSTRAINTS / f"{board}.xdc"), ports_of(HEADS))
+        assert list(pins)[6:12] == [f"head{head}_{line}" for head in (3, 4) for line in "abz"]
+        for head, expected in FURTHER_HEADS.items():
+            assert tuple(pins[f"{head}_{line}"] for line in "abz") == expected
+        assert "U13" not in pins.values()
+        assert not [pair for pair in HEADER_PAIRS if pair <= set(pins.values())]
+        pulled = read_pins(CONSTRAINTS / "heads" / f"{board}.xdc").values()
+        assert {(given["PULLTYPE"][0], given["IOSTANDARD"][0]) for given in pulled} == {
+            ("PULLDOWN", "LVCMOS33")
+        }
+        source = check_pins(
+            pins_of_all_heads(CONSTRAINTS / f"{SOURCE}.xdc"), ports_of(f"{SOURCE}_heads_top")
+        )
+        assert source.pop("oscillator") == OSCILLATOR
+        assert source == {port: pins[port] for port in source}
+        page = (ROOT / "docs" / "device.md").read_text(encoding="utf-8")
+        for port, pin in pins.items():
+            assert re.search(rf"^\| `{port}` \|.*\| {pin} \|", page, re.MULTILINE), (port, pin)
+
+
+def test_a_board_without_pins_for_further_heads_is_named(tmp_path: Path) -> None:
+    pins = tmp_path / "my_board.xdc"
+    pins.write_text("", encoding="utf-8")
+    with pytest.raises(ConstraintError, match="this board has no pins for heads 3 and 4"):
+        pins_of_all_heads(pins)
 
 
 def test_the_template_names_every_port_and_is_refused_as_it_is(tmp_path: Path) -> None:

@@ -284,6 +284,8 @@ def test_the_makefile_hands_its_variables_on() -> None:
         "FOLD=2",
         "PINS=my.xdc",
         "PART=xc7z020clg484-1",
+        "HEADS=4",
+        "MEAN=true",
     ]
     done = subprocess.run(
         ["make", "--no-print-directory", "--dry-run", "bitstream", *asked],
@@ -302,6 +304,8 @@ def test_the_makefile_hands_its_variables_on() -> None:
         "--fold": "2",
         "--pins": "my.xdc",
         "--part": "xc7z020clg484-1",
+        "--heads": "4",
+        "--mean": "true",
     }
 
 

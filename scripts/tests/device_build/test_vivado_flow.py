@@ -84,6 +84,36 @@ def test_rotation_reaches_the_synthesis(bench: Bench) -> None:
     assert synthesis[synthesis.index('ROTATION="table"') - 1] == "-generic"
 
 
+def test_heads_choose_the_top_and_its_pins(bench: Bench) -> None:
+    """HEADS of 3 and 4 take the top level and the pin files of all heads, MEAN is a boolean."""
+    assert run(bench, "--heads", "3") == 0
+    noted = commands(bench)
+    (synthesis,) = (words for words in noted if words[0] == "synth_design")
+    assert synthesis[synthesis.index("-top") + 1] == "arctrue_zynq_heads_top"
+    assert synthesis[synthesis.index("HEADS=3") - 1] == "-generic"
+    assert ["set_property", "LOC", "V17", "get_ports"] in noted
+    assert run(bench, "--heads", "2", "--mean", "true") == 0
+    *_, synthesis = (words for words in commands(bench) if words[0] == "synth_design")
+    assert synthesis[synthesis.index("-top") + 1] == "arctrue_zynq_top"
+    assert synthesis[synthesis.index("MEAN=true") - 1] == "-generic"
+    assert not [word for word in synthesis if word.startswith("HEADS")]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["--heads", "4", "--top", "arctrue_zynq_differential_top"], "has two heads"),
+        (["--heads", "4", "--mean", "false"], "leave MEAN out"),
+    ],
+)
+def test_heads_that_cannot_be_built_are_refused(
+    bench: Bench, capsys: pytest.CaptureFixture[str], words: list[str], expected: str
+) -> None:
+    with pytest.raises(SystemExit):
+        run(bench, *words)
+    assert expected in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("variable", "value", "told"),
     [

@@ -85,11 +85,16 @@ def _run(command: Sequence[str], output: Path | None, log: Path, what: str) -> N
         raise ToolError(f"{what} failed ({command[0]}). The end of {log}:\n{tail}")
 
 
+def _generic(value: int | str | bool) -> str:
+    """GHDL's text of a generic's value; VHDL writes a boolean in lower case."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
 def write_netlist(
     entity: str,
     folder: Path,
     *,
-    generics: Mapping[str, int | str] | None = None,
+    generics: Mapping[str, int | str | bool] | None = None,
     folders: Sequence[Path] = SOURCE_FOLDERS,
 ) -> Path:
     """Write ``folder/<entity>.v``, the Verilog netlist of ``entity``, and return its path.
@@ -105,7 +110,7 @@ def write_netlist(
     _run([ghdl, "-i", *options, *files], None, log, f"Reading the VHDL of {entity}")
     _run([ghdl, "-m", *options, entity], None, log, f"Analysing {entity}")
     netlist = folder / f"{entity}.v"
-    values = [f"-g{name}={value}" for name, value in (generics or {}).items()]
+    values = [f"-g{name}={_generic(value)}" for name, value in (generics or {}).items()]
     # VHDL asserts would become $fatal, which Yosys does not read.
     command = [ghdl, "--synth", "--no-formal", *options, "--out=verilog", *values, entity]
     _run(command, netlist, log, f"The netlist of {entity}")

@@ -1,0 +1,111 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # arctrue_zynq_heads_top
+--
+-- The whole device on a Zynq-7000 with three or four heads, whose weighted mean is corrected: arctrue_device with
+-- the pins of further heads. Encoder pins are single ended, as RS-422 receivers give them.
+--
+-- **Latency.** That of arctrue_core; no register stands between it and the pins.
+--
+-- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+  use work.number_formats_pkg.all;
+
+entity arctrue_zynq_heads_top is
+  generic (
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
+    HEADS         : positive range 3 to HEADS_MAX := HEADS_MAX;
+    ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
+    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
+  );
+  port (
+    -- Reference head, asynchronous
+    head1_a          : in    std_ulogic;
+    head1_b          : in    std_ulogic;
+    head1_z          : in    std_ulogic;
+    -- Calibration head, asynchronous
+    head2_a          : in    std_ulogic;
+    head2_b          : in    std_ulogic;
+    head2_z          : in    std_ulogic;
+    -- Further heads, asynchronous; with HEADS = 3 nothing reads head 4
+    head3_a          : in    std_ulogic;
+    head3_b          : in    std_ulogic;
+    head3_z          : in    std_ulogic;
+    head4_a          : in    std_ulogic;
+    head4_b          : in    std_ulogic;
+    head4_z          : in    std_ulogic;
+    -- Corrected encoder signal
+    out_a            : out   std_ulogic;
+    out_b            : out   std_ulogic;
+    out_z            : out   std_ulogic;
+    -- Of the line drivers of A, B and Z; of what is beside the table
+    driver_enable    : out   std_ulogic;
+    alarm            : out   std_ulogic;
+    sync_in          : in    std_ulogic; -- asynchronous
+    trigger_out      : out   std_ulogic;
+    probe_in         : in    std_ulogic; -- asynchronous
+    compare_out      : out   std_ulogic;
+    -- I2C bus of the table's thermometer, open drain: outside, each wire has a pull-up
+    i2c_scl          : inout std_logic;
+    i2c_sda          : inout std_logic;
+    -- High is lit
+    led_alive        : out   std_ulogic;
+    led_capture      : out   std_ulogic;
+    led_fault        : out   std_ulogic;
+    led_compensation : out   std_ulogic
+  );
+end entity arctrue_zynq_heads_top;
+
+architecture rtl of arctrue_zynq_heads_top is
+
+begin
+
+  device : entity work.arctrue_device
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      FOLD          => FOLD,
+      HEADS         => HEADS,
+      ROTATION      => ROTATION,
+      MODULATORS    => MODULATORS,
+      LED_HOLD_LOG2 => LED_HOLD_LOG2,
+      DNA_PORTS     => DNA_PORTS
+    )
+    port map (
+      head1_a          => head1_a,
+      head1_b          => head1_b,
+      head1_z          => head1_z,
+      head2_a          => head2_a,
+      head2_b          => head2_b,
+      head2_z          => head2_z,
+      head3_a          => head3_a,
+      head3_b          => head3_b,
+      head3_z          => head3_z,
+      head4_a          => head4_a,
+      head4_b          => head4_b,
+      head4_z          => head4_z,
+      out_a            => out_a,
+      out_b            => out_b,
+      out_z            => out_z,
+      driver_enable    => driver_enable,
+      alarm            => alarm,
+      sync_in          => sync_in,
+      trigger_out      => trigger_out,
+      probe_in         => probe_in,
+      compare_out      => compare_out,
+      i2c_scl          => i2c_scl,
+      i2c_sda          => i2c_sda,
+      led_alive        => led_alive,
+      led_capture      => led_capture,
+      led_fault        => led_fault,
+      led_compensation => led_compensation
+    );
+
+end architecture rtl;

@@ -1,0 +1,73 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # encoder_source_heads_top
+--
+-- The whole chip as a table with four read heads: encoder_source on the board's own oscillator. The
+-- processor takes no part. For a second PYNQ-Z2 or Arty Z7-20 on the bench: docs/hardware.md.
+--
+-- **Latency.** None to speak of: nothing comes in.
+--
+-- **Number formats.** None: edges.
+--
+-- **Reset.** 64 clocks after configuration the table starts to turn.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+entity encoder_source_heads_top is
+  port (
+    oscillator : in    std_ulogic; -- 125 MHz
+    head1_a    : out   std_ulogic;
+    head1_b    : out   std_ulogic;
+    head1_z    : out   std_ulogic;
+    head2_a    : out   std_ulogic;
+    head2_b    : out   std_ulogic;
+    head2_z    : out   std_ulogic;
+    head3_a    : out   std_ulogic;
+    head3_b    : out   std_ulogic;
+    head3_z    : out   std_ulogic;
+    head4_a    : out   std_ulogic;
+    head4_b    : out   std_ulogic;
+    head4_z    : out   std_ulogic
+  );
+end entity encoder_source_heads_top;
+
+architecture rtl of encoder_source_heads_top is
+
+  -- Counts, 64.3 deg at 2**24 counts a turn: places at which any three heads do as well (docs/heads.md).
+  constant HEAD2_AHEAD : natural := 2996597;
+
+  signal reset : std_ulogic;
+
+begin
+
+  reset_hold : entity work.reset_release
+    port map (
+      clock                => oscillator,
+      asynchronous_reset_n => '1',
+      reset                => reset
+    );
+
+  source : entity work.encoder_source
+    generic map (
+      HEADS           => 4,
+      HEAD_SEPARATION => HEAD2_AHEAD
+    )
+    port map (
+      clock   => oscillator,
+      reset   => reset,
+      head1_a => head1_a,
+      head1_b => head1_b,
+      head1_z => head1_z,
+      head2_a => head2_a,
+      head2_b => head2_b,
+      head2_z => head2_z,
+      head3_a => head3_a,
+      head3_b => head3_b,
+      head3_z => head3_z,
+      head4_a => head4_a,
+      head4_b => head4_b,
+      head4_z => head4_z
+    );
+
+end architecture rtl;
