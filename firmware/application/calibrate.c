@@ -90,6 +90,12 @@ static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
+/* Beside those at work that follow a condition. */
+static uint32_t calibrate_plain_lanes(const struct application *application) {
+    const struct followed followed = load_followed_at_work(&application->load);
+    return application->configuration.lanes - followed.lanes;
+}
+
 /* Their bits, by place. */
 static uint64_t calibrate_lanes_in_use(const struct coefficients *coefficients) {
     uint64_t used = 0;
@@ -103,7 +109,7 @@ static uint64_t calibrate_lanes_in_use(const struct coefficients *coefficients) 
 static void calibrate_combine(struct application *application, const struct coefficients *own) {
     const struct load *load = &application->load;
     load_combine(load_at_work(load), application_thermal(application, &load->thermal),
-                 application->table.celsius, own, application->configuration.lanes,
+                 application->table.celsius, own, calibrate_plain_lanes(application),
                  &application->candidate);
     application->candidate.counts_per_rev = own->counts_per_rev;
 }
@@ -204,7 +210,7 @@ static enum refusal calibrate_make_candidate(struct application *application) {
     const struct parameters *parameters = &application->parameters;
     struct estimate *estimate = &application->measured;
     const struct coefficients *loaded = load_at_work(&application->load);
-    uint32_t lanes = application->configuration.lanes;
+    uint32_t lanes = calibrate_plain_lanes(application);
     uint32_t own_lanes = lanes - calibrate_lanes_used(loaded);
     struct coefficients own;
     enum verdict verdicts[ORDERS_MAX];
@@ -306,7 +312,8 @@ static void calibrate_judge_load(struct application *application, const struct t
     }
     load_own_lanes(load, active, &own);
     load_combine(&load->received, application_thermal(application, &load->received_thermal),
-                 application->middle_celsius, &own, application->configuration.lanes,
+                 application->middle_celsius, &own,
+                 application->configuration.lanes - load->received_followed.lanes,
                  &application->candidate);
     enum load_answer answer = LOAD_NOT_YET;
     if (load->received.mean.heads == 0) {
@@ -330,7 +337,7 @@ static void calibrate_judge_pending(struct application *application, const struc
     const struct judge judge = calibrate_judge(application, turn);
     const struct thermal *thermal = application_thermal(application, &load->thermal);
     const struct coefficients *active = state_active(application);
-    uint32_t lanes = application->configuration.lanes;
+    uint32_t lanes = application->configuration.lanes - load->followed.lanes;
     struct coefficients *candidate = &application->candidate;
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
     enum judgement found = load->loaded.mean.heads != 0

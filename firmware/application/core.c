@@ -17,7 +17,7 @@
 
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
-enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2 };
+enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
 /* Of the window of the mean: offsets, weights, then the choice. */
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
@@ -111,6 +111,7 @@ struct core_origin core_origin(const struct core_access *core) {
         .patch = FIELD(version, VERSION__PATCH),
         .fold = FIELD(core_read(core, AT(pipeline)), PIPELINE__FOLD),
         .has_table = FIELD(core_capability(core), CAPABILITY__ROTATION) != 0,
+        .has_modulators = FIELD(core_capability(core), CAPABILITY__MODULATORS) != 0,
         .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
         .dna =
             (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),
@@ -363,12 +364,11 @@ void core_clear_output(const struct core_access *core, uint32_t faults) {
                    (of_head2 ? BIT(COMMAND__CLEAR_HEAD2) : 0U));
 }
 
-static void core_lane_words(const struct coefficients *coefficients, uint32_t place,
+static void core_lane_words(const struct lane *lane, uint32_t counts_per_rev, uint32_t modulator,
                             uint32_t words[WORDS_A_LANE]) {
-    const struct lane *lane = &coefficients->lane[place];
-    uint64_t step = coefficients_phase_step(lane->order, coefficients->counts_per_rev);
+    uint64_t step = coefficients_phase_step(lane->order, counts_per_rev);
     words[0] = (uint32_t)step;
-    words[1] = (uint32_t)(step >> 32);
+    words[1] = (uint32_t)(step >> 32) | modulator << MODULATOR_PLACE;
     words[2] = lane->phase_offset;
     words[3] = (uint32_t)lane->amplitude;
 }
@@ -394,7 +394,8 @@ void core_write_coefficients(const struct core_access *core,
     ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        core_lane_words(coefficients, lane, words);
+        core_lane_words(&coefficients->lane[lane], coefficients->counts_per_rev, MODULATOR_ONE,
+                        words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
             core_write(core, core_lane_offset(lane, word), words[word]);
         }
@@ -413,7 +414,8 @@ bool core_verify_coefficients(const struct core_access *core,
     ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        core_lane_words(coefficients, lane, words);
+        core_lane_words(&coefficients->lane[lane], coefficients->counts_per_rev, MODULATOR_ONE,
+                        words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
             if (core_read(core, core_lane_offset(lane, word)) != words[word]) {
                 return false;
@@ -428,6 +430,41 @@ bool core_verify_coefficients(const struct core_access *core,
         equal = equal && word == core_mean_word(&coefficients->mean, place);
     }
     return equal;
+}
+
+void core_write_followed(const struct core_access *core, const struct followed *followed,
+                         uint32_t counts_per_rev, uint32_t lanes) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && followed->lanes <= lanes);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        uint32_t words[WORDS_A_LANE];
+        const struct followed_lane *lane = &followed->lane[place];
+        core_lane_words(&lane->lane, counts_per_rev, lane->modulator, words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            core_write(core, core_lane_offset(lanes - followed->lanes + place, word), words[word]);
+        }
+    }
+    if (followed->lanes != 0) {
+        core_write(core, AT(conditions.width), followed->width);
+        core_write(core, AT(conditions.dead_zone), followed->dead_zone);
+        core_write(core, AT(conditions.nominal_speed), followed->nominal_speed);
+    }
+}
+
+bool core_verify_followed(const struct core_access *core, const struct followed *followed,
+                          uint32_t counts_per_rev, uint32_t lanes) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && followed->lanes <= lanes);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        uint32_t words[WORDS_A_LANE];
+        const struct followed_lane *lane = &followed->lane[place];
+        core_lane_words(&lane->lane, counts_per_rev, lane->modulator, words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            uint32_t offset = core_lane_offset(lanes - followed->lanes + place, word);
+            if (core_read(core, offset) != words[word]) {
+                return false;
+            }
+        }
+    }
+    return true;
 }
 
 void core_swap(const struct core_access *core) {

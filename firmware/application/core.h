@@ -11,6 +11,7 @@
 
 #include "capture.h"
 #include "coefficients.h"
+#include "followed.h"
 
 typedef uint32_t core_read_word(void *context, uint32_t offset);
 typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
@@ -48,6 +49,8 @@ struct core_origin {
     uint32_t fold;
     /* The lanes find their cosine in a table, not by CORDIC. */
     bool has_table;
+    /* Amplitudes of lanes may follow conditions. */
+    bool has_modulators;
     /* Identifier of the chip, where the top level reads it. */
     bool has_dna;
     uint64_t dna;
@@ -212,6 +215,12 @@ void core_write_coefficients(const struct core_access *core,
 /* Read the idle bank back; false where a word differs. */
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients);
+/* Lanes that follow a condition, in the last lanes of the bank, and what the conditions need; and whether
+   the bank reads back as written. */
+void core_write_followed(const struct core_access *core, const struct followed *followed,
+                         uint32_t counts_per_rev, uint32_t lanes);
+bool core_verify_followed(const struct core_access *core, const struct followed *followed,
+                          uint32_t counts_per_rev, uint32_t lanes);
 void core_swap(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);

@@ -54,6 +54,7 @@ enum load_answer application_load_end(struct application *application, uint32_t 
         .counts_per_rev = (uint32_t)application->parameters.counts_per_rev,
         .heads = application->configuration.heads,
         .has_mean = application->configuration.has_mean,
+        .has_modulators = core_origin(&application->core).has_modulators,
         .delays = (uint32_t)application->parameters.head_delays,
     };
     return load_end(&application->load, &place, active, crc);

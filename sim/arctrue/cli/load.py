@@ -72,10 +72,12 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
     except ValueError as error:
         tell_error(f"{file}: {error}")
         sys.exit(NO_DEVICE)
-    if not sent.orders:
+    if sent.is_empty:
         say(f"{file}: it has no lanes; nothing is loaded any more")
         return
     said = f"{file}: {len(sent.orders)} orders are loaded and active"
+    if sent.followed:
+        said += f", and {sent.followed} lanes that follow a condition, which no turn judges"
     if unjudged:
         said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"
     say(said)

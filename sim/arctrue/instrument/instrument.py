@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.printable import time_left
 from arctrue.base.progress import ReportStep
+from arctrue.gateware.extension import Conditions
 from arctrue.gateware.register_access import CaptureBank, CoefficientSet, RegisterMap, Snapshot
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, CLOCK_HZ, LANES_DEFAULT
 from arctrue.instrument.build import build
@@ -465,6 +466,10 @@ class Instrument:
     def write_coefficients(self, coefficients: CoefficientSet) -> None:
         """Write the idle bank; it acts with ``command("swap")``."""
         _now(self.registers.write_coefficients(coefficients))
+
+    def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
+        """Write what direction and speed are worked out with, for this instrument's clock."""
+        _now(self.registers.write_conditions(conditions, counts_per_rev, self.clock_hz))
 
     # What leaves the core ---------------------------------------------------------------------
 

@@ -86,6 +86,21 @@ class Lane:
     sine_arcsec: float
 
 
+Condition = Literal["direction", "speed", "speed_squared"]
+"""What the amplitude of a lane may follow by itself (the gateware's generic MODULATORS)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionedLane:
+    """A harmonic of head 1's error, order 0 a constant, in proportion to a condition.
+
+    Per unit of the condition: direction ±1, speed in rad/s or its square.
+    """
+
+    condition: Condition
+    lane: Lane
+
+
 @dataclass(frozen=True, slots=True)
 class SearchParameter:
     """A parameter that enters the columns nonlinearly and is therefore searched."""
@@ -264,6 +279,15 @@ class Effect(ABC):
         Default: the disc-fixed orders of :meth:`disc_orders`.
         """
         return paired_lanes(self.disc_orders(nonlinear), coefficients)
+
+    def conditioned_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[ConditionedLane]:
+        """What lanes can correct whose amplitude follows a condition; default none."""
+        return []
 
     @property
     def parts(self) -> list[str]:
