@@ -269,6 +269,13 @@ def test_a_command_without_its_extra_says_which(
     assert f"pip install 'arctrue[{extra}]'" in said
 
 
+def test_a_calibration_of_the_core_lacks_its_picture_alone(core: Installed) -> None:
+    core.arctrue("simulate", "plain", "--seed", "2", "--experiment", "lean")
+    said = core.arctrue("calibrate", "plain")
+    assert "No plot: this needs matplotlib" in said
+    assert (core.folder / "build" / "calibration" / "plain" / "coefficients.toml").exists()
+
+
 def test_every_command_of_the_core_is_listed(core: Installed) -> None:
     assert len(core.run("python", "-c", EVERY_HELP).splitlines()) == 1 + len(
         list((ROOT / "sim" / "arctrue" / "cli").glob("[!_]*.py"))
