@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from arctrue.measurement import MeasurementError, MeasurementSet, Reference, Tab
 from scripts.reference_pages import api_page
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
+NOTEBOOKS = DOCS / "notebooks"
 
 
 def test_the_import_loads_nothing() -> None:
@@ -125,17 +127,70 @@ def test_columns_that_are_none_are_refused(columns: dict[str, Any], said: str) -
         Reference(**{**right, **columns})
 
 
+def shown_by(notebook: Path) -> list[Any]:
+    """Every code cell in order; the last expression of a cell is what a notebook would show."""
+    names: dict[str, object] = {}
+    shown = []
+    for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            tree = ast.parse("".join(cell["source"]))
+            last = tree.body.pop()
+            assert isinstance(last, ast.Expr)
+            exec(compile(tree, notebook.name, "exec"), names)
+            shown.append(eval(compile(ast.Expression(last.value), notebook.name, "eval"), names))
+    return shown
+
+
+def test_the_notebook_of_the_metrologist() -> None:
+    """What it puts into the rows: 2″, 0.3″, a reversal error of 0.4″; noise of 0.1″ a row."""
+    data, params, (value, stderr, (low, high)), tested, (correction, std) = shown_by(
+        NOTEBOOKS / "metrologist.ipynb"
+    )
+    assert "240 rows" in repr(data)
+    for order, size in ((1, 2.0), (3, 0.3)):
+        found = params[f"graduation_harmonics.order_{order}_amplitude"]
+        assert abs(found.value - size) < 3.0 * found.stderr
+    # Of the mean of 240 rows of 0.1″, the difference of both ways.
+    assert stderr == pytest.approx(2.0 * 0.1 / np.sqrt(240), rel=0.2)
+    assert low < value < high
+    assert low < 0.4 < high
+    assert tested.ratio.p_value < 1e-9
+    angle = np.deg2rad([0.0, 7.5, 15.0])
+    expected = 2.0 * np.cos(angle) + 0.3 * np.sin(3.0 * angle) + 0.2
+    assert np.all(np.abs(correction - expected) < 3.0 * std)
+
+
+def test_the_notebook_of_the_beamline() -> None:
+    """The heat that it puts in: 0.25″/K of order 1; noise of 0.2″ a row."""
+    data, same, params, (value, (low, high)), correction = shown_by(NOTEBOOKS / "beamline.ipynb")
+    assert "600 rows" in repr(data)
+    assert same
+    assert params["graduation_harmonics.order_1_amplitude"].value == pytest.approx(3.0, abs=0.05)
+    assert low < value < high
+    assert low < 0.25 < high
+    angle = np.deg2rad(correction["angle"].values)
+    # T₀ is the median of the log, 22 °C.
+    expected = 3.0 * np.cos(angle) + 0.25 * np.sin(angle)
+    np.testing.assert_allclose(correction.values, expected, atol=0.1)
+
+
+@pytest.mark.slow
+def test_the_notebook_of_the_machine_builder() -> None:
+    polygon, data, verdict, model, left = shown_by(NOTEBOOKS / "machine_builder.ipynb")
+    assert list(polygon.columns) == ["angle", "error_arcsec", "direction", "cycle"]
+    assert "capture: 12000 rows, reference: 480 rows" in repr(data)
+    assert (verdict.verdict, verdict.data["named"]) == ("named", "hysteresis")
+    assert model.effects == ["graduation_harmonics", "hysteresis"]
+    assert all(step.measurement_sha256 == data.sha256 for step in model.history)
+    assert left["count"] == 480
+    # The simulated autocollimator's noise is 0.15″.
+    assert left["std"] < 0.2
+
+
 @pytest.mark.slow
 def test_the_notebook_runs(tmp_path: Path) -> None:
     """Every code cell in order; the last line of a cell is what a notebook would show."""
-    cells = json.loads((DOCS / "notebook.ipynb").read_text(encoding="utf-8"))["cells"]
-    names: dict[str, object] = {}
-    shown = []
-    for cell in cells:
-        if cell["cell_type"] == "code":
-            *lines, last = "".join(cell["source"]).splitlines()
-            exec("\n".join(lines), names)
-            shown.append(eval(last, names))
+    shown = shown_by(DOCS / "notebook.ipynb")
     compared, pictures, diagnosed, model, ladder = shown
     assert "RMS" in compared._repr_html_()
     assert pictures._repr_html_().count("data:image/png;base64,") == len(pictures.images) >= 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import html
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -71,7 +72,7 @@ class Metadata(TypedDict, total=False):
     clock_offset_s: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Dataset(MeasurementSet):
     """A measurement set: what was measured with a rotary table, and what is known of the table.
 
@@ -451,14 +452,17 @@ class Dataset(MeasurementSet):
         """
         return sha256_of(self)
 
-    def _repr_html_(self) -> str:
-        rows = {
-            name: None if part is None else part.error_arcsec.size
-            for name, part in (("reference", self.reference),)
+    def __repr__(self) -> str:
+        """Title and rows."""
+        sizes = {
+            "capture": None if self.capture is None else self.capture.run.size,
+            "reference": None if self.reference is None else self.reference.error_arcsec.size,
         }
-        rows["capture"] = None if self.capture is None else self.capture.run.size
-        told = ", ".join(f"{name}: {size} rows" for name, size in rows.items() if size is not None)
-        return f"<p><b>{one_line(self.label) or 'Dataset'}</b> {told}</p>"
+        rows = [f"{name}: {size} rows" for name, size in sizes.items() if size is not None]
+        return f"Dataset({', '.join([repr(self.label), *rows] if self.label else rows)})"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(repr(self))}</p>"
 
 
 def label_of(measurement: MeasurementSet) -> str:

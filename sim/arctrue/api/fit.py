@@ -66,7 +66,8 @@ class FitParameter:
         """Work out an interval by profile likelihood.
 
         All other parameters and the noise take their likeliest values at each value of this one.
-        It holds where ``value ± 1.96·stderr`` does not: a drift beside slow noise, a frequency.
+        It is wider than ``value ± 1.96·stderr`` where slow noise may have taken part of the
+        parameter, as of a drift, and uneven where the likelihood is.
 
         Parameters
         ----------
@@ -115,6 +116,10 @@ class FitParameters(Mapping[str, FitParameter]):
     def __len__(self) -> int:
         """How many."""
         return len(self._parameters)
+
+    def __repr__(self) -> str:
+        """A line for each parameter."""
+        return "\n".join(f"{name}: {item}" for name, item in self.items())
 
     def valuesdict(self) -> dict[str, float]:
         """Collect the values.

@@ -5,11 +5,12 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib.util import find_spec
 from types import ModuleType
+from typing import Any
 
 EXTRA_OF: Mapping[str, str] = {
     "flask": "page",
-    "jinja2": "page",
     "matplotlib": "page",
     "plotly": "page",
     "waitress": "page",
@@ -56,3 +57,20 @@ def optional(package: str) -> ModuleType:
     """The module ``package`` of an extra. Raises MissingExtraError where it is not installed."""
     with needs_extras():
         return importlib.import_module(package)
+
+
+def installed(package: str) -> bool:
+    """True where the package can be imported; nothing is imported."""
+    return find_spec(package) is not None
+
+
+class LazyModule:
+    """A module of an extra that is imported when a name of it is first used."""
+
+    def __init__(self, name: str) -> None:
+        """``name``: as an import statement has it."""
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        """Raises MissingExtraError where the package is not installed."""
+        return getattr(optional(self._name), name)

@@ -14,6 +14,7 @@ import pkgutil
 import click
 
 from arctrue import cli
+from arctrue.base.extras import MissingExtraError, missing_extra
 from arctrue.cli._group import Program
 
 # This must precede the import of numpy: the matrix products here are narrow, and several BLAS
@@ -45,6 +46,21 @@ class _NotGeneratedError(click.ClickException):
         super().__init__(
             "sim/arctrue/generated is not there yet: run make generate in the source tree first"
         )
+
+
+def _without_extra(name: str, missing: MissingExtraError) -> click.Command:
+    """A command that says which extra it needs, whatever it is asked."""
+
+    def refuse(_: click.Context, __: click.Parameter, ___: object) -> None:
+        raise missing
+
+    return click.Command(
+        name,
+        help=f"Not installed: {missing}",
+        short_help=f"Not installed; pip install {str(missing).rpartition(' ')[2]}",
+        params=[click.Argument(["words"], nargs=-1, type=click.UNPROCESSED, callback=refuse)],
+        context_settings={"ignore_unknown_options": True},
+    )
 
 
 class _AllCommands(Program):
@@ -85,9 +101,11 @@ class _AllCommands(Program):
         try:
             module = importlib.import_module(f"arctrue.cli.{name}")
         except ModuleNotFoundError as error:
-            if not (error.name or "").startswith(GENERATED):
+            if (error.name or "").startswith(GENERATED):
+                raise _NotGeneratedError from error
+            if (missing := missing_extra(error)) is None:
                 raise
-            raise _NotGeneratedError from error
+            return _without_extra(cmd_name, missing)
         command = getattr(module, name, getattr(module, "command", None))
         return command if isinstance(command, click.Command) else None
 

@@ -8,11 +8,13 @@ from typing import Any
 
 import click
 
+from arctrue.base.extras import MissingExtraError, missing_extra
 from arctrue.base.similar import did_you_mean
 from arctrue.cli._terminal import note, tell_error
 
 EXIT_INTERRUPTED = 130
 """128 + SIGINT, the exit code that a shell gives an interrupted program."""
+EXIT_BAD_INPUT = 2
 
 
 class Commands(click.Group):
@@ -58,6 +60,14 @@ class Program(Commands):
         except click.ClickException as failure:
             _tell(failure)
             code = failure.exit_code
+        except ModuleNotFoundError as error:
+            if (missing := missing_extra(error)) is None:
+                raise
+            tell_error(str(missing))
+            code = EXIT_BAD_INPUT
+        except MissingExtraError as error:
+            tell_error(str(error))
+            code = EXIT_BAD_INPUT
         sys.exit(code if isinstance(code, int) else 0)
 
 

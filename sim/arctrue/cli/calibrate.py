@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -13,6 +13,7 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from arctrue.base.extras import MissingExtraError, needs_extras
 from arctrue.base.figures import figure
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.base.whole_file import write_whole_text
@@ -195,12 +196,15 @@ def calibrate(
         _stop_if_refused(calibration.objections, out, force=force)
         coefficients, picture = out / "coefficients.toml", out / "calibration.png"
         write_coefficient_file(coefficients, calibration.coefficients, measurement.title or name)
-        # matplotlib takes longer to import than the calibration to run.
-        from arctrue.report.charts.calibration_chart import calibration_chart
-        from arctrue.report.charts.matplotlib_chart import save_chart
 
-        save_chart(calibration_chart(calibration, measurement.title or name), picture)
-        say(f"\nCoefficients: {coefficients}\nPlot: {picture}")
+        def draw() -> None:
+            # matplotlib takes longer to import than the calibration to run.
+            from arctrue.report.charts.calibration_chart import calibration_chart
+            from arctrue.report.charts.matplotlib_chart import save_chart
+
+            save_chart(calibration_chart(calibration, measurement.title or name), picture)
+
+        say(f"\nCoefficients: {coefficients}\n{_plotted(draw, picture)}")
     except OSError as error:
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
 
@@ -277,13 +281,16 @@ def _finish_alone(
         _stop_if_refused(alone.objections, out, force=force)
         coefficients, picture = out / "coefficients.toml", out / "calibration.png"
         write_coefficient_file(coefficients, alone.coefficients, measurement.title or name)
-        # matplotlib takes longer to import than the calibration to run.
-        from arctrue.report.charts.calibration_chart import reference_calibration_chart
-        from arctrue.report.charts.matplotlib_chart import save_chart
 
-        chart = reference_calibration_chart(alone.comparison, measurement.title or name)
-        save_chart(chart, picture)
-        say(f"\nCoefficients: {coefficients}\nPlot: {picture}")
+        def draw() -> None:
+            # matplotlib takes longer to import than the calibration to run.
+            from arctrue.report.charts.calibration_chart import reference_calibration_chart
+            from arctrue.report.charts.matplotlib_chart import save_chart
+
+            chart = reference_calibration_chart(alone.comparison, measurement.title or name)
+            save_chart(chart, picture)
+
+        say(f"\nCoefficients: {coefficients}\n{_plotted(draw, picture)}")
     except OSError as error:
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
 
@@ -471,3 +478,13 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
 def _finite(value: float) -> float | None:
     """JSON has no infinity: what cannot be seen is null."""
     return float(value) if math.isfinite(value) else None
+
+
+def _plotted(draw: Callable[[], None], picture: Path) -> str:
+    """Draw it, and say where it is, or what is missing: the coefficients are there all the same."""
+    try:
+        with needs_extras():
+            draw()
+    except MissingExtraError as missing:
+        return f"No plot: {missing}"
+    return f"Plot: {picture}"

@@ -8,15 +8,20 @@ import logging
 import os
 import time
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import serial
 from msgspec import Struct
 
+from arctrue.base.extras import LazyModule
 from arctrue.base.typed_content import typed
 from arctrue.device.dump import DumpHead, read_head, read_row
 from arctrue.device.exclusive_port import keep_others_out, let_others_in, other_users
 from arctrue.measurement import MeasurementSet
+
+if TYPE_CHECKING:
+    import serial
+else:
+    serial = LazyModule("serial")
 
 BAUD = 115_200
 ATTEMPTS = 3

@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa  # type: ignore[import-untyped]
-import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
 import tomli_w
 from numpy.typing import NDArray
 
+from arctrue.base.extras import installed, optional
 from arctrue.base.whole_file import whole_file
 from arctrue.measurement.csv_blocks import LARGEST_NUMBER
 from arctrue.measurement.description import FILE_NAME, SECTIONS
@@ -41,6 +40,9 @@ _REFERENCE_ORDER = (
     "u_arcsec",
     "mask",
 )
+ROWS_TOGETHER = 1 << 14
+SMALLEST_PLAIN, LARGEST_PLAIN = 1e-6, 1e10
+"""Numbers outside are written with an exponent."""
 _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
 
 
@@ -57,11 +59,9 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     folder = Path(folder)
     tables = {}
     if measurement.capture is not None:
-        tables["capture.csv"] = _arrow_table(
-            measurement.capture, (*CAPTURE_COLUMNS, *CAPTURE_OPTIONAL)
-        )
+        tables["capture.csv"] = _columns(measurement.capture, (*CAPTURE_COLUMNS, *CAPTURE_OPTIONAL))
     if measurement.reference is not None:
-        tables["reference.csv"] = _arrow_table(measurement.reference, _REFERENCE_ORDER)
+        tables["reference.csv"] = _columns(measurement.reference, _REFERENCE_ORDER)
     with ExitStack() as unfinished:
         # The description takes its place last: without it there is no set.
         description = unfinished.enter_context(whole_file(folder / FILE_NAME))
@@ -70,12 +70,29 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
             _write_csv(unfinished.enter_context(whole_file(folder / name)), table)
 
 
-def _write_csv(path: Path, table: pa.Table) -> None:
+def _write_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+    """With pyarrow where it is installed, which is faster; the text is the same without it."""
     with path.open("wb") as file:
-        file.write(_header(table.column_names).encode())
-        pa_csv.write_csv(
-            table, file, pa_csv.WriteOptions(include_header=False, quoting_style="none")
-        )
+        file.write(_header(list(columns)).encode())
+        if installed("pyarrow"):
+            pa, pa_csv = optional("pyarrow"), optional("pyarrow.csv")
+            options = pa_csv.WriteOptions(include_header=False, quoting_style="none")
+            pa_csv.write_csv(pa.table(dict(columns)), file, options)
+            return
+        for start in range(0, len(next(iter(columns.values()))), ROWS_TOGETHER):
+            block = [values[start : start + ROWS_TOGETHER].tolist() for values in columns.values()]
+            rows = zip(*([number_text(item) for item in column] for column in block), strict=True)
+            file.write("".join(",".join(row) + "\n" for row in rows).encode())
+
+
+def number_text(value: float) -> str:
+    """The shortest text that is read as the same number, as pyarrow writes it."""
+    if isinstance(value, int):
+        return str(value)
+    size = abs(value)
+    if size != 0.0 and not SMALLEST_PLAIN <= size < LARGEST_PLAIN:
+        return np.format_float_scientific(value, trim="-", exp_digits=1)
+    return np.format_float_positional(value, trim="-")
 
 
 def _description(measurement: MeasurementSet) -> str:
@@ -129,30 +146,30 @@ def _toml(value: str | float | tuple[str | float, ...]) -> str:
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
-def _arrow_table(columns: Capture | Reference, names: tuple[str, ...]) -> pa.Table:
+def _columns(columns: Capture | Reference, names: tuple[str, ...]) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {
         name: np.asarray(getattr(columns, name))
         for name in names
         if getattr(columns, name) is not None
     } | {name: np.asarray(values) for name, values in columns.conditions.items()}
-    converted = {}
+    converted: dict[str, NDArray[Any]] = {}
     for name, array in arrays.items():
         if name in WHOLE_COLUMNS:
-            converted[name] = pa.array(array.astype(np.int64))
-        else:
-            bad = np.flatnonzero(~np.isfinite(array))
-            if bad.size:
-                raise ValueError(f"{name}[{bad[0]}]: {array[bad[0]]} is not a finite number")
-            large = np.flatnonzero(np.abs(array) > LARGEST_NUMBER)
-            if large.size:
-                raise ValueError(
-                    f"{name}[{large[0]}]: {array[large[0]]:g} is too large; expected a number "
-                    f"within ±{LARGEST_NUMBER:g}, which is what is read"
-                )
-            decimals = _DECIMALS.get(name)
-            values = array.astype(np.float64)
-            converted[name] = pa.array(values if decimals is None else np.round(values, decimals))
-    return pa.table(converted)
+            converted[name] = array.astype(np.int64)
+            continue
+        bad = np.flatnonzero(~np.isfinite(array))
+        if bad.size:
+            raise ValueError(f"{name}[{bad[0]}]: {array[bad[0]]} is not a finite number")
+        large = np.flatnonzero(np.abs(array) > LARGEST_NUMBER)
+        if large.size:
+            raise ValueError(
+                f"{name}[{large[0]}]: {array[large[0]]:g} is too large; expected a number "
+                f"within ±{LARGEST_NUMBER:g}, which is what is read"
+            )
+        decimals = _DECIMALS.get(name)
+        values = array.astype(np.float64)
+        converted[name] = values if decimals is None else np.round(values, decimals)
+    return converted
 
 
 def _header(names: list[str]) -> str:

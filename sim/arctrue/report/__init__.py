@@ -1,6 +1,9 @@
 """Figures and pages that people read."""
 
-import matplotlib as mpl
+from arctrue.base.extras import installed
 
-# A title or a name may hold "$": it is text, no mathematics, and must not stop a figure.
-mpl.rcParams["text.parse_math"] = False
+if installed("matplotlib"):
+    import matplotlib as mpl
+
+    # A title or a name may hold "$": it is text, no mathematics, and must not stop a figure.
+    mpl.rcParams["text.parse_math"] = False

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pyarrow as pa  # type: ignore[import-untyped]
-import pyarrow.parquet as pa_parquet  # type: ignore[import-untyped]
 
+from arctrue.base.extras import LazyModule
 from arctrue.importing.choices import Choices
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.arrays import recording_of
 from arctrue.importing.readers.unpacked_size import refuse_above_limit
 from arctrue.measurement import MeasurementError
+
+if TYPE_CHECKING:
+    import pyarrow as pa  # type: ignore[import-untyped]
+    import pyarrow.parquet as pa_parquet  # type: ignore[import-untyped]
+else:
+    pa, pa_parquet = LazyModule("pyarrow"), LazyModule("pyarrow.parquet")
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -24,7 +30,8 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Read the columns of the table.
 
-    Raises MeasurementError for a damaged file or one above the limit.
+    Raises MeasurementError for a damaged file or one above the limit, MissingExtraError without
+    pyarrow.
     """
     try:
         metadata = pa_parquet.read_metadata(path)

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa  # type: ignore[import-untyped]
-import pyarrow.compute as pc  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
+from arctrue.base.extras import LazyModule
 from arctrue.importing.readers.text_form import DELIMITERS, MISSING, Form
 from arctrue.importing.readers.unpacked_size import refuse_above_limit
+
+if TYPE_CHECKING:
+    import pyarrow as pa  # type: ignore[import-untyped]
+    import pyarrow.compute as pc  # type: ignore[import-untyped]
+else:
+    pa, pc = LazyModule("pyarrow"), LazyModule("pyarrow.compute")
 
 _WHOLE = r"\A[+-]?[0-9]+\z"
 _BYTES_A_LETTER = 4

@@ -19,7 +19,7 @@ try:
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 except ImportError as error:
     raise ValueError(
-        "the subject gaussian_process needs scikit-learn: pip install 'arctrue[peers]'"
+        "the subject gaussian_process needs scikit-learn: pip install 'arctrue[studies]'"
     ) from error
 
 BLOCKS_A_RUN = 48
