@@ -79,6 +79,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--lanes", type=int, help="harmonics (the generic's default: all)")
     parser.add_argument("--fold", type=int, choices=FOLDS, help="lanes that share a pipeline")
     parser.add_argument("--rotation", choices=ROTATIONS, help="how a lane finds its cosine")
+    parser.add_argument(
+        "--modulators",
+        choices=("true", "false"),
+        help="amplitudes of lanes follow direction, speed or a word",
+    )
     parser.add_argument("--heads", type=int, choices=(2, 3, 4), default=2, help="read heads (2)")
     parser.add_argument(
         "--mean",
@@ -111,6 +116,7 @@ def main(arguments: list[str] | None = None) -> int:
         "CAPTURE_DEPTH": chosen.capture_depth,
         "FOLD": chosen.fold or fold_of(chosen.flow, lanes),
         "ROTATION": chosen.rotation,
+        "MODULATORS": True if chosen.modulators == "true" else None,
         "HEADS": chosen.heads if chosen.heads > 2 else None,
         "MEAN": True if chosen.mean == "true" and chosen.heads == 2 else None,
     }

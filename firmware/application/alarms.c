@@ -66,7 +66,8 @@ uint32_t alarms_of_turn(struct application *application) {
                       ? ALARM_SEPARATION
                       : 0;
     }
-    alarms |= application->report.reason == REFUSED_HEADS_EXCHANGED ? ALARM_SEPARATION : 0;
+    bool moved = application->report.mean_off_arcsec > parameters->alarm_separation_arcsec;
+    alarms |= moved || application->report.reason == REFUSED_HEADS_EXCHANGED ? ALARM_SEPARATION : 0;
     const struct core_status status = core_status(&application->core);
     application->report.output_stands = status.cannot_keep_up;
     application->report.release_causes = status.release_causes;

@@ -44,9 +44,21 @@ static uint32_t bank_angle_offset(const struct core_position *position, int32_t 
     return (uint32_t)(offset < 0 ? offset + counts_per_rev : offset);
 }
 
+/* Of each head at the first sample; as for head 1, the travel since then is right when words wrap. */
+static void bank_start_angles(const struct core_turns *turns, struct capture *capture) {
+    for (uint32_t head = 0; head < capture->heads && capture->words != NULL; head++) {
+        const volatile int32_t *words = head < 2 ? capture->words : capture->further;
+        int64_t travel = counts_apart(turns->turn_position[head], words[head % 2]);
+        int64_t angle = ((int64_t)turns->angle[head] - travel) % capture->counts_per_rev;
+        capture->start[head] = (int32_t)(angle < 0 ? angle + capture->counts_per_rev : angle);
+    }
+}
+
 void bank_take(struct application *application) {
     const struct core_access *core = &application->core;
     struct core_position position = core_position(core);
+    uint32_t heads = application->configuration.heads;
+    const struct core_turns turns = core_turns(core, heads);
     struct core_header header = core_capture_header(core);
     uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
     uint32_t depth = application->configuration.capture_depth;
@@ -56,6 +68,8 @@ void bank_take(struct application *application) {
     follow_middle_of_turn(application);
     application->position_at_bank = position.head1_position;
     const volatile int32_t *words = samples ? core->capture(core->context, 2 * samples) : NULL;
+    const volatile int32_t *further =
+        samples && heads > 2 ? core->further_capture(core->context, 2 * samples) : NULL;
     application->capture = (struct capture){
         .words = words,
         .samples = samples,
@@ -67,7 +81,10 @@ void bank_take(struct application *application) {
                              ? (uint32_t)application->parameters.sample_period
                              : 0U,
         .clock_hz = application->configuration.clock_hz,
+        .heads = heads,
+        .further = further,
     };
+    bank_start_angles(&turns, &application->capture);
 }
 
 void bank_copy(struct application *application) {

@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "assertion.h"
 #include "judge.h"
 #include "separation.h"
 #include "units.h"
@@ -89,10 +90,26 @@ static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
+/* Beside those at work that follow a condition. */
+static uint32_t calibrate_plain_lanes(const struct application *application) {
+    const struct followed followed = load_followed_at_work(&application->load);
+    return application->configuration.lanes - followed.lanes;
+}
+
+/* Their bits, by place. */
+static uint64_t calibrate_lanes_in_use(const struct coefficients *coefficients) {
+    uint64_t used = 0;
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        used |= (uint64_t)(coefficients->lane[lane].order != 0) << lane;
+    }
+    return used;
+}
+
 static void calibrate_combine(struct application *application, const struct coefficients *own) {
     const struct load *load = &application->load;
     load_combine(load_at_work(load), application_thermal(application, &load->thermal),
-                 application->table.celsius, own, application->configuration.lanes,
+                 application->table.celsius, own, calibrate_plain_lanes(application),
                  &application->candidate);
     application->candidate.counts_per_rev = own->counts_per_rev;
 }
@@ -193,7 +210,7 @@ static enum refusal calibrate_make_candidate(struct application *application) {
     const struct parameters *parameters = &application->parameters;
     struct estimate *estimate = &application->measured;
     const struct coefficients *loaded = load_at_work(&application->load);
-    uint32_t lanes = application->configuration.lanes;
+    uint32_t lanes = calibrate_plain_lanes(application);
     uint32_t own_lanes = lanes - calibrate_lanes_used(loaded);
     struct coefficients own;
     enum verdict verdicts[ORDERS_MAX];
@@ -231,8 +248,31 @@ static void calibrate_take_candidate(struct application *application,
     const struct coefficients *active = state_active(application);
     application->candidate_origin = origin;
     application->estimate = application->measured;
-    application->report.prediction =
-        gate_predict(&application->measured, active, &application->candidate);
+    if (application->candidate.mean.heads == 0) {
+        application->report.prediction =
+            gate_predict(&application->measured, active, &application->candidate);
+    }
+}
+
+/* Counts that a place may be off all the same: an index mark repeats to one, and so does the set's. */
+#define PLACE_COUNTS 2.0
+
+/* The lanes of a mean say nothing of head 1's error, which is what two heads can judge. What a turn can tell is whether
+   the heads stand where the mean's offsets say. */
+static enum judgement calibrate_judge_mean(struct application *application, const struct turn *turn,
+                                           const struct mean_set *set) {
+    double place[HEADS_MOST];
+    uint32_t counts_per_rev = application->capture.counts_per_rev;
+    double arcsec = ARCSEC_PER_TURN / counts_per_rev;
+    application->report.mean_off_arcsec = -1.0;
+    if (set->heads != application->capture.heads ||
+        !capture_places(&application->capture, turn->samples, place)) {
+        return JUDGED_NOT_YET;
+    }
+    double off = mean_set_off(set, place, counts_per_rev);
+    application->report.mean_off_arcsec = off * arcsec;
+    bool far = off * arcsec > application->parameters.alarm_separation_arcsec;
+    return far && off > PLACE_COUNTS ? JUDGED_WRONG : JUDGED_RIGHT;
 }
 
 /* The saved coefficients; the calibration's own of before where there are none of this start. */
@@ -246,10 +286,13 @@ static void calibrate_judge_saved(struct application *application, const struct 
                  &application->candidate);
     bool fits = saved_lanes(saved) <= lanes &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
-    enum judgement found =
-        fits ? judge_again(&judge, &saved->loaded, saved->unjudged,
-                           application->parameters.alarm_error_arcsec, &application->candidate)
-             : JUDGED_WRONG;
+    enum judgement found = JUDGED_WRONG;
+    if (fits && saved->loaded.mean.heads != 0) {
+        found = calibrate_judge_mean(application, turn, &saved->loaded.mean);
+    } else if (fits) {
+        found = judge_again(&judge, &saved->loaded, saved->unjudged,
+                            application->parameters.alarm_error_arcsec, &application->candidate);
+    }
     if (found == JUDGED_RIGHT) {
         calibrate_take_candidate(application, OF_SAVED);
     } else if (found == JUDGED_WRONG) {
@@ -269,9 +312,18 @@ static void calibrate_judge_load(struct application *application, const struct t
     }
     load_own_lanes(load, active, &own);
     load_combine(&load->received, application_thermal(application, &load->received_thermal),
-                 application->middle_celsius, &own, application->configuration.lanes,
+                 application->middle_celsius, &own,
+                 application->configuration.lanes - load->received_followed.lanes,
                  &application->candidate);
-    enum load_answer answer = judge_received(&judge, load, active, &application->candidate);
+    enum load_answer answer = LOAD_NOT_YET;
+    if (load->received.mean.heads == 0) {
+        answer = judge_received(&judge, load, active, &application->candidate);
+    } else {
+        enum judgement found = calibrate_judge_mean(application, turn, &load->received.mean);
+        answer = found == JUDGED_RIGHT ? LOAD_TAKEN : answer;
+        answer = found == JUDGED_WRONG ? LOAD_OTHER_HEADS : answer;
+        load->received_unjudged = calibrate_lanes_in_use(&load->received);
+    }
     if (answer == LOAD_TAKEN) {
         calibrate_take_candidate(application, OF_LOAD);
     } else if (answer != LOAD_NOT_YET) {
@@ -285,16 +337,26 @@ static void calibrate_judge_pending(struct application *application, const struc
     const struct judge judge = calibrate_judge(application, turn);
     const struct thermal *thermal = application_thermal(application, &load->thermal);
     const struct coefficients *active = state_active(application);
-    uint32_t lanes = application->configuration.lanes;
+    uint32_t lanes = application->configuration.lanes - load->followed.lanes;
     struct coefficients *candidate = &application->candidate;
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
-    enum judgement found = judge_again(&judge, &load->loaded, load->unjudged, 0.0, candidate);
+    enum judgement found = load->loaded.mean.heads != 0
+                               ? calibrate_judge_mean(application, turn, &load->loaded.mean)
+                               : judge_again(&judge, &load->loaded, load->unjudged, 0.0, candidate);
     if (found == JUDGED_WRONG) {
         load_reject(load, LOAD_WORSE);
     } else if (found == JUDGED_RIGHT) {
         load_combine(&load->loaded, thermal, application->middle_celsius, active, lanes, candidate);
         calibrate_take_candidate(application, OF_PENDING);
     }
+}
+
+/* The mean is corrected: nothing is worked out for head 1, whose error the estimate still shows. */
+static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
+    (void)calibrate_judge_mean(application, turn, &application->active.mean);
+    application->estimate = application->measured;
+    memset(application->verdicts, 0, sizeof application->verdicts);
+    return REFUSED_NOT_BETTER;
 }
 
 static void calibrate_judge_sets(struct application *application, const struct turn *turn) {
@@ -328,9 +390,12 @@ enum refusal calibrate_turn(struct application *application) {
     if (reason == NOT_REFUSED) {
         reason = calibrate_judge_noise(application);
     }
-    if (reason == NOT_REFUSED) {
-        calibrate_watch_loaded(application, &turn);
-        reason = calibrate_make_candidate(application);
+    if (reason != NOT_REFUSED) {
+        return reason;
     }
-    return reason;
+    if (application->has_active && application->active.mean.heads != 0) {
+        return calibrate_watch_mean(application, &turn);
+    }
+    calibrate_watch_loaded(application, &turn);
+    return calibrate_make_candidate(application);
 }

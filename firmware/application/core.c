@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "arctrue_number_formats.h"
 #include "arctrue_registers.h"
 #include "assertion.h"
 
@@ -16,7 +17,10 @@
 
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
-enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2 };
+enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
+/* Of the window of the mean: offsets, weights, then the choice. */
+enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
+#define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
 /* Of a turn: the table may move so far between a look at it and what follows from it. */
 enum { COMPARE_MARGIN = 1024 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
@@ -43,6 +47,10 @@ const char *core_fault_name(uint32_t bit) {
         return "processor_silent";
     case CORE_FAULT_SWALLOWED:
         return "swallowed";
+    case CORE_FAULT_HEAD3:
+        return "head3";
+    case CORE_FAULT_HEAD4:
+        return "head4";
     default:
         return NULL;
     }
@@ -62,6 +70,18 @@ static uint64_t core_read_wide(const struct core_access *core, uint32_t offset) 
     return (uint64_t)core_read(core, offset + WORD_BYTES) << 32 | low;
 }
 
+/* Gateware of an earlier minor version refuses the address, and has two heads. */
+static uint32_t core_capability(const struct core_access *core) {
+    uint32_t version = core_read(core, AT(version));
+    return FIELD(version, VERSION__MINOR) >= 8U ? core_read(core, AT(capability)) : HEADS;
+}
+
+/* None is worked with whose capture cannot be read. */
+static uint32_t core_heads(const struct core_access *core) {
+    uint32_t heads = FIELD(core_capability(core), CAPABILITY__HEADS);
+    return core->further_capture != NULL && heads > HEADS && heads <= HEADS_MOST ? heads : HEADS;
+}
+
 bool core_identify(const struct core_access *core, struct core_configuration *configuration) {
     if (core->look != NULL) {
         core->look(core->context);
@@ -75,14 +95,11 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
         .lanes = FIELD(built, CORE_CONFIGURATION__LANES),
         .capture_depth = FIELD(built, CORE_CONFIGURATION__CAPTURE_DEPTH),
         .clock_hz = core_read(core, AT(clock_hz)),
+        .heads = core_heads(core),
+        .has_mean = FIELD(core_capability(core), CAPABILITY__MEAN) != 0,
     };
     return major == ARCTRUE_REGISTERS__VERSION__MAJOR_reset && configuration->lanes > 0 &&
            configuration->lanes <= LANES_LIMIT && configuration->clock_hz > 0;
-}
-
-/* Gateware of an earlier minor version refuses the address. */
-static bool core_has_table(const struct core_access *core, uint32_t minor) {
-    return minor >= 8U && FIELD(core_read(core, AT(capability)), CAPABILITY__ROTATION) != 0;
 }
 
 struct core_origin core_origin(const struct core_access *core) {
@@ -93,7 +110,8 @@ struct core_origin core_origin(const struct core_access *core) {
         .minor = FIELD(version, VERSION__MINOR),
         .patch = FIELD(version, VERSION__PATCH),
         .fold = FIELD(core_read(core, AT(pipeline)), PIPELINE__FOLD),
-        .has_table = core_has_table(core, FIELD(version, VERSION__MINOR)),
+        .has_table = FIELD(core_capability(core), CAPABILITY__ROTATION) != 0,
+        .has_modulators = FIELD(core_capability(core), CAPABILITY__MODULATORS) != 0,
         .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
         .dna =
             (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),
@@ -111,6 +129,20 @@ void core_set_pins(const struct core_access *core, const struct core_setup *setu
     core_write(core, AT(pulse_inputs), setup->pulse_inputs);
 }
 
+static void core_write_further_setup(const struct core_access *core,
+                                     const struct core_setup *setup) {
+    uint32_t heads = core_heads(core);
+    if (heads > 2) {
+        core_write(core, AT(head3), setup->head3_input);
+    }
+    if (heads > 3) {
+        core_write(core, AT(head4), setup->head4_input);
+    }
+    if (FIELD(core_capability(core), CAPABILITY__MEAN) != 0) {
+        core_write(core, AT(head_delays), setup->head_delays);
+    }
+}
+
 static void core_write_setup(const struct core_access *core, const struct core_setup *setup) {
     core_write(core, AT(counts_per_rev), setup->counts_per_rev);
     core_write(core, AT(sample_period), setup->sample_period);
@@ -123,6 +155,7 @@ static void core_write_setup(const struct core_access *core, const struct core_s
     core_write(core, AT(index_tolerance), setup->index_tolerance);
     core_write(core, AT(head1_input), setup->head1_input);
     core_write(core, AT(head2_input), setup->head2_input);
+    core_write_further_setup(core, setup);
     core_write(core, AT(output_pins), setup->output_pins);
     core_write(core, AT(alarm), setup->alarm);
     core_set_pins(core, setup);
@@ -283,6 +316,21 @@ struct core_position core_position(const struct core_access *core) {
     return position;
 }
 
+struct core_turns core_turns(const struct core_access *core, uint32_t heads) {
+    struct core_turns turns = {
+        .angle = {core_read(core, AT(snapshot.head1_angle)),
+                  core_read(core, AT(snapshot.head2_angle))},
+        .turn_position = {(int32_t)core_read(core, AT(snapshot.head1_turn_position)),
+                          (int32_t)core_read(core, AT(snapshot.head2_turn_position))},
+    };
+    for (uint32_t head = HEADS; head < heads; head++) {
+        turns.angle[head] = core_read(core, head > 2 ? AT(head4.angle) : AT(head3.angle));
+        turns.turn_position[head] =
+            (int32_t)core_read(core, head > 2 ? AT(head4.turn_position) : AT(head3.turn_position));
+    }
+    return turns;
+}
+
 void core_release_capture(const struct core_access *core) {
     core_write(core, AT(command), BIT(COMMAND__CAPTURE_RELEASE));
 }
@@ -292,24 +340,35 @@ void core_acknowledge_interrupt(const struct core_access *core) {
     core_write(core, AT(interrupt_status), INTERRUPTS);
 }
 
+/* Before the command that ends a release: it looks at what is present then. */
+static void core_clear_further(const struct core_access *core, bool head3, bool head4) {
+    uint32_t heads = core_heads(core);
+    if (heads > 2 && (head3 || head4)) {
+        core_write(core, AT(heads_command),
+                   (head3 ? BIT(HEADS_COMMAND__CLEAR_HEAD3) : 0U) |
+                       (head4 && heads > 3 ? BIT(HEADS_COMMAND__CLEAR_HEAD4) : 0U));
+    }
+}
+
 void core_clear_faults(const struct core_access *core) {
+    core_clear_further(core, true, true);
     core_write(core, AT(command), BIT(COMMAND__CLEAR_HEAD1) | BIT(COMMAND__CLEAR_HEAD2));
 }
 
 void core_clear_output(const struct core_access *core, uint32_t faults) {
     bool of_head1 = (faults & (CORE_FAULT_HEAD1 | CORE_FAULT_SWALLOWED)) != 0;
     bool of_head2 = (faults & CORE_FAULT_HEAD2) != 0;
+    core_clear_further(core, (faults & CORE_FAULT_HEAD3) != 0, (faults & CORE_FAULT_HEAD4) != 0);
     core_write(core, AT(command),
                BIT(COMMAND__CLEAR_OUTPUT) | (of_head1 ? BIT(COMMAND__CLEAR_HEAD1) : 0U) |
                    (of_head2 ? BIT(COMMAND__CLEAR_HEAD2) : 0U));
 }
 
-static void core_lane_words(const struct coefficients *coefficients, uint32_t place,
+static void core_lane_words(const struct lane *lane, uint32_t counts_per_rev, uint32_t modulator,
                             uint32_t words[WORDS_A_LANE]) {
-    const struct lane *lane = &coefficients->lane[place];
-    uint64_t step = coefficients_phase_step(lane->order, coefficients->counts_per_rev);
+    uint64_t step = coefficients_phase_step(lane->order, counts_per_rev);
     words[0] = (uint32_t)step;
-    words[1] = (uint32_t)(step >> 32);
+    words[1] = (uint32_t)(step >> 32) | modulator << MODULATOR_PLACE;
     words[2] = lane->phase_offset;
     words[3] = (uint32_t)lane->amplitude;
 }
@@ -318,18 +377,36 @@ static uint32_t core_lane_offset(uint32_t lane, uint32_t word) {
     return AT(coefficients) + (lane * WORDS_A_LANE + word) * WORD_BYTES;
 }
 
+/* Where no mean is wanted, head 1 has all of the weight. */
+static uint32_t core_mean_word(const struct mean_set *mean, uint32_t place) {
+    if (place == MEAN_CHOICE) {
+        return mean->heads != 0 ? mean->carrier | mean->used << USED_SHIFT : 1U << USED_SHIFT;
+    }
+    if (place < MEAN_WEIGHTS) {
+        return mean->offset[place];
+    }
+    bool alone = mean->heads == 0 && place == MEAN_WEIGHTS;
+    return alone ? (uint32_t)WEIGHT_ONE : (uint32_t)mean->weight[place - MEAN_WEIGHTS];
+}
+
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients) {
     ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        core_lane_words(coefficients, lane, words);
+        core_lane_words(&coefficients->lane[lane], coefficients->counts_per_rev, MODULATOR_ONE,
+                        words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
             core_write(core, core_lane_offset(lane, word), words[word]);
         }
     }
-    /* The mean of the error cannot be observed. */
-    core_write(core, AT(coefficient_offset), 0);
+    core_write(core, AT(coefficient_offset), (uint32_t)coefficients->mean.error_offset);
+    if (FIELD(core_capability(core), CAPABILITY__MEAN) != 0) {
+        for (uint32_t place = 0; place < MEAN_WORDS; place++) {
+            core_write(core, AT(mean) + place * WORD_BYTES,
+                       core_mean_word(&coefficients->mean, place));
+        }
+    }
 }
 
 bool core_verify_coefficients(const struct core_access *core,
@@ -337,14 +414,57 @@ bool core_verify_coefficients(const struct core_access *core,
     ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        core_lane_words(coefficients, lane, words);
+        core_lane_words(&coefficients->lane[lane], coefficients->counts_per_rev, MODULATOR_ONE,
+                        words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
             if (core_read(core, core_lane_offset(lane, word)) != words[word]) {
                 return false;
             }
         }
     }
-    return core_read(core, AT(coefficient_offset)) == 0;
+    bool equal =
+        core_read(core, AT(coefficient_offset)) == (uint32_t)coefficients->mean.error_offset;
+    bool has_mean = FIELD(core_capability(core), CAPABILITY__MEAN) != 0;
+    for (uint32_t place = 0; has_mean && place < MEAN_WORDS; place++) {
+        uint32_t word = core_read(core, AT(mean) + place * WORD_BYTES);
+        equal = equal && word == core_mean_word(&coefficients->mean, place);
+    }
+    return equal;
+}
+
+void core_write_followed(const struct core_access *core, const struct followed *followed,
+                         uint32_t counts_per_rev, uint32_t lanes) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && followed->lanes <= lanes);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        uint32_t words[WORDS_A_LANE];
+        const struct followed_lane *lane = &followed->lane[place];
+        core_lane_words(&lane->lane, counts_per_rev, lane->modulator, words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            core_write(core, core_lane_offset(lanes - followed->lanes + place, word), words[word]);
+        }
+    }
+    if (followed->lanes != 0) {
+        core_write(core, AT(conditions.width), followed->width);
+        core_write(core, AT(conditions.dead_zone), followed->dead_zone);
+        core_write(core, AT(conditions.nominal_speed), followed->nominal_speed);
+    }
+}
+
+bool core_verify_followed(const struct core_access *core, const struct followed *followed,
+                          uint32_t counts_per_rev, uint32_t lanes) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && followed->lanes <= lanes);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        uint32_t words[WORDS_A_LANE];
+        const struct followed_lane *lane = &followed->lane[place];
+        core_lane_words(&lane->lane, counts_per_rev, lane->modulator, words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            uint32_t offset = core_lane_offset(lanes - followed->lanes + place, word);
+            if (core_read(core, offset) != words[word]) {
+                return false;
+            }
+        }
+    }
+    return true;
 }
 
 void core_swap(const struct core_access *core) {
@@ -360,9 +480,18 @@ uint32_t core_overrun_count(const struct core_access *core) {
 }
 
 void core_fault_counters(const struct core_access *core, uint32_t head, uint32_t counters[3]) {
-    ASSERT(head < HEADS);
-    uint32_t faults = core_read(core, head ? AT(head2.faults) : AT(head1.faults));
+    static const struct {
+        uint32_t faults;
+        uint32_t overspeeds;
+    } places[HEADS_MOST] = {
+        {AT(head1.faults), AT(head1.overspeeds)},
+        {AT(head2.faults), AT(head2.overspeeds)},
+        {AT(head3.faults), AT(head3.overspeeds)},
+        {AT(head4.faults), AT(head4.overspeeds)},
+    };
+    ASSERT(head < HEADS_MOST);
+    uint32_t faults = core_read(core, places[head].faults);
     counters[0] = faults & 0xFFFFU;
     counters[1] = faults >> 16;
-    counters[2] = core_read(core, head ? AT(head2.overspeeds) : AT(head1.overspeeds));
+    counters[2] = core_read(core, places[head].overspeeds);
 }

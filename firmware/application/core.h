@@ -11,6 +11,7 @@
 
 #include "capture.h"
 #include "coefficients.h"
+#include "followed.h"
 
 typedef uint32_t core_read_word(void *context, uint32_t offset);
 typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
@@ -27,12 +28,17 @@ struct core_access {
     void *context;
     /* NULL: nothing changes. */
     core_look *look;
+    /* As `capture`, of heads 3 and 4; NULL where no core has them. */
+    core_capture_words *further_capture;
 };
 
 struct core_configuration {
     uint32_t lanes;
     uint32_t capture_depth;
     uint32_t clock_hz;
+    /* Two to four; what the firmware cannot reach counts as not there. */
+    uint32_t heads;
+    bool has_mean;
 };
 
 struct core_origin {
@@ -43,6 +49,8 @@ struct core_origin {
     uint32_t fold;
     /* The lanes find their cosine in a table, not by CORDIC. */
     bool has_table;
+    /* Amplitudes of lanes may follow conditions. */
+    bool has_modulators;
     /* Identifier of the chip, where the top level reads it. */
     bool has_dna;
     uint64_t dna;
@@ -64,6 +72,10 @@ struct core_setup {
     /* Words of the registers. */
     uint32_t head1_input;
     uint32_t head2_input;
+    /* Of cores that have them. */
+    uint32_t head3_input;
+    uint32_t head4_input;
+    uint32_t head_delays;
     uint32_t output_pins;
     uint32_t alarm;
     uint32_t pulse_widths;
@@ -120,6 +132,14 @@ enum core_fault {
     CORE_FAULT_PROCESSOR_SILENT = 16,
     /* Of head 1: counts, by the input filter. */
     CORE_FAULT_SWALLOWED = 32,
+    CORE_FAULT_HEAD3 = 64,
+    CORE_FAULT_HEAD4 = 128,
+};
+
+/* Angle and turn position of every head in the clock of the core_position() before. */
+struct core_turns {
+    uint32_t angle[HEADS_MOST];
+    int32_t turn_position[HEADS_MOST];
 };
 
 /* NULL for what is no bit of these. */
@@ -180,10 +200,11 @@ bool core_index_error(const struct core_access *core);
 bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
+struct core_turns core_turns(const struct core_access *core, uint32_t heads);
 void core_release_capture(const struct core_access *core);
 /* The interrupt line low, and what raised it forgotten; call before looking at the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
-/* Of both heads; the fault of the output stays. */
+/* Of all heads; the fault of the output stays. */
 void core_clear_faults(const struct core_access *core);
 /* End the fault of the output: it follows from the present position. In the same write the flags of those
    heads that are among `faults`, of enum core_fault, are cleared, and the line drivers are enabled where no fault is left that
@@ -194,10 +215,16 @@ void core_write_coefficients(const struct core_access *core,
 /* Read the idle bank back; false where a word differs. */
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients);
+/* Lanes that follow a condition, in the last lanes of the bank, and what the conditions need; and whether
+   the bank reads back as written. */
+void core_write_followed(const struct core_access *core, const struct followed *followed,
+                         uint32_t counts_per_rev, uint32_t lanes);
+bool core_verify_followed(const struct core_access *core, const struct followed *followed,
+                          uint32_t counts_per_rev, uint32_t lanes);
 void core_swap(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);
-/* Index marks in the wrong place, illegal transitions and over-speed edges of a head, 0 or 1. */
+/* Index marks in the wrong place, illegal transitions and over-speed edges of a head, 0 to 3. */
 void core_fault_counters(const struct core_access *core, uint32_t head, uint32_t counters[3]);
 
 #endif

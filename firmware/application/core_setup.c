@@ -48,6 +48,9 @@ struct core_setup setup_of_parameters(const struct application *application) {
         .heal = parameters->heal != 0.0,
         .head1_input = (uint32_t)parameters->head1_input,
         .head2_input = (uint32_t)parameters->head2_input,
+        .head3_input = (uint32_t)parameters->head3_input,
+        .head4_input = (uint32_t)parameters->head4_input,
+        .head_delays = (uint32_t)parameters->head_delays,
         .output_pins = (uint32_t)parameters->output_pins,
         .alarm = (uint32_t)parameters->release_sources << 8 | (uint32_t)parameters->alarm_sources,
         .pulse_widths =

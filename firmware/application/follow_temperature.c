@@ -27,7 +27,8 @@ void follow_between_turns(struct application *application) {
         application->parameters.temperature_step_counts) {
         return;
     }
-    if (swap_candidate(application)) {
+    const struct followed followed = load_followed_at_work(load);
+    if (swap_candidate(application, &followed)) {
         application->temperature_swaps++;
     } else {
         alarm_between_turns(application, ALARM_COEFFICIENTS);

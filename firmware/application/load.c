@@ -11,6 +11,8 @@
 #include "crc32.h"
 #include "units.h"
 
+/* Of the direction while it goes over: below, the corrected angle moves as the table does. */
+#define STEEPEST_REVERSAL 0.5
 #define STEEPEST (ARCTRUE_STEEPEST_PERCENT / 100.0)
 /* Counts: the most negative word. */
 #define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))
@@ -36,6 +38,9 @@ const char *load_answer_name(enum load_answer answer) {
         [LOAD_WORSE] = "worse_prediction",
         [LOAD_NOT_READ_BACK] = "not_read_back",
         [LOAD_UNSEEN] = "unseen_order",
+        [LOAD_NO_MODULATORS] = "no_modulators",
+        [LOAD_OTHER_HEADS] = "other_heads",
+        [LOAD_OTHER_DELAYS] = "other_delays",
     };
     return (unsigned)answer < LOAD_ANSWERS ? names[answer] : "unknown";
 }
@@ -48,7 +53,8 @@ static uint32_t load_crc_of(uint32_t crc, const uint32_t *words, uint32_t number
 }
 
 static bool load_has_loaded(const struct load *load) {
-    return coefficients_most_order(&load->loaded) > 0;
+    return coefficients_most_order(&load->loaded) > 0 || load->loaded.mean.heads != 0 ||
+           load->followed.lanes > 0;
 }
 
 void load_refuse(struct load *load, enum load_answer reason) {
@@ -96,6 +102,7 @@ void load_take_over(struct load *load, const struct coefficients *set,
     load->loaded = *set;
     load->thermal = *thermal;
     load->unjudged = unjudged;
+    load->followed = (struct followed){.lanes = 0};
     load->loaded_crc = 0;
     load_at_work_again(load);
 }
@@ -104,6 +111,7 @@ void load_take_over_received(struct load *load) {
     uint32_t crc = load->crc;
     load->whole = false;
     load_take_over(load, &load->received, &load->received_thermal, load->received_unjudged);
+    load->followed = load->received_followed;
     load->loaded_crc = crc;
     load_settle(load);
 }
@@ -163,6 +171,7 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
     load->crc = load_crc_of(0, words, 2);
     load->received = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
     load->received_thermal = (struct thermal){0};
+    load->received_followed = (struct followed){0};
     load->whole = false;
     load->forced = false;
     load_begin_evidence(load);
@@ -251,6 +260,78 @@ enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc
     return LOAD_TAKEN;
 }
 
+enum load_answer load_followed(struct load *load, uint32_t number, const struct followed_lane *lane,
+                               uint32_t crc) {
+    const uint32_t words[] = {number, lane->modulator, lane->lane.order, lane->lane.phase_offset,
+                              (uint32_t)lane->lane.amplitude};
+    struct followed *followed = &load->received_followed;
+    if (load_crc_of(0, words, 5) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || number != followed->lanes) {
+        return LOAD_WRONG_FRAME;
+    }
+    if (number >= FOLLOWED_LANES_MAX) {
+        return load_frame_refused(load, LOAD_TOO_MANY_LANES);
+    }
+    if (!followed_lane_is_valid(lane)) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    followed->lane[followed->lanes++] = *lane;
+    load->crc = load_crc_of(load->crc, words, 5);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dead_zone,
+                                 uint32_t nominal_speed, uint32_t crc) {
+    const uint32_t words[] = {width, dead_zone, nominal_speed};
+    if (load_crc_of(0, words, 3) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING) {
+        return LOAD_WRONG_FRAME;
+    }
+    if (!followed_conditions_are_valid(width, dead_zone, nominal_speed)) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    load->received_followed.width = width;
+    load->received_followed.dead_zone = dead_zone;
+    load->received_followed.nominal_speed = nominal_speed;
+    load->crc = load_crc_of(load->crc, words, 3);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc) {
+    const uint32_t words[] = {mean->carrier, mean->used, (uint32_t)mean->error_offset,
+                              mean->delays};
+    if (load_crc_of(0, words, 4) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING) {
+        return LOAD_WRONG_FRAME;
+    }
+    load->received.mean = *mean;
+    load->crc = load_crc_of(load->crc, words, 4);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
+                           uint32_t crc) {
+    const uint32_t words[] = {number, (uint32_t)weight, offset};
+    struct mean_set *mean = &load->received.mean;
+    if (load_crc_of(0, words, 3) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || number != mean->heads || number >= HEADS_MOST) {
+        return LOAD_WRONG_FRAME;
+    }
+    mean->weight[number] = weight;
+    mean->offset[number] = offset;
+    mean->heads++;
+    load->crc = load_crc_of(load->crc, words, 3);
+    return LOAD_TAKEN;
+}
+
 enum load_answer load_force(struct load *load, uint32_t crc) {
     const uint32_t words[] = {FORCE_WORD};
     if (load_crc_of(0, words, 1) != crc) {
@@ -264,7 +345,42 @@ enum load_answer load_force(struct load *load, uint32_t crc) {
     return LOAD_TAKEN;
 }
 
-enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
+/* No turn of two heads can judge them, so the operator has to force them. */
+static enum load_answer load_check_followed(const struct load *load, bool has_modulators) {
+    const struct followed *followed = &load->received_followed;
+    if (followed->lanes == 0) {
+        return LOAD_TAKEN;
+    }
+    if (!has_modulators) {
+        return LOAD_NO_MODULATORS;
+    }
+    if (followed->width == 0) {
+        return LOAD_NOT_WHOLE;
+    }
+    if (load->frames + followed->lanes > load->received.lanes) {
+        return LOAD_TOO_MANY_LANES;
+    }
+    if (followed_reversal_slope(followed) >= STEEPEST_REVERSAL) {
+        return LOAD_TOO_STEEP;
+    }
+    return load->forced ? LOAD_TAKEN : LOAD_UNSEEN;
+}
+
+static enum load_answer load_look_at_mean(const struct mean_set *mean,
+                                          const struct load_place *place) {
+    if (mean->heads == 0) {
+        return LOAD_TAKEN;
+    }
+    if (!place->has_mean || mean->heads != place->heads) {
+        return LOAD_OTHER_HEADS;
+    }
+    if (!mean_set_is_valid(mean, place->heads, place->counts_per_rev)) {
+        return LOAD_OUT_OF_RANGE;
+    }
+    return mean->delays == place->delays ? LOAD_TAKEN : LOAD_OTHER_DELAYS;
+}
+
+enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc) {
     struct coefficients own;
     struct coefficients all;
@@ -277,13 +393,23 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
     if (load->next != load->frames) {
         return load_frame_refused(load, LOAD_NOT_WHOLE);
     }
-    if (load->received.counts_per_rev != counts_per_rev) {
+    if (load->received.counts_per_rev != place->counts_per_rev) {
         return load_frame_refused(load, LOAD_ANOTHER_TABLE);
     }
+    enum load_answer checked = load_check_followed(load, place->has_modulators);
+    if (checked != LOAD_TAKEN) {
+        return load_frame_refused(load, checked);
+    }
+    enum load_answer of_mean = load_look_at_mean(&load->received.mean, place);
+    if (of_mean != LOAD_TAKEN) {
+        return load_frame_refused(load, of_mean);
+    }
     load_own_lanes(load, active, &own);
-    load_combine(&load->received, NULL, 0.0, &own, load->received.lanes, &all);
+    load_combine(&load->received, NULL, 0.0, &own,
+                 load->received.lanes - load->received_followed.lanes, &all);
     const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
-    if (extent.steepest >= STEEPEST) {
+    const struct followed *followed = &load->received_followed;
+    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) >= STEEPEST) {
         return load_frame_refused(load, LOAD_TOO_STEEP);
     }
     if (extent.largest_counts > AMPLITUDE_LIMIT) {
@@ -292,6 +418,10 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
     load->state = LOAD_WAITING;
     load->whole = true;
     return LOAD_TAKEN;
+}
+
+struct followed load_followed_at_work(const struct load *load) {
+    return load_at_work(load) != NULL ? load->followed : (struct followed){.lanes = 0};
 }
 
 void load_own_lanes(const struct load *load, const struct coefficients *active,
@@ -317,6 +447,11 @@ void load_combine(const struct coefficients *set, const struct thermal *thermal,
         .lanes = lanes,
         .counts_per_rev = either != NULL ? either->counts_per_rev : 0,
     };
+    if (set != NULL && set->mean.heads != 0) {
+        /* The calibration's own lanes are of head 1. */
+        candidate->mean = set->mean;
+        of_own = 0;
+    }
     for (uint32_t lane = 0; lane < of_set && used < lanes; lane++) {
         if (set->lane[lane].order != 0) {
             candidate->lane[used++] = thermal_lane_at(thermal, &set->lane[lane], celsius);

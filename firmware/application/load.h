@@ -14,6 +14,7 @@
 
 #include "capture.h"
 #include "coefficients.h"
+#include "followed.h"
 #include "loaded_watch.h"
 #include "thermal.h"
 
@@ -53,6 +54,11 @@ enum load_answer {
     LOAD_NOT_READ_BACK,
     /* Two heads cannot see an order of it: `load force`. */
     LOAD_UNSEEN,
+    /* A lane follows a condition: the gateware is built without MODULATORS. */
+    LOAD_NO_MODULATORS,
+    /* Its mean is not one of this core's heads, or its heads stand elsewhere, or are delayed otherwise. */
+    LOAD_OTHER_HEADS,
+    LOAD_OTHER_DELAYS,
     LOAD_ANSWERS,
     /* Of a judgement: more turns are needed. */
     LOAD_NOT_YET,
@@ -71,6 +77,9 @@ struct load {
     /* How their lanes follow the temperature. */
     struct thermal received_thermal;
     struct thermal thermal;
+    /* Lanes that follow a condition. */
+    struct followed received_followed;
+    struct followed followed;
     /* What was received is whole and not yet judged. */
     bool whole;
     /* The operator takes orders of it that no turn can judge. */
@@ -107,10 +116,29 @@ enum load_answer load_temperature(struct load *load, int32_t reference_mc,
                                   uint32_t time_constant_ms, uint32_t crc);
 /* Between which temperatures the lanes follow; after the frame above, which presets it. */
 enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc);
+/* A lane that follows a condition; by their numbers, from 0 on. Then what the conditions need. */
+enum load_answer load_followed(struct load *load, uint32_t number, const struct followed_lane *lane,
+                               uint32_t crc);
+enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dead_zone,
+                                 uint32_t nominal_speed, uint32_t crc);
+/* The lanes are those of a mean: `mean` holds its carrier, heads, offset and delays; then one frame a head. */
+enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc);
+enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
+                           uint32_t crc);
 /* Orders of what is coming that no turn can judge are taken unjudged. */
 enum load_answer load_force(struct load *load, uint32_t crc);
-/* `counts_per_rev`: of the table as it is set; `active`: what is active, or NULL. */
-enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
+/* What the device is set to: a set of another one is refused. */
+struct load_place {
+    uint32_t counts_per_rev;
+    uint32_t heads;
+    bool has_mean;
+    bool has_modulators;
+    /* As the parameter head_delays. */
+    uint32_t delays;
+};
+
+/* `active`: what is active, or NULL. */
+enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc);
 
 /* The set is refused, or what was being received is dropped. */
@@ -134,6 +162,9 @@ void load_reject(struct load *load, enum load_answer reason);
 
 /* The loaded set where it is at work, NULL otherwise. */
 const struct coefficients *load_at_work(const struct load *load);
+
+/* Lanes of the loaded set that follow a condition; none where it is not at work. */
+struct followed load_followed_at_work(const struct load *load);
 
 /* Nothing is loaded any more. */
 void load_forget(struct load *load);

@@ -50,8 +50,14 @@ enum parameter_answer application_set(struct application *application, const cha
 
 enum load_answer application_load_end(struct application *application, uint32_t crc) {
     const struct coefficients *active = state_active(application);
-    return load_end(&application->load, (uint32_t)application->parameters.counts_per_rev, active,
-                    crc);
+    const struct load_place place = {
+        .counts_per_rev = (uint32_t)application->parameters.counts_per_rev,
+        .heads = application->configuration.heads,
+        .has_mean = application->configuration.has_mean,
+        .has_modulators = core_origin(&application->core).has_modulators,
+        .delays = (uint32_t)application->parameters.head_delays,
+    };
+    return load_end(&application->load, &place, active, crc);
 }
 
 void application_freeze(struct application *application, bool frozen) {

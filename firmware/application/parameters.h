@@ -33,6 +33,10 @@ struct parameters {
     /* Polarity, direction and filter of a head's pins; polarity and direction of the output's. */
     double head1_input;
     double head2_input;
+    double head3_input;
+    double head4_input;
+    /* Clocks by which A, B and Z of a head come later, a byte each, head 1 in the lowest. */
+    double head_delays;
     double output_pins;
     /* Faults that raise the alarm, and those that release the outputs. */
     double alarm_sources;

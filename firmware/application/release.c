@@ -7,7 +7,10 @@
 #include "zeros.h"
 
 /* Those that end with the flags of a head. */
-enum { HEAD_FAULTS = CORE_FAULT_HEAD1 | CORE_FAULT_HEAD2 | CORE_FAULT_SWALLOWED };
+enum {
+    HEAD_FAULTS = CORE_FAULT_HEAD1 | CORE_FAULT_HEAD2 | CORE_FAULT_SWALLOWED | CORE_FAULT_HEAD3 |
+    CORE_FAULT_HEAD4
+};
 
 const char *application_output_fault(const struct application *application) {
     bool there = application->phase != PHASE_NO_CORE;

@@ -10,6 +10,7 @@
 
 enum { MAGIC_WORD, VERSION_WORD, SEQUENCE_WORD, LENGTH_WORD };
 enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, SWITCHES = 7 };
+enum { SAVED_RANGE_WORDS = 2 };
 enum { OF_CALIBRATION = 0, OF_OPERATOR = 1, OF_OPERATOR_UNJUDGED = 2 };
 #define ERASED 0xFFFFFFFFU
 
@@ -107,6 +108,21 @@ static void saved_put_thermal(struct words *words, const struct thermal *thermal
     }
 }
 
+static void saved_put_mean(struct words *words, const struct mean_set *mean) {
+    if (mean->heads == 0) {
+        return;
+    }
+    saved_put(words, mean->heads);
+    saved_put(words, mean->carrier);
+    saved_put(words, mean->used);
+    saved_put(words, (uint32_t)mean->error_offset);
+    saved_put(words, mean->delays);
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        saved_put(words, (uint32_t)mean->weight[head]);
+        saved_put(words, mean->offset[head]);
+    }
+}
+
 static uint32_t saved_lanes_used(const struct coefficients *coefficients) {
     ASSERT(coefficients->lanes <= LANES_LIMIT);
     uint32_t number = 0;
@@ -135,6 +151,7 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     saved_put_lanes(&to, &saved->own, OF_CALIBRATION, 0);
     saved_put_lanes(&to, &saved->loaded, OF_OPERATOR, saved->unjudged);
     saved_put_thermal(&to, &saved->thermal);
+    saved_put_mean(&to, &saved->loaded.mean);
     words[LENGTH_WORD] = to.place - SAVED_HEAD_WORDS;
     saved_put(&to, saved_crc_of(words, to.place));
     return to.place;
@@ -227,11 +244,30 @@ static bool saved_take_thermal(struct source *from, struct saved *saved) {
         thermal->lane[place].cosine_squared = (int32_t)saved_take(from);
         thermal->lane[place].sine_squared = (int32_t)saved_take(from);
     }
-    if (from->place < from->end) {
+    uint32_t left = from->end - from->place;
+    if (left == SAVED_RANGE_WORDS || left == SAVED_RANGE_WORDS + SAVED_MEAN_WORDS) {
         thermal->least_mc = (int32_t)saved_take(from);
         thermal->most_mc = (int32_t)saved_take(from);
     }
     return thermal_is_valid(thermal);
+}
+
+static bool saved_take_mean(struct source *from, struct saved *saved) {
+    struct mean_set *mean = &saved->loaded.mean;
+    if (from->end - from->place != SAVED_MEAN_WORDS) {
+        return true;
+    }
+    mean->heads = saved_take(from);
+    mean->carrier = saved_take(from);
+    mean->used = saved_take(from);
+    mean->error_offset = (int32_t)saved_take(from);
+    mean->delays = saved_take(from);
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        mean->weight[head] = (int32_t)saved_take(from);
+        mean->offset[head] = saved_take(from);
+    }
+    return mean->delays == saved->settings.parameters.head_delays &&
+           mean_set_is_valid(mean, mean->heads, saved->loaded.counts_per_rev);
 }
 
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence) {
@@ -252,6 +288,7 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
     }
     struct source from = {words, SAVED_HEAD_WORDS, end};
     bool valid = saved_take_settings(&from, &saved->settings) &&
-                 saved_take_coefficients(&from, saved) && saved_take_thermal(&from, saved);
+                 saved_take_coefficients(&from, saved) && saved_take_thermal(&from, saved) &&
+                 saved_take_mean(&from, saved);
     return valid && from.place == end ? SAVED_READ : SAVED_OUT_OF_RANGE;
 }

@@ -15,6 +15,8 @@
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
      thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
      then, where it is not the preset one, the range of temperature in thousandths
+     then, where the loaded lanes are those of a mean: heads, carrier, used heads, offset, delays, four weights and
+     four offsets; mean_set.h
      last  CRC-32 of all words before */
 
 #ifndef ARCTRUE_SAVED_H
@@ -34,8 +36,10 @@ enum {
     SAVED_LANE_WORDS = 4,
     SAVED_PARAMETER_WORDS = 3,
     SAVED_THERMAL_WORDS = 5,
+    SAVED_MEAN_WORDS = 5 + 2 * HEADS_MOST,
     SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
-        LANES_LIMIT * SAVED_LANE_WORDS + 3 + THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 2 + 1,
+        LANES_LIMIT * SAVED_LANE_WORDS + 3 + THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 2 +
+        SAVED_MEAN_WORDS + 1,
 };
 
 struct saved {

@@ -89,6 +89,8 @@ struct turn_report {
     struct gate_prediction prediction;
     /* What the loaded orders leave, of both predictions. */
     double loaded_arcsec;
+    /* A mean is corrected: how far a head's place is from where the mean expects it, at the most; below 0: not seen. */
+    double mean_off_arcsec;
     uint32_t alarms;
     /* A, B and Z stand: the output lay too far behind. */
     bool output_stands;

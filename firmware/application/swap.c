@@ -11,14 +11,18 @@
    access of its bus. */
 enum { SWAP_LOOKS_MOST = 1000 };
 
-bool swap_candidate(struct application *application) {
+bool swap_candidate(struct application *application, const struct followed *followed) {
     const struct core_access *core = &application->core;
     ASSERT(state_works(application));
-    ASSERT(application->candidate.lanes <= application->configuration.lanes);
+    uint32_t lanes = application->configuration.lanes;
+    uint32_t counts_per_rev = application->candidate.counts_per_rev;
+    ASSERT(application->candidate.lanes + followed->lanes <= lanes);
     ASSERT(application->candidate.counts_per_rev ==
            (uint32_t)application->parameters.counts_per_rev);
     core_write_coefficients(core, &application->candidate);
-    if (!core_verify_coefficients(core, &application->candidate)) {
+    core_write_followed(core, followed, counts_per_rev, lanes);
+    if (!core_verify_coefficients(core, &application->candidate) ||
+        !core_verify_followed(core, followed, counts_per_rev, lanes)) {
         return false;
     }
     application->swaps_before = core_swap_count(core);

@@ -54,11 +54,28 @@ static void turn_forget_old_faults(struct application *application) {
     }
 }
 
+static void turn_take_calibration(struct application *application) {
+    const struct followed followed = load_followed_at_work(&application->load);
+    if (!swap_candidate(application, &followed)) {
+        application->report.result = TURN_KEPT;
+        application->report.alarms |= ALARM_COEFFICIENTS;
+    }
+}
+
+/* Lanes that follow a condition, of the set that is applied. */
+static struct followed turn_followed(const struct load *load, enum candidate_origin origin) {
+    if (origin == OF_LOAD) {
+        return load->received_followed;
+    }
+    return origin == OF_PENDING ? load->followed : load_followed_at_work(load);
+}
+
 /* What was loaded or saved is applied while the calibration is frozen, too. */
 static void turn_take_set(struct application *application) {
     struct load *load = &application->load;
     enum candidate_origin origin = application->candidate_origin;
-    if (!swap_candidate(application)) {
+    const struct followed followed = turn_followed(load, origin);
+    if (!swap_candidate(application, &followed)) {
         application->report.result = TURN_KEPT;
         application->report.alarms |= ALARM_COEFFICIENTS;
         if (origin == OF_LOAD) {
@@ -102,9 +119,8 @@ static void turn_process(struct application *application) {
     }
     if (application->candidate_origin != OF_TURN) {
         turn_take_set(application);
-    } else if (report->result == TURN_APPLIED && !swap_candidate(application)) {
-        report->result = TURN_KEPT;
-        report->alarms |= ALARM_COEFFICIENTS;
+    } else if (report->result == TURN_APPLIED) {
+        turn_take_calibration(application);
     }
     report->fresh = true;
     turn_forget_old_faults(application);

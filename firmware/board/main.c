@@ -21,6 +21,7 @@
 #include "watchdog.h"
 
 #define CAPTURE_WINDOW 0x20000U
+#define FURTHER_CAPTURE_WINDOW 0x40000U
 
 /* The one context of the firmware; what is large and not needed at every step is in the upper
    64 KB. */
@@ -111,6 +112,12 @@ static const volatile int32_t *capture_words(void *context, uint32_t number) {
     (void)context;
     (void)number;
     return (const volatile int32_t *)(uintptr_t)(BOARD_CORE_BASE + CAPTURE_WINDOW);
+}
+
+static const volatile int32_t *further_capture_words(void *context, uint32_t number) {
+    (void)context;
+    (void)number;
+    return (const volatile int32_t *)(uintptr_t)(BOARD_CORE_BASE + FURTHER_CAPTURE_WINDOW);
 }
 
 static bool read_temperature(void *context, double *celsius) {
@@ -236,6 +243,7 @@ int main(void) {
         .read = read_core,
         .write = write_core,
         .capture = capture_words,
+        .further_capture = further_capture_words,
     };
     static const struct text_sink sink = {put, NULL, room};
     clocks_set_up();

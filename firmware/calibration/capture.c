@@ -22,6 +22,7 @@
 #define INTERVAL_TOLERANCE_S 1e-6
 
 #define FLAG(name) ((uint32_t)ARCTRUE_REGISTERS__CAPTURE_HEADER__FLAGS__##name##_bm)
+#define FLAG_PLACE(name) ARCTRUE_REGISTERS__CAPTURE_HEADER__FLAGS__##name##_bp
 
 static enum refusal verify_header(const struct capture *capture) {
     uint32_t flags = capture->flags;
@@ -213,6 +214,51 @@ struct capture_counts capture_counts(const struct capture *capture, uint32_t sam
     counts.head1 = (int64_t)first + capture->angle_offset + counts_apart(head1, first);
     counts.head2 = counts.head1 + counts_apart(counts_apart(head2, head1), capture->head2_zero);
     return counts;
+}
+
+static int32_t capture_word(const struct capture *capture, uint32_t sample, uint32_t head) {
+    const volatile int32_t *words = head < 2 ? capture->words : capture->further;
+    return words[2 * sample + head % 2];
+}
+
+void capture_all_counts(const struct capture *capture, uint32_t sample,
+                        int64_t counts[HEADS_MOST]) {
+    struct capture_counts both = capture_counts(capture, sample);
+    counts[0] = both.head1;
+    counts[1] = both.head2;
+    for (uint32_t head = 2; head < capture->heads; head++) {
+        int32_t first = capture_word(capture, 0, head);
+        counts[head] = (int64_t)capture->start[head] +
+                       counts_apart(capture_word(capture, sample, head), first);
+    }
+}
+
+/* Of head 3, and with four of head 4. */
+static bool further_heads_are_sound(const struct capture *capture) {
+    uint32_t heads = (1U << (capture->heads - 2)) - 1U;
+    uint32_t seen = (capture->flags & FLAG(FURTHER_INDEX_SEEN)) >> FLAG_PLACE(FURTHER_INDEX_SEEN);
+    uint32_t faults = capture->flags &
+                      (FLAG(FURTHER_INDEX_ERROR) | FLAG(FURTHER_ILLEGAL) | FLAG(FURTHER_OVERSPEED));
+    return (seen & heads) == heads && faults == 0;
+}
+
+/* Less than two turns lie between two heads' counts of one turn: an integer holds their sum. */
+bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]) {
+    int64_t turn = capture->counts_per_rev;
+    ASSERT(samples > 0 && turn > 0 && capture->heads <= HEADS_MOST);
+    place[0] = 0.0;
+    for (uint32_t head = 1; head < capture->heads; head++) {
+        int32_t apart_first = counts_apart(capture_word(capture, 0, head), capture->words[0]);
+        int64_t sum = 0;
+        for (uint32_t sample = 0; sample < samples; sample++) {
+            int32_t apart =
+                counts_apart(capture_word(capture, sample, head), capture->words[2 * sample]);
+            sum += counts_apart(apart, apart_first);
+        }
+        double mean = (double)sum / samples + capture->start[head] - capture->start[0];
+        place[head] = mean - (double)turn * floor(mean / (double)turn);
+    }
+    return capture->heads <= 2 || further_heads_are_sound(capture);
 }
 
 static int32_t start_angle(const struct capture *capture) {

@@ -5,8 +5,10 @@
 #ifndef ARCTRUE_CAPTURE_H
 #define ARCTRUE_CAPTURE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
+#include "mean_set.h"
 #include "refusal.h"
 
 /* A bank as the sampler hands it over. */
@@ -25,6 +27,11 @@ struct capture {
     /* Clocks between two samples; 0: sampled at equal angles. */
     uint32_t period_clocks;
     uint32_t clock_hz;
+    uint32_t heads;
+    /* Head 3, head 4, head 3, ...; NULL with two heads. With three, head 4's words mean nothing. */
+    const volatile int32_t *further;
+    /* Of each head at the first sample: its angle, 0 <= angle < counts_per_rev. */
+    int32_t start[HEADS_MOST];
 };
 
 /* A verified turn: `samples` evenly cover it. */
@@ -66,6 +73,13 @@ struct capture_counts {
 };
 
 struct capture_counts capture_counts(const struct capture *capture, uint32_t sample);
+
+/* The same of all heads. */
+void capture_all_counts(const struct capture *capture, uint32_t sample, int64_t counts[HEADS_MOST]);
+
+/* Of each head's reading against head 1's, 0 <= place < counts_per_rev: the mean over the first `samples`. False: head
+   3 or 4 has seen no index, or has a fault. */
+bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]);
 
 /* Fill `turn` or say why not. `most_order`: the highest order that the fit will have. */
 enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,

@@ -6,6 +6,7 @@
 #define ARCTRUE_COEFFICIENTS_H
 
 #include "estimate.h"
+#include "mean_set.h"
 #include "refusal.h"
 #include "selection.h"
 #include "vector.h"
@@ -24,6 +25,8 @@ struct coefficients {
     struct lane lane[LANES_LIMIT];
     uint32_t lanes;
     uint32_t counts_per_rev;
+    /* Of which heads the lanes correct the mean. */
+    struct mean_set mean;
 };
 
 /* Quantise the applied orders; the lanes left over have amplitude 0. */

@@ -104,9 +104,20 @@ static const struct {
     {"worse_prediction",
      "the captured turn speaks against them: load status names an order that it "
      "measures otherwise; is it the file of this table, and is its index the same?"},
+    {"other_heads",
+     "the set's mean is not one of this core's heads, or they stand elsewhere than its offsets "
+     "say: capture and calibrate again; was a head moved?"},
+    {"other_delays",
+     "the set was made with other delays: set head_delays as it says, capture anew"},
     {"unseen_order",
      "two heads at this angle cannot see an order of them, so that no turn can judge it: "
      "leave it out, or arctrue load --force"},
+    {"no_modulators",
+     "a lane follows direction, speed or a word, and this gateware is built without MODULATORS: "
+     "export without --modulators, or build it with MODULATORS=true"},
+    {"followed_lanes", "lanes that follow a condition are not kept in the flash: arctrue load them "
+                       "after each start, or "
+                       "load a set without them first"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
              "differs, then bypass off"},

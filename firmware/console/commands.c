@@ -98,15 +98,17 @@ static void show_refusals(struct console *console) {
 }
 
 static void show_heads(struct console *console) {
-    static const char *const names[2][3] = {
-        {"head1_index_errors", "head1_illegals", "head1_overspeeds"},
-        {"head2_index_errors", "head2_illegals", "head2_overspeeds"},
-    };
-    for (uint32_t head = 0; head < 2; head++) {
+    static const char *const names[3] = {"_index_errors ", "_illegals ", "_overspeeds "};
+    const struct application *application = console->application;
+    for (uint32_t head = 0; head < application->configuration.heads; head++) {
         uint32_t counters[3];
-        core_fault_counters(&console->application->core, head, counters);
+        core_fault_counters(&application->core, head, counters);
         for (uint32_t place = 0; place < 3; place++) {
-            named(console, names[head][place], counters[place]);
+            text_word(&console->sink, "head");
+            text_unsigned(&console->sink, head + 1);
+            text_word(&console->sink, names[place]);
+            text_unsigned(&console->sink, counters[place]);
+            text_line(&console->sink, "");
         }
     }
 }

@@ -12,8 +12,8 @@ const char dump_use[] =
 
 /* One step; the other work of the firmware goes on between two steps. */
 enum { ROWS_A_STEP = 8 };
-/* A row has five digits, two 64-bit numbers and a CRC. */
-enum { ROW_CHARACTERS_MOST = 64 };
+/* A row has five digits and a CRC, and a number of 64 bits for each head. */
+enum { ROW_CHARACTERS_MOST = 24, HEAD_CHARACTERS_MOST = 20 };
 #define NO_TEMPERATURE 0x80000000U
 
 static uint32_t crc_of(const uint32_t *words, uint32_t number) {
@@ -61,25 +61,28 @@ static void tell_head(const struct text_sink *sink, const struct capture_copy *c
     }
     text_word(sink, " crc=");
     text_hexadecimal(sink, crc_of(words, sizeof words / sizeof words[0]));
-    text_word(sink, "\r\nrow,head1_counts,head2_counts,crc\r\n");
+    text_word(sink, "\r\nrow,");
+    for (uint32_t head = 1; head <= copy->heads; head++) {
+        text_word(sink, "head");
+        text_unsigned(sink, head);
+        text_word(sink, "_counts,");
+    }
+    text_line(sink, "crc");
 }
 
 static void tell_row(const struct text_sink *sink, struct capture_copy *copy, uint32_t row) {
-    struct capture_counts counts = capture_copy_counts(copy, row);
-    const uint32_t words[] = {
-        row,
-        (uint32_t)counts.head1,
-        (uint32_t)((uint64_t)counts.head1 >> 32),
-        (uint32_t)counts.head2,
-        (uint32_t)((uint64_t)counts.head2 >> 32),
-    };
+    int64_t counts[HEADS_MOST];
+    uint32_t words[1 + 2 * HEADS_MOST] = {row};
+    capture_copy_counts(copy, row, counts);
     text_unsigned(sink, row);
+    for (uint32_t head = 0; head < copy->heads; head++) {
+        words[2 * head + 1] = (uint32_t)counts[head];
+        words[2 * head + 2] = (uint32_t)((uint64_t)counts[head] >> 32);
+        text_word(sink, ",");
+        text_signed(sink, counts[head]);
+    }
     text_word(sink, ",");
-    text_signed(sink, counts.head1);
-    text_word(sink, ",");
-    text_signed(sink, counts.head2);
-    text_word(sink, ",");
-    text_hexadecimal(sink, crc_of(words, sizeof words / sizeof words[0]));
+    text_hexadecimal(sink, crc_of(words, 1 + 2 * copy->heads));
     text_line(sink, "");
 }
 
@@ -89,7 +92,11 @@ bool dump_busy(const struct console *console) {
 }
 
 bool dump_can_go_on(const struct console *console) {
-    return dump_busy(console) && text_has_room(&console->sink, ROW_CHARACTERS_MOST);
+    if (!dump_busy(console)) {
+        return false;
+    }
+    uint32_t heads = console->application->copy->heads;
+    return text_has_room(&console->sink, ROW_CHARACTERS_MOST + heads * HEAD_CHARACTERS_MOST);
 }
 
 void dump_step(struct console *console) {

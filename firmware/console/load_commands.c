@@ -8,6 +8,9 @@ const char load_use[] =
     "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load slope N ORDER "
     "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load range LEAST MOST "
     "CRC | "
+    "load followed N MODULATOR ORDER PHASE AMPLITUDE CRC | load conditions WIDTH DEAD_ZONE NOMINAL "
+    "CRC | "
+    "load mean CARRIER USED OFFSET DELAYS CRC | load head N WEIGHT OFFSET CRC | "
     "load force 1 CRC | load end CRC | load status | load abort: what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
@@ -19,6 +22,10 @@ enum {
     SLOPE_WORDS = 9,
     TEMPERATURE_WORDS = 5,
     RANGE_WORDS = 5,
+    FOLLOWED_WORDS = 8,
+    CONDITIONS_WORDS = 6,
+    MEAN_FRAME_WORDS = 7,
+    HEAD_WORDS = 6,
     FORCE_WORDS = 4,
     END_WORDS = 3
 };
@@ -110,6 +117,61 @@ static void range(struct console *console, char *const *words) {
            load_range(&console->application->load, (int32_t)values[0], (int32_t)values[1], crc));
 }
 
+static void followed(struct console *console, char *const *words) {
+    int64_t values[5];
+    uint32_t crc;
+    if (!read_numbers(words, 6, values, &crc) || !fits(values[4])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct followed_lane follower = {
+        .lane = {.order = (uint32_t)values[2],
+                 .phase_offset = (uint32_t)values[3],
+                 .amplitude = (int32_t)values[4]},
+        .modulator = (uint32_t)values[1],
+    };
+    answer(console,
+           load_followed(&console->application->load, (uint32_t)values[0], &follower, crc));
+}
+
+static void conditions(struct console *console, char *const *words) {
+    int64_t values[3];
+    uint32_t crc;
+    if (!read_numbers(words, 4, values, &crc)) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    answer(console, load_conditions(&console->application->load, (uint32_t)values[0],
+                                    (uint32_t)values[1], (uint32_t)values[2], crc));
+}
+
+static void mean(struct console *console, char *const *words) {
+    int64_t values[4];
+    uint32_t crc;
+    if (!read_numbers(words, 5, values, &crc) || !fits(values[2])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct mean_set set = {
+        .carrier = (uint32_t)values[0],
+        .used = (uint32_t)values[1],
+        .error_offset = (int32_t)values[2],
+        .delays = (uint32_t)values[3],
+    };
+    answer(console, load_mean(&console->application->load, &set, crc));
+}
+
+static void head(struct console *console, char *const *words) {
+    int64_t values[3];
+    uint32_t crc;
+    if (!read_numbers(words, 4, values, &crc) || !fits(values[1])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    answer(console, load_head(&console->application->load, (uint32_t)values[0], (int32_t)values[1],
+                              (uint32_t)values[2], crc));
+}
+
 static void force(struct console *console, char *const *words) {
     int64_t value;
     uint32_t crc;
@@ -196,6 +258,14 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         temperature(console, words + 2);
     } else if (text_equal(what, "range") && number == RANGE_WORDS) {
         range(console, words + 2);
+    } else if (text_equal(what, "followed") && number == FOLLOWED_WORDS) {
+        followed(console, words + 2);
+    } else if (text_equal(what, "conditions") && number == CONDITIONS_WORDS) {
+        conditions(console, words + 2);
+    } else if (text_equal(what, "mean") && number == MEAN_FRAME_WORDS) {
+        mean(console, words + 2);
+    } else if (text_equal(what, "head") && number == HEAD_WORDS) {
+        head(console, words + 2);
     } else if (text_equal(what, "force") && number == FORCE_WORDS) {
         force(console, words + 2);
     } else if (text_equal(what, "end") && number == END_WORDS) {

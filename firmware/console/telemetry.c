@@ -156,6 +156,19 @@ static void loaded_part(const struct text_sink *sink, const struct application *
     text_word(sink, "]");
 }
 
+static void mean_part(const struct text_sink *sink, const struct application *application) {
+    const struct coefficients *active = state_active(application);
+    double off = application->report.mean_off_arcsec;
+    if (active == NULL || active->mean.heads == 0) {
+        return;
+    }
+    number(sink, "mean_of_heads", active->mean.heads);
+    number(sink, "carrier", active->mean.carrier + 1);
+    if (off >= 0.0) {
+        fixed(sink, "mean_off_arcsec", off);
+    }
+}
+
 static void harmonic_part(const struct text_sink *sink, const struct harmonic *harmonic,
                           uint32_t order, enum verdict verdict) {
     text_word(sink, "[");
@@ -195,6 +208,7 @@ static void line(const struct text_sink *sink, const struct application *applica
     table_part(sink, &application->table);
     if (report->result != TURN_REFUSED) {
         estimate_part(sink, application);
+        mean_part(sink, application);
         loaded_part(sink, application);
         harmonics_part(sink, application);
     }

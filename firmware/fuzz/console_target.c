@@ -12,7 +12,7 @@
 
 #define AT(register) (offsetof(arctrue_registers_t, register) / 4)
 
-enum { WINDOW_WORDS = 0x2000 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
+enum { WINDOW_WORDS = 0x2100 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
 /* A calibration takes long compared with a line; few orders and few turns leave time for lines. */
 enum { ORDERS = 6, TURNS_MOST = 4 };
 
@@ -134,15 +134,19 @@ static void prepare_flash(void) {
 
 static void prepare_core(void) {
     fuzz.words[AT(identification)] = ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset;
-    fuzz.words[AT(version)] = (uint32_t)ARCTRUE_REGISTERS__VERSION__MAJOR_reset
-                              << ARCTRUE_REGISTERS__VERSION__MAJOR_bp;
+    fuzz.words[AT(version)] =
+        (uint32_t)ARCTRUE_REGISTERS__VERSION__MAJOR_reset << ARCTRUE_REGISTERS__VERSION__MAJOR_bp |
+        (uint32_t)ARCTRUE_REGISTERS__VERSION__MINOR_reset << ARCTRUE_REGISTERS__VERSION__MINOR_bp;
+    fuzz.words[AT(capability)] = HEADS_MOST << ARCTRUE_REGISTERS__CAPABILITY__HEADS_bp |
+                                 ARCTRUE_REGISTERS__CAPABILITY__MEAN_bm;
     fuzz.words[AT(core_configuration)] =
         4U << ARCTRUE_REGISTERS__CORE_CONFIGURATION__LANES_bp |
         (uint32_t)SAMPLES << ARCTRUE_REGISTERS__CORE_CONFIGURATION__CAPTURE_DEPTH_bp;
     fuzz.words[AT(clock_hz)] = 100000000;
     fuzz.words[AT(head1.flags)] = 1;
     fuzz.words[AT(head2.flags)] = 1;
-    fuzz.words[AT(capture_header.flags)] = BOTH_INDICES;
+    fuzz.words[AT(capture_header.flags)] =
+        BOTH_INDICES | ARCTRUE_REGISTERS__CAPTURE_HEADER__FLAGS__FURTHER_INDEX_SEEN_bm;
     fuzz.words[AT(capture_header.sample_count)] = SAMPLES;
 }
 
@@ -157,7 +161,8 @@ static void hand_over(void) {
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    static const struct core_access core = {read_word, write_word, capture_words, NULL, NULL};
+    static const struct core_access core = {read_word, write_word, capture_words,
+                                            NULL,      NULL,       capture_words};
     static const struct text_sink sink = {.put = put};
     memset(&fuzz, 0, sizeof fuzz);
     prepare_core();

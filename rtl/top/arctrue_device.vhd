@@ -31,6 +31,7 @@ entity arctrue_device is
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- the mean of two heads; of more it is in any case
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
@@ -117,7 +118,8 @@ begin
       FOLD          => FOLD,
       HEADS         => HEADS,
       MEAN          => MEAN,
-      ROTATION      => ROTATION
+      ROTATION      => ROTATION,
+      MODULATORS    => MODULATORS
     )
     port map (
       clock               => clock,

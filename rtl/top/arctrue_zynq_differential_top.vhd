@@ -21,6 +21,7 @@ entity arctrue_zynq_differential_top is
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     MEAN          : boolean                       := false;                 -- correct the mean of both heads, not head 1 alone
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
@@ -135,6 +136,7 @@ begin
       FOLD          => FOLD,
       MEAN          => MEAN,
       ROTATION      => ROTATION,
+      MODULATORS    => MODULATORS,
       LED_HOLD_LOG2 => LED_HOLD_LOG2,
       DNA_PORTS     => DNA_PORTS
     )

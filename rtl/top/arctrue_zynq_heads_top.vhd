@@ -21,6 +21,7 @@ entity arctrue_zynq_heads_top is
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 3 to HEADS_MAX := HEADS_MAX;
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
@@ -73,6 +74,7 @@ begin
       FOLD          => FOLD,
       HEADS         => HEADS,
       ROTATION      => ROTATION,
+      MODULATORS    => MODULATORS,
       LED_HOLD_LOG2 => LED_HOLD_LOG2,
       DNA_PORTS     => DNA_PORTS
     )

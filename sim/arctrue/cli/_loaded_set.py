@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -174,17 +174,22 @@ def changing(model_file: Path | None) -> Iterator[None]:
 
 
 def store(
-    model_file: Path, model: Model, before: Model, measurement_set: Path, folders: tuple[Path, ...]
+    model_file: Path,
+    model: Model,
+    before: Model,
+    measurement_set: Path,
+    folders: tuple[Path, ...],
+    comment: Sequence[str] = (),
 ) -> None:
     """Write the model; its new steps get the time, the program's version and the data's digest.
 
     Folders of own effects are stored relative to the model file, so that both can be moved.
+    ``comment``: lines at the head of the file, for its readers.
     """
     known = [*(model_file.parent / folder for folder in model.folders), *folders]
     model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
-    write_model(
-        model_file, with_provenance(model, len(before.history), set_digest(measurement_set))
-    )
+    made = with_provenance(model, len(before.history), set_digest(measurement_set))
+    write_model(model_file, made, comment)
 
 
 def effects_for(

@@ -157,8 +157,8 @@ def _print_noise(noise: dict[str, Any]) -> None:
     failed = [name for name, tests in tested.items() if min(tests.values()) < WHITE_P]
     if failed:
         console.print(
-            f"The whitened residual of the {' and of the '.join(failed)} is not: an effect is "
-            "missing in the model, or σ and p are too small.",
+            f"The whitened residual of the {' and of the '.join(failed)} fails a test: "
+            "an effect is missing in the model, or σ and p are too small.",
             soft_wrap=True,
         )
 

@@ -65,7 +65,8 @@ def explain(
                 report_step=progress.now,
             )
         if model_file is not None:
-            store(model_file, found.model, loaded.model, measurement_set, folders)
+            comment = [item.sentence() for item in found.alike]
+            store(model_file, found.model, loaded.model, measurement_set, folders, comment)
     _print(found)
     if model_file is not None:
         console.print(f"wrote {model_file}")
@@ -108,6 +109,8 @@ def _print(found: Explanation) -> None:
             f"{figure(found.left.heldout_rms_arcsec.get(channel), 4)}″, noise of the repeats "
             f"{figure(found.left.noise_arcsec[channel], 4)}″"
         )
+    for item in found.alike:
+        console.print(item.sentence())
     console.print(f"Verdict on what is left: {found.verdict.verdict}")
     for sentence in sentences(found.verdict):
         console.print(sentence)
@@ -126,6 +129,16 @@ def _data(found: Explanation) -> dict[str, Any]:
             for cause in found.causes
         ],
         "dropped": list(found.dropped),
+        "not_told_apart": [
+            {
+                "effects": list(item.effects),
+                "description": item.description,
+                "why": item.why,
+                "next_measurement": item.next_measurement,
+                "next_measurement_kind": item.next_measurement_kind,
+            }
+            for item in found.alike
+        ],
         "left_arcsec": dict(found.left.rms_arcsec),
         "heldout_arcsec": dict(found.left.heldout_rms_arcsec),
         "noise_arcsec": dict(found.left.noise_arcsec),

@@ -35,7 +35,11 @@ from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
 from arctrue.metrology.correction import Correction, reading_rad
-from arctrue.workbench.model.export import export_model
+from arctrue.workbench.model.export import (
+    USUAL_REVERSAL_WIDTH_DEG,
+    ConditionSettings,
+    export_model,
+)
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.model.sensor_lag import fitted_sensor_lag, set_without_lag
@@ -61,7 +65,8 @@ GATEWARE = "gateware"
     type=click.Choice([GATEWARE, *FORMATS]),
     default=GATEWARE,
     show_default=True,
-    help="Coefficients of the gateware, or a table for another controller.",
+    metavar="FORMAT",
+    help="gateware: its coefficients; a table for another controller: " + ", ".join(FORMATS) + ".",
 )
 @click.option(
     "--points",
@@ -95,6 +100,19 @@ GATEWARE = "gateware"
     f"{THERMAL_RANGE_K} K to each side of the set's reference temperature, and all that SET has]",
 )
 @click.option(
+    "--modulators",
+    is_flag=True,
+    help="For a gateware built with MODULATORS = true: reversal error, latency and what changes "
+    "with direction or speed become lanes that follow these.",
+)
+@click.option(
+    "--reversal-width",
+    type=Finite(min=1e-3, max=20.0),
+    default=USUAL_REVERSAL_WIDTH_DEG,
+    show_default=True,
+    help="With --modulators: degrees of travel from the middle of a wind-up to its end.",
+)
+@click.option(
     "--coefficients",
     "coefficient_file",
     type=OutputFile(),
@@ -120,6 +138,8 @@ def export(
     sensor_lag: float,
     fit_sensor_lag: bool,
     range_c: tuple[float, float] | None,
+    modulators: bool,
+    reversal_width: float,
     coefficient_file: Path | None,
     force: bool,
 ) -> None:
@@ -168,6 +188,7 @@ def export(
         temperature_c=temperature,
         sensor_time_constant_s=sensor_lag,
         range_c=range_c,
+        conditions=ConditionSettings(reversal_width) if modulators else None,
     )
     became = outcome(
         model, loaded.observations, loaded.effects, result.coefficients, temperature_c=temperature
@@ -207,6 +228,8 @@ def export(
             f"{thermal.time_constant_s:g} s",
             soft_wrap=True,
         )
+    for text in result.followed:
+        console.print(f"follows its condition: {text}")
     _tell_what_became(became)
     for text in result.left_out:
         console.print(f"not corrected: {text}")
@@ -223,6 +246,7 @@ def export(
                 {"order": order, "amplitude_arcsec": amplitude}
                 for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True)
             ],
+            "followed": result.followed,
             "not_corrected": result.left_out,
             "effects": [asdict(item) for item in became.effects],
             "left_arcsec": became.left_arcsec,

@@ -11,7 +11,12 @@ from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import say, tell_error
 from arctrue.device.console import Console, ConsoleError
-from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
+from arctrue.device.load import (
+    DEVICE_LOADS,
+    LoadRefusedError,
+    send_coefficients,
+    wait_until_judged,
+)
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 
 REFUSED = 1
@@ -46,7 +51,7 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
     2: FILE cannot be used, the device does not answer, or no turn decides.
     """
     try:
-        coefficients = read_coefficient_file(file)
+        coefficients = read_coefficient_file(file, DEVICE_LOADS)
         console = Console(port)
         click.get_current_context().call_on_close(console.close)
         with Progress(f"{file.name}: sending") as progress:
@@ -67,10 +72,12 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
     except ValueError as error:
         tell_error(f"{file}: {error}")
         sys.exit(NO_DEVICE)
-    if not sent.orders:
+    if sent.is_empty:
         say(f"{file}: it has no lanes; nothing is loaded any more")
         return
     said = f"{file}: {len(sent.orders)} orders are loaded and active"
+    if sent.followed:
+        said += f", and {sent.followed} lanes that follow a condition, which no turn judges"
     if unjudged:
         said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"
     say(said)

@@ -164,7 +164,7 @@ class Console:
         for _ in range(ATTEMPTS):
             self.command("dump")
             head = read_head(self._wait_for(("dump ", "error"), seconds))
-            rows: dict[int, tuple[int, int]] = {}
+            rows: dict[int, tuple[int, ...]] = {}
             self._take_rows(rows, seconds)
             if head is not None and head.period_clocks == 0:
                 raise ConsoleError(
@@ -176,7 +176,7 @@ class Console:
         raise ConsoleError(f"{self.port}: the head of the dump was spoiled {ATTEMPTS} times")
 
     def _completed(
-        self, head: DumpHead, rows: dict[int, tuple[int, int]], seconds: float
+        self, head: DumpHead, rows: dict[int, tuple[int, ...]], seconds: float
     ) -> MeasurementSet:
         for _ in range(ATTEMPTS):
             for first, number in head.missing(rows):
@@ -190,7 +190,7 @@ class Console:
             )
         return head.measurement(rows, self.port)
 
-    def _take_rows(self, rows: dict[int, tuple[int, int]], seconds: float) -> None:
+    def _take_rows(self, rows: dict[int, tuple[int, ...]], seconds: float) -> None:
         """Up to the end of the dump, or until nothing comes any more where that was spoiled."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:

@@ -12,11 +12,13 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.measurement import Capture, MeasurementSet, Table
+from arctrue.measurement.measurement_set import FURTHER_HEADS
 
 NO_TEMPERATURE = 0x8000_0000
-_ROW = re.compile(r"(\d{1,6}),(-?\d{1,19}),(-?\d{1,19}),([0-9A-F]{8})")
+_ROW = re.compile(r"(\d{1,6})((?:,-?\d{1,19}){2,4}),([0-9A-F]{8})")
 _HEAD = re.compile(
     r"dump sequence=(?P<sequence>\d+) samples=(?P<samples>\d+) "
     r"counts_per_rev=(?P<counts_per_rev>\d+) clock_hz=(?P<clock_hz>\d+) "
@@ -41,7 +43,7 @@ class DumpHead:
     temperature_c: float | None
     """Of the die; None where the device has told none."""
 
-    def missing(self, rows: dict[int, tuple[int, int]]) -> list[tuple[int, int]]:
+    def missing(self, rows: dict[int, tuple[int, ...]]) -> list[tuple[int, int]]:
         """First row and number of rows of each gap."""
         there = np.zeros(self.samples + 2, dtype=bool)
         there[[0, -1]] = True
@@ -52,9 +54,16 @@ class DumpHead:
             for begin, end in zip(edges[0::2], edges[1::2], strict=True)
         ]
 
-    def measurement(self, rows: dict[int, tuple[int, int]], port: str) -> MeasurementSet:
-        """All rows as a set."""
+    def measurement(self, rows: dict[int, tuple[int, ...]], port: str) -> MeasurementSet:
+        """All rows as a set; of more than two heads their places are those of the first sample.
+
+        Raises ValueError where rows differ in their number of heads.
+        """
+        heads = {len(row) for row in rows.values()}
+        if len(heads) != 1:
+            raise ValueError(f"rows have {sorted(heads)} heads; expected as many in each row")
         counts = np.array([rows[row] for row in range(self.samples)], dtype=np.int64)
+        further = dict(zip(FURTHER_HEADS, counts.T[2:], strict=False))
         clocks = self.start_time + self.period_clocks * np.arange(self.samples)
         temperature = self.temperature_c
         title = f"capture {self.sequence} of {port}"
@@ -65,11 +74,23 @@ class DumpHead:
             time_s=clocks / self.clock_hz,
             head1_counts=counts[:, 0],
             head2_counts=counts[:, 1],
+            **further,
             clock_hz=float(self.clock_hz),
             temperature_c=None if temperature is None else np.full(self.samples, temperature),
         )
         table = Table(counts_per_rev=self.counts_per_rev, head_separation_deg=self.separation_deg)
+        if further:
+            table = Table(
+                counts_per_rev=self.counts_per_rev,
+                head_separation_deg=self.separation_deg,
+                head_places_deg=(0.0, self.separation_deg, *self._further_places(counts)),
+            )
         return MeasurementSet(table, capture, title=title)
+
+    def _further_places(self, counts: NDArray[np.int64]) -> list[float]:
+        """Angles of heads 3 and 4 after head 1, as the mean over the turn of their readings."""
+        apart = (counts[:, 2:] - counts[:, :1]).mean(axis=0) / self.counts_per_rev * 360.0
+        return [round(float(place), 6) for place in apart % 360.0]
 
 
 def read_head(line: str) -> DumpHead | None:
@@ -103,14 +124,14 @@ def read_head(line: str) -> DumpHead | None:
     return head if zlib.crc32(words) == int(found["crc"], 16) and head.samples > 0 else None
 
 
-def read_row(line: str) -> tuple[int, int, int] | None:
-    """Number and counts of both heads; None where it is no row, or one that was changed."""
+def read_row(line: str) -> tuple[int, ...] | None:
+    """Number and counts of two to four heads; None where it is no row, or one that was changed."""
     found = _ROW.fullmatch(line)
     if found is None:
         return None
-    row, head1, head2 = (int(found[place]) for place in (1, 2, 3))
+    row, counts = int(found[1]), [int(word) for word in found[2].split(",")[1:]]
     try:
-        words = struct.pack("<Iqq", row, head1, head2)
+        words = struct.pack(f"<I{len(counts)}q", row, *counts)
     except struct.error:
         return None
-    return (row, head1, head2) if zlib.crc32(words) == int(found[4], 16) else None
+    return (row, *counts) if zlib.crc32(words) == int(found[3], 16) else None

@@ -15,8 +15,16 @@ from dataclasses import dataclass
 
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
+from arctrue.gateware.capability import HEADS_MOST, Capability
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.mean_set import MeanSet
+from arctrue.gateware.table_conditions import condition_registers
+from arctrue.generated.number_formats import CLOCK_HZ
 
+DEVICE_LOADS = Capability(heads=HEADS_MOST, mean=True, modulators=True, failover=True)
+"""What the console takes of a coefficient file; a core that lacks it refuses the set.
+
+Sets for a missing head stay on the host: no firmware changes to them yet."""
 ATTEMPTS = 3
 """Of the whole set, where a line was spoiled on the way."""
 _SPOILED = ("wrong_crc", "wrong_frame", "not_whole")
@@ -36,36 +44,70 @@ def _frame(name: str, values: Sequence[int]) -> str:
     return f"load {name} {numbers} {zlib.crc32(_words(values)):08X}"
 
 
-def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]:
+def _mean_of(coefficients: Coefficients) -> MeanSet | None:
+    """Raises ValueError for an extension that the device has no command for."""
+    extension = coefficients.extension
+    if extension is None:
+        return None
+    if extension.turn_steps or extension.local_table is not None:
+        raise ValueError(
+            "the device loads whole orders and a mean; leave out real orders and the local table"
+        )
+    return extension.mean
+
+
+def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
+    """Names and numbers of the frames of a mean; the sets of missing heads stay on the host."""
+    used = sum(1 << head for head, is_used in enumerate(mean.used) if is_used)
+    delays = sum(clocks << 8 * head for head, clocks in enumerate(mean.delays_clocks))
+    heads = enumerate(zip(mean.weights, mean.offsets, strict=True))
+    return [
+        ("mean", [mean.carrier - 1, used, offset, delays]),
+        *(("head", [head, weight, place]) for head, (weight, place) in heads),
+    ]
+
+
+def load_frames(
+    coefficients: Coefficients, *, force: bool = False, clock_hz: float = CLOCK_HZ
+) -> list[str]:
     """The lines of the console that load the lanes whose amplitude is not 0.
 
-    With ``force`` the device takes orders that no turn can judge.
+    With ``force`` the device takes orders that no turn can judge, and lanes that follow a
+    condition, which no turn of two heads can judge. ``clock_hz``: of the gateware.
 
-    Raises ValueError for an offset, which the device does not take.
+    Lanes of a mean go with its carrier, offsets and weights. Raises ValueError for an offset, which
+    the device takes with a mean alone, and for what needs another generic of the core.
     """
-    if coefficients.offset:
+    mean = _mean_of(coefficients)
+    if coefficients.offset and mean is None:
         raise ValueError(
             f"offset.word is {coefficients.offset}; expected 0: the device corrects no mean, which "
             "is the choice of zero"
         )
     thermal = coefficients.thermal
     following = set(thermal.orders) if thermal is not None else set()
+    followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     lanes = [
         lane
         for lane, order in enumerate(coefficients.orders.tolist())
-        if coefficients.amplitudes[lane] or order in following
+        if lane not in followed and (coefficients.amplitudes[lane] or order in following)
     ]
     begin = [len(lanes), coefficients.counts_per_rev]
-    rows = [
-        [
-            number,
-            int(coefficients.orders[lane]),
-            int(coefficients.phase_offsets[lane]),
-            int(coefficients.amplitudes[lane]),
-        ]
-        for number, lane in enumerate(lanes)
-    ]
+
+    def words(lane: int) -> list[int]:
+        arrays = (coefficients.orders, coefficients.phase_offsets, coefficients.amplitudes)
+        return [int(array[lane]) for array in arrays]
+
+    rows = [[number, *words(lane)] for number, lane in enumerate(lanes)]
     named = [("begin", begin), *(("lane", row) for row in rows)]
+    for number, lane in enumerate(sorted(followed)):
+        modulator = int(coefficients.modulator_numbers[lane])
+        named.append(("followed", [number, modulator, *words(lane)]))
+    if coefficients.extension is not None and coefficients.extension.conditions is not None:
+        registers = condition_registers(
+            coefficients.extension.conditions, coefficients.counts_per_rev, clock_hz
+        )
+        named.append(("conditions", list(registers.values())))
     if thermal is not None:
         milli = [round(1000 * thermal.reference_c), round(1000 * thermal.time_constant_s)]
         named.append(("temperature", milli))
@@ -76,6 +118,8 @@ def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]
             ("slope", [number, order, *thermal.slopes[number].tolist()])
             for number, order in enumerate(thermal.orders)
         ]
+    if mean is not None:
+        named += _mean_values(mean, coefficients.offset)
     if force:
         named.append(("force", [1]))
     whole = zlib.crc32(b"".join(_words(values) for _, values in named))
@@ -88,6 +132,13 @@ class SentSet:
 
     crc: int
     orders: tuple[int, ...]
+    followed: int = 0
+    """Lanes that follow a condition."""
+
+    @property
+    def is_empty(self) -> bool:
+        """Nothing is loaded any more."""
+        return not self.orders and not self.followed
 
 
 def send_coefficients(
@@ -118,7 +169,8 @@ def send_coefficients(
                 raise
         else:
             break
-    return SentSet(int(frames[-1].split()[-1], 16), tuple(orders))
+    followed = sum(frame.startswith("load followed ") for frame in frames)
+    return SentSet(int(frames[-1].split()[-1], 16), tuple(orders), followed)
 
 
 @dataclass(frozen=True)
@@ -160,7 +212,7 @@ class _Status:
 
     def holds(self, sent: SentSet) -> bool:
         """The active set is the one that was sent; a device of before tells orders, no CRC."""
-        if not sent.orders:
+        if sent.is_empty:
             return self.state == "none"
         same = self.orders == sent.orders if self.crc is None else self.crc == sent.crc
         return self.state == "active" and same

@@ -14,9 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.gateware.capability import HEADS_MOST
+from arctrue.gateware.extension import Conditions
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.register_types import Register
+from arctrue.gateware.table_conditions import condition_registers
 from arctrue.generated import registers
+from arctrue.generated.number_formats import CLOCK_HZ
 
 ReadWords = Callable[[int, int], Awaitable[Sequence[int]]]
 """``await read_words(address, count)``: ``count`` words of 32 bits from a byte address on."""
@@ -207,6 +210,13 @@ class RegisterMap:
             self._base + registers.COEFFICIENTS_ADDRESS, coefficient_words(coefficients)
         )
         await self.write("coefficient_offset", coefficients.offset)
+
+    async def write_conditions(
+        self, conditions: Conditions, counts_per_rev: int, clock_hz: float = CLOCK_HZ
+    ) -> None:
+        """Write what direction and speed are worked out with; it acts at once."""
+        for path, word in condition_registers(conditions, counts_per_rev, clock_hz).items():
+            await self.write(path, word)
 
     async def write_mean(self, mean: MeanSet) -> None:
         """Write the idle words of the mean. They act with ``command("swap")``."""

@@ -22,7 +22,7 @@ from arctrue.base.netlist import ToolError, find_ghdl, sources_of, write_netlist
 from arctrue.base.progress import ReportStep
 from arctrue.base.source_tree import ROOT, lack_of_source_tree
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
-from arctrue.generated.registers import CAPTURE_ADDRESS
+from arctrue.generated.registers import CAPTURE_ADDRESS, FURTHER_CAPTURE_ADDRESS
 from arctrue.instrument.errors import InstrumentError
 
 NATIVE = Path(__file__).resolve().parent / "native"
@@ -258,7 +258,8 @@ def build(
         *GENERATED_C.glob("*.h"),
     ]
     flags = [*CXX_FLAGS, *CXX_WARNINGS, *C_FLAGS, *LINK_FLAGS]
-    texts = [model.name, versions["gcc"], *flags, str(CAPTURE_ADDRESS)]
+    windows = (str(CAPTURE_ADDRESS), str(FURTHER_CAPTURE_ADDRESS))
+    texts = [model.name, versions["gcc"], *flags, *windows]
     key = digest(texts, [*sources, *sorted(headers)])
     target = BUILT / f"instrument-{lanes}-{capture_depth}-{key}"
     log = target.with_suffix(".log")
@@ -274,6 +275,7 @@ def build(
                 f"-I{NATIVE}",
                 f"-DINTERRUPT_PORT={_interrupt_port(model)}",
                 f"-DCAPTURE_ADDRESS={CAPTURE_ADDRESS}U",
+                f"-DFURTHER_CAPTURE_ADDRESS={FURTHER_CAPTURE_ADDRESS}U",
             ]
             objects = compile_all(sources, folder, options, log)
             objects += [*sorted(model.glob("*.o")), *runtime()]

@@ -21,7 +21,7 @@ Curve = NDArray[np.float64]
 
 
 class Curves(Protocol):
-    """Readings of both heads and the true angle, wanted piece by piece in order of time."""
+    """Readings of two to four heads and the true angle, wanted piece by piece in order of time."""
 
     counts_per_rev: int
     index_width_counts: int
@@ -30,11 +30,11 @@ class Curves(Protocol):
     clocks: int
     """Length; after it the pins hold their levels."""
 
-    def piece(self, first_clock: int, clocks: int) -> tuple[int, Curve, Curve, Curve]:
+    def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
         """Knots of a piece that begins ``first_clock`` clocks after the start.
 
-        Returns the clocks between two knots, and at the knots −1, 0, …, n + 1 the readings of head
-        1 and 2 (counts from their index) and the true angle (radians, not wrapped). n intervals
+        Returns the clocks between two knots, and at the knots −1, 0, …, n + 1 the readings of each
+        head (counts from its index) and the true angle (radians, not wrapped). n intervals
         of knots need not fill ``clocks``.
         """
 
@@ -81,13 +81,14 @@ class TableCurves:
             knot *= 2
         return knot
 
-    def _at(self, clock: NDArray[np.int64]) -> tuple[Curve, Curve, Curve]:
+    def _at(self, clock: NDArray[np.int64]) -> tuple[Curve, ...]:
         time_s = np.clip(clock / self.clock_hz, 0.0, self.motion.duration_s)
         state = self.motion.state(time_s)
-        first, second = (self.table.reading_rad(head, state) for head in (0, 1))
-        return first / self.table.count_rad, second / self.table.count_rad, state.angle_rad
+        heads = range(len(self.table.heads))
+        readings = (self.table.reading_rad(head, state) / self.table.count_rad for head in heads)
+        return (*readings, state.angle_rad)
 
-    def piece(self, first_clock: int, clocks: int) -> tuple[int, Curve, Curve, Curve]:
+    def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
         """See :class:`Curves`."""
         while True:
             knot = self._knot
@@ -95,11 +96,9 @@ class TableCurves:
             at = first_clock + knot * np.arange(-1, intervals + 2, dtype=np.int64)
             inside = (at >= 0) & (at <= self.clocks)
             begin, end = int(np.argmax(inside)), at.size - int(np.argmax(inside[::-1]))
-            head1, head2, angle = (
-                _extended(values, begin, at.size) for values in self._at(at[begin:end])
-            )
-            if knot == 1 or self._fits(first_clock, intervals, head1, head2):
-                return knot, head1, head2, angle
+            curves = [_extended(values, begin, at.size) for values in self._at(at[begin:end])]
+            if knot == 1 or self._fits(first_clock, intervals, *curves[:-1]):
+                return (knot, *curves)
             self._knot = knot // 2
 
     def _fits(self, first_clock: int, intervals: int, *curves: Curve) -> bool:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.printable import time_left
 from arctrue.base.progress import ReportStep
+from arctrue.gateware.extension import Conditions
 from arctrue.gateware.register_access import CaptureBank, CoefficientSet, RegisterMap, Snapshot
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, CLOCK_HZ, LANES_DEFAULT
 from arctrue.instrument.build import build
@@ -28,6 +29,7 @@ from arctrue.table import Motion, PinEvents, RotaryTable
 
 HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in range(6))
 SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
+HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, HEAD4_Z = (1 << pin for pin in range(8, 14))
 TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
 """In the levels of :meth:`Instrument.traced`."""
 
@@ -83,7 +85,7 @@ ReportRun = Callable[[RunProgress], None]
 class PinFault:
     """Something wrong on the wires between heads and core, from ``first_clock`` on.
 
-    ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD2_Z: pins that are turned over, or
+    ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD4_Z: pins that are turned over, or
     held. With ``probability`` below 1 it acts in a random part of the clocks. SYNC_IN and PROBE_IN
     are low but for this: ``high`` is a pulse of the instrument beside the table.
     """
@@ -119,7 +121,7 @@ class _Feeder:
         self._curves = curves
         self._start = instrument.clock
         self._pool = ThreadPoolExecutor(1)
-        self._next: tuple[int, Future[tuple[int, Curve, Curve, Curve]]] | None = None
+        self._next: tuple[int, Future[tuple[int, *tuple[Curve, ...]]]] | None = None
         self.error: BaseException | None = None
         self.callback = NEED_PIECE(self._hand_over)
 
@@ -133,12 +135,12 @@ class _Feeder:
                 knot, *values = self._next[1].result()
             else:
                 knot, *values = self._curves.piece(first, _PIECE_CLOCKS)
-            arrays = [np.ascontiguousarray(value, dtype=np.float64) for value in values]
-            pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in arrays]
+            rows = np.ascontiguousarray(values, dtype=np.float64)
+            heads, knots = rows.shape[0] - 1, rows.shape[1]
             self._instrument.library.instrument_piece(
-                self._instrument.handle, clock, knot, arrays[0].size, *pointers
+                self._instrument.handle, clock, knot, knots, heads, rows.ctypes.data
             )
-            following = first + knot * (arrays[0].size - 3)
+            following = first + knot * (knots - 3)
             self._next = None
             if following < self._curves.clocks:
                 future = self._pool.submit(self._curves.piece, following, _PIECE_CLOCKS)
@@ -464,6 +466,10 @@ class Instrument:
     def write_coefficients(self, coefficients: CoefficientSet) -> None:
         """Write the idle bank; it acts with ``command("swap")``."""
         _now(self.registers.write_coefficients(coefficients))
+
+    def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
+        """Write what direction and speed are worked out with, for this instrument's clock."""
+        _now(self.registers.write_conditions(conditions, counts_per_rev, self.clock_hz))
 
     # What leaves the core ---------------------------------------------------------------------
 

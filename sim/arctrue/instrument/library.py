@@ -30,9 +30,9 @@ class Disturbance(ctypes.Structure):
     _fields_ = (
         ("first_clock", c_int64),
         ("clocks", c_int64),
-        ("invert", c_uint8),
-        ("low", c_uint8),
-        ("high", c_uint8),
+        ("invert", c_uint16),
+        ("low", c_uint16),
+        ("high", c_uint16),
         ("probability", c_double),
     )
 
@@ -72,7 +72,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
         None,
         (_HANDLE, NEED_PIECE, c_void_p, c_int64, c_int64, c_int64, c_double, c_int),
     ),
-    "instrument_piece": (None, (_HANDLE, c_int64, c_int64, c_int64, c_void_p, c_void_p, c_void_p)),
+    "instrument_piece": (None, (_HANDLE, c_int64, c_int64, c_int64, c_int64, c_void_p)),
     "instrument_attach_events": (None, (_HANDLE, c_int64, c_void_p, c_void_p, c_uint8)),
     "instrument_detach": (None, (_HANDLE,)),
     "instrument_disturb": (None, (_HANDLE, c_int64, c_void_p, c_uint64)),

@@ -11,6 +11,7 @@ from arctrue.table import Cause, TableState
 
 Float = NDArray[np.float64]
 
+HEADS_MOST = 4
 _KNOTS = 1 << 18
 """Of a block."""
 _KEPT_BLOCKS = 4
@@ -40,14 +41,14 @@ class ReadingNoise(Cause):
             )
 
     def _block(self, number: int) -> Float:
-        """Numbers of both heads, shape ``(2, _KNOTS)``; those of the last blocks are kept."""
+        """Numbers of four heads, shape ``(4, _KNOTS)``; those of the last blocks are kept."""
         if number not in self._blocks:
             while len(self._blocks) >= _KEPT_BLOCKS:
                 del self._blocks[next(iter(self._blocks))]
             # Blocks before time 0 have odd numbers of their own.
             own = 2 * number if number >= 0 else -2 * number - 1
             seed = [self.seed, own] if own else self.seed
-            values = np.random.default_rng(seed).normal(0.0, 1.0, (2, _KNOTS))
+            values = np.random.default_rng(seed).normal(0.0, 1.0, (HEADS_MOST, _KNOTS))
             # Mean over the interval of the sum of the squared basis functions: 151/315 + 0.
             self._blocks[number] = self.rms_rad / np.sqrt(151 / 315) * values
         return self._blocks[number]
@@ -69,7 +70,7 @@ class ReadingNoise(Cause):
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """The noise of head 0 or 1 at the instants of ``state``, shape ``(n,)``."""
+        """The noise of head 0, 1, … at the instants of ``state``, shape ``(n,)``."""
         place = state.time_s / self.correlation_s
         first = np.floor(place).astype(np.int64)
         u = place - first

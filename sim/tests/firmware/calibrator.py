@@ -30,14 +30,26 @@ class CaptureInC:
 
     capture: Any
     words: NDArray[np.int32]
+    further: NDArray[np.int32]
+    """Of heads 3 and 4."""
+
+
+def words_of_bank(counts: NDArray[np.integer]) -> NDArray[np.int32]:
+    """Counts (2, n) modulo 2³², one sample after the other."""
+    return np.ascontiguousarray(counts.T.astype(np.int64).astype(np.uint32).view(np.int32))
 
 
 def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
-    """``counts``: (2, n), as the capture memory would hold them."""
+    """``counts``: (heads, n), as the capture memory would hold them."""
     ffi, _ = firmware()
     # As the position registers do: modulo 2^32.
-    words = np.ascontiguousarray(counts.T.astype(np.int64).astype(np.uint32).view(np.int32))
+    words = words_of_bank(counts[:2])
     capture = ffi.new("struct capture *")
+    further = words_of_bank(np.resize(counts[2:], (2, counts.shape[1])))
+    capture.heads = len(counts)
+    if len(counts) > 2:
+        capture.further = ffi.cast("int32_t *", further.ctypes.data)
+        capture.start = [int(row[0]) % COUNTS for row in counts] + [0] * (4 - len(counts))
     capture.words = ffi.cast("int32_t *", words.ctypes.data)
     capture.samples = counts.shape[1]
     capture.flags = BOTH_INDICES_SEEN
@@ -46,7 +58,7 @@ def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
     capture.period_clocks = 100_000
     for name, value in fields.items():
         setattr(capture, name, value)
-    return CaptureInC(capture, words)
+    return CaptureInC(capture, words, further)
 
 
 def verify(capture: CaptureInC, most_order: int = 32) -> tuple[str, Any, Any]:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from sim.tests.firmware.library import FIRMWARE, ROOT
 
 from arctrue.gateware.register_access import register_named
+from arctrue.generated.registers import MAP_BYTES
 
 BOARD = "pynq_z2"
 IMAGE = ROOT / "build" / "firmware" / BOARD / "arctrue.elf"
@@ -50,7 +51,7 @@ def core_window(
     counts: NDArray[np.integer] | None, counts_per_rev: int = 1 << 24, depth: int = 12288
 ) -> bytes:
     """The registers as the core would show them with one bank ready, counts (2, n)."""
-    words = np.zeros(0x40000 // 4, dtype=np.uint32)
+    words = np.zeros(MAP_BYTES // 4, dtype=np.uint32)
 
     def put(path: str, word: int) -> None:
         words[register_named(path).address // 4] = word & 0xFFFF_FFFF

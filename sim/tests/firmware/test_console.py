@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sim.tests.firmware.calibrator import capture_in_c
+from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN, capture_in_c
 from sim.tests.firmware.library import firmware
 from sim.tests.firmware.model_core import Firmware, ModelCore
 from sim.tests.firmware.test_application import turn
@@ -220,22 +220,60 @@ def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
     np.testing.assert_array_equal(found, counts)
 
 
-@pytest.mark.parametrize("samples", [3, 6144, 6145, 12_288])
+@pytest.mark.parametrize("heads", [2, 3, 4])
+@pytest.mark.parametrize("samples", [3, 3072, 3073, 6144, 6145, 12_287, 12_288])
 @pytest.mark.parametrize("sense", [1, -1])
-def test_a_copy_has_every_sample(samples: int, sense: int) -> None:
-    """Few samples whole, many as steps of 16 bits; in any order, over a wrap at 2³¹."""
+def test_a_copy_has_every_sample(samples: int, sense: int, heads: int) -> None:
+    """Few samples whole, many as steps of 16 bits; in any order, over a wrap at 2³¹.
+
+    Of more than two heads and 6,144 samples, every second one.
+    """
     ffi, library = firmware()
     draw = np.random.default_rng(samples)
-    step = min(30_000, (1 << 24) // samples)
+    every = 2 if heads > 2 and samples > 6144 else 1
+    step = min(30_000, (1 << 24) // samples) // every
     head1 = 2**31 - 5_000 + sense * np.cumsum(draw.integers(step // 2, step, samples))
-    head2 = head1 + 1_500_000 + draw.integers(-15_000, 15_000, samples)
-    capture = capture_in_c(np.array([head1, head2]))
+    ahead = 1_500_000 * np.arange(1, heads)[:, np.newaxis]
+    others = head1 + ahead + draw.integers(-15_000, 15_000, (heads - 1, samples))
+    counts = np.vstack([head1, others])
+    capture = capture_in_c(counts)
     copy = ffi.new("struct capture_copy *")
     assert library.capture_copy_take(copy, capture.capture)
-    for sample in (*range(0, samples, max(1, samples // 50)), samples - 1, 0, samples // 2):
-        found = library.capture_copy_counts(copy, sample)
-        asked = library.capture_counts(capture.capture, sample)
-        assert (found.head1, found.head2) == (asked.head1, asked.head2)
+    assert copy.heads == heads
+    kept = -(-samples // every)
+    assert copy.samples == kept
+    assert copy.period_clocks == every * capture.capture.period_clocks
+    for sample in (*range(0, kept, max(1, kept // 50)), kept - 1, 0, kept // 2):
+        found = ffi.new("int64_t[4]")
+        library.capture_copy_counts(copy, sample, found)
+        asked = library.capture_counts(capture.capture, every * sample)
+        assert list(found)[:2] == [asked.head1, asked.head2]
+        row = counts[:, every * sample] - counts[:, 0]
+        first = [int(place) % (1 << 24) for place in counts[2:, 0]]
+        assert list(found)[2:heads] == (row[2:] + first).tolist()
+
+
+@pytest.mark.parametrize("heads", [2, 3, 4])
+def test_places_of_heads_equal_numpy(heads: int) -> None:
+    """Mean over the turn of each reading against head 1's, to 1e-7 of 16 million counts."""
+    ffi, library = firmware()
+    turn = 1 << 24
+    draw = np.random.default_rng(heads)
+    true = np.arange(12_000) * (turn / 12_000)
+    ahead = np.array([0, 2_996_597, 8_248_798, 12_019_011])[:heads, np.newaxis]
+    counts = np.rint(true + ahead + draw.normal(0, 800, (heads, 12_000))).astype(np.int64)
+    further_seen = (1 << (heads - 2)) - 1 << 10
+    capture = capture_in_c(counts, flags=BOTH_INDICES_SEEN | further_seen)
+    capture.capture.start = [int(row[0]) % turn for row in counts] + [0] * (4 - heads)
+    place = ffi.new("double[4]")
+    assert library.capture_places(capture.capture, 12_000, place)
+    expected = (counts - counts[0]).mean(axis=1) % turn
+    np.testing.assert_allclose(list(place)[:heads], expected, rtol=0, atol=1e-7)
+    if heads > 2:
+        capture.capture.flags = BOTH_INDICES_SEEN | further_seen | 1 << 14
+        assert not library.capture_places(capture.capture, 12_000, place), "illegal of head 3"
+        capture.capture.flags = BOTH_INDICES_SEEN
+        assert not library.capture_places(capture.capture, 12_000, place), "no index of head 3"
 
 
 def test_a_turn_whose_steps_do_not_fit_is_not_copied() -> None:

@@ -48,7 +48,7 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     assert compared.exit_code == 0, compared.output
     assert "temperature × order 1" in compared.output
     # What is missing is no noise: neighbours are alike. The white reference passes.
-    assert "That of the capture is not: an effect is missing" in compared.output
+    assert "residual of the capture fails a test: an effect is" in compared.output
     assert _json(tmp_path / "c.json")["noise"]["reference"]["tests"]["normality_p"] > 0.001
     assert {path.name for path in pictures.iterdir()} == {
         "residual_branches.png",

@@ -87,3 +87,26 @@ def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: 
     amplitude = cause["parameters"]["amplitude"]
     assert abs(amplitude["value"] - 0.4) < 4.0 * amplitude["sigma"]
     assert found["diagnosis"]["verdict"] in {"adequate", "cannot_tell"}
+
+
+def test_what_cannot_be_told_apart_is_said_with_the_measurement_that_would(tmp_path: Path) -> None:
+    """A line of 3.3 Hz at one speed may be fixed to time or to the angle."""
+    folder, model = tmp_path / "line", tmp_path / "model.toml"
+    made = measurement_set(
+        runs=1,
+        reference=False,
+        head2_only=lambda time, speed: 0.6 * np.cos(2.0 * np.pi * 39.75 / 12.0 * time),
+    )
+    write_measurement_set(folder, made)
+    file = tmp_path / "explained.json"
+    done = _run("explain", folder, "--json", file, "--model", model)
+    assert done.exit_code == 0, done.output
+    (unclear,) = json.loads(file.read_text(encoding="utf-8"))["not_told_apart"]
+    assert {"vibration", "bearing_ball_pass"} <= set(unclear["effects"])
+    assert "speed" in unclear["next_measurement"]
+    said = f"This set cannot tell between {', '.join(unclear['effects'])}"
+    assert said in " ".join(done.output.split())
+    head = model.read_text(encoding="utf-8").splitlines()[0]
+    assert head.startswith(f"# {said}")
+    assert unclear["next_measurement"] in head
+    assert read_model(model).names() == ["graduation_harmonics"]

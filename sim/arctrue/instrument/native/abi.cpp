@@ -92,14 +92,13 @@ EXPORTED void instrument_attach_curves(Harness *harness, instrument::NeedPiece n
 }
 
 EXPORTED void instrument_piece(Harness *harness, int64_t first_clock, int64_t knot_clocks,
-                               int64_t knots, const double *head1, const double *head2,
-                               const double *angle) {
+                               int64_t knots, int64_t heads, const double *curves) {
     Piece piece;
     piece.first_clock = first_clock;
     piece.knot_clocks = knot_clocks;
-    piece.curve[0].assign(head1, head1 + knots);
-    piece.curve[1].assign(head2, head2 + knots);
-    piece.curve[2].assign(angle, angle + knots);
+    for (int64_t row = 0; row <= heads; row++) {
+        piece.curve.emplace_back(curves + row * knots, curves + (row + 1) * knots);
+    }
     harness->stimulus.add_piece(std::move(piece));
 }
 
@@ -177,6 +176,7 @@ struct FirmwareBus {
     int first_response;
     uint32_t first_address;
     std::vector<int32_t> *bank;
+    std::vector<int32_t> *further_bank;
 };
 
 static void keep(FirmwareBus *bus, int response, uint32_t address) {
@@ -188,11 +188,13 @@ static void keep(FirmwareBus *bus, int response, uint32_t address) {
 }
 
 EXPORTED FirmwareBus *firmware_bus_new(Harness *harness) {
-    return new (std::nothrow) FirmwareBus{harness, 0, 0, 0, 0, new std::vector<int32_t>()};
+    return new (std::nothrow)
+        FirmwareBus{harness, 0, 0, 0, 0, new std::vector<int32_t>(), new std::vector<int32_t>()};
 }
 
 EXPORTED void firmware_bus_delete(FirmwareBus *bus) {
     delete bus->bank;
+    delete bus->further_bank;
     delete bus;
 }
 
@@ -208,17 +210,29 @@ EXPORTED void firmware_bus_write(void *context, uint32_t offset, uint32_t word) 
     keep(bus, bus->harness->access(true, offset, &word), offset);
 }
 
+static const volatile int32_t *read_bank(void *context, std::vector<int32_t> *bank, uint32_t first,
+                                         uint32_t number) {
+    bank->assign(number, 0);
+    for (uint32_t place = 0; place < number; place++) {
+        uint32_t word = firmware_bus_read(context, first + 4U * place);
+        std::memcpy(&(*bank)[place], &word, sizeof word);
+    }
+    return bank->data();
+}
+
 // Word by word over the bus; then the time of the calculation passes, before its result is used.
 EXPORTED const volatile int32_t *firmware_bus_capture(void *context, uint32_t number) {
     static const uint32_t CAPTURE = CAPTURE_ADDRESS;
     auto *bus = static_cast<FirmwareBus *>(context);
-    bus->bank->assign(number, 0);
-    for (uint32_t place = 0; place < number; place++) {
-        uint32_t word = firmware_bus_read(context, CAPTURE + 4U * place);
-        std::memcpy(&(*bus->bank)[place], &word, sizeof word);
-    }
+    read_bank(context, bus->bank, CAPTURE, number);
     if (bus->harness->run(Wish{bus->calculation_clocks, std::nan(""), false, false}) < 0) {
         keep(bus, -1, 0);
     }
     return bus->bank->data();
+}
+
+EXPORTED const volatile int32_t *firmware_bus_further_capture(void *context, uint32_t number) {
+    static const uint32_t FURTHER_CAPTURE = FURTHER_CAPTURE_ADDRESS;
+    return read_bank(context, static_cast<FirmwareBus *>(context)->further_bank, FURTHER_CAPTURE,
+                     number);
 }

@@ -13,6 +13,7 @@
 extern uint32_t firmware_bus_read(void *context, uint32_t offset);
 extern void firmware_bus_write(void *context, uint32_t offset, uint32_t word);
 extern const volatile int32_t *firmware_bus_capture(void *context, uint32_t number);
+extern const volatile int32_t *firmware_bus_further_capture(void *context, uint32_t number);
 
 struct processor {
     struct application application;
@@ -107,6 +108,7 @@ EXPORTED struct processor *firmware_new(void *bus) {
             .read = firmware_bus_read,
             .write = firmware_bus_write,
             .capture = firmware_bus_capture,
+            .further_capture = firmware_bus_further_capture,
             .context = bus,
         };
         processor->sink.put = put;

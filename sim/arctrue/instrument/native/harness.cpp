@@ -20,13 +20,15 @@ Harness::Harness() : core(&context), bus(core) {
     core.reset = 0;
     core.head1_a = core.head1_b = core.head1_z = 0;
     core.head2_a = core.head2_b = core.head2_z = 0;
+    core.head3_a = core.head3_b = core.head3_z = 0;
+    core.head4_a = core.head4_b = core.head4_z = 0;
     core.sync_in = core.probe_in = 0;
     bus.silence();
     core.eval();
 }
 
 bool Harness::step() {
-    uint8_t pins = 0;
+    uint16_t pins = 0;
     if (!stimulus.advance(clock, &pins)) {
         message = stimulus.message;
         return false;
@@ -39,6 +41,12 @@ bool Harness::step() {
     core.head2_z = pins >> 5 & 1;
     core.sync_in = pins >> 6 & 1;
     core.probe_in = pins >> 7 & 1;
+    core.head3_a = pins >> 8 & 1;
+    core.head3_b = pins >> 9 & 1;
+    core.head3_z = pins >> 10 & 1;
+    core.head4_a = pins >> 11 & 1;
+    core.head4_b = pins >> 12 & 1;
+    core.head4_z = pins >> 13 & 1;
     bus.drive();
     core.clock = 0;
     core.eval();
@@ -47,7 +55,7 @@ bool Harness::step() {
     core.eval();
     auto out = static_cast<uint8_t>(core.out_a | core.out_b << 1 | core.out_z << 2);
     auto angle = [this](double instant) { return stimulus.true_angle(instant); };
-    head1.see(clock, pins & 7, angle);
+    head1.see(clock, static_cast<uint8_t>(pins & 7), angle);
     output.see(clock, out, angle);
     if (trace.size() < trace_most) {
         auto beside = core.trigger_out | core.compare_out << 1;

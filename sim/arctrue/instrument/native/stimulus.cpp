@@ -50,7 +50,7 @@ double Piece::at(int which, double clock) const {
     auto interval = static_cast<int64_t>(std::floor(knots));
     interval = std::min(std::max<int64_t>(interval, 0), intervals() - 1);
     double power[4];
-    lagrange(&curve[which][static_cast<size_t>(interval)], power);
+    lagrange(&curve[static_cast<size_t>(which)][static_cast<size_t>(interval)], power);
     return horner(power, knots - static_cast<double>(interval));
 }
 
@@ -94,7 +94,7 @@ void Stimulus::disturb(std::vector<Disturbance> wanted, uint64_t seed) {
     random.seed(seed);
 }
 
-bool Stimulus::advance(int64_t clock, uint8_t *levels) {
+bool Stimulus::advance(int64_t clock, uint16_t *levels) {
     if (kind == CURVES && clock < end_clock && !follow_curves(clock)) {
         return false;
     }
@@ -108,10 +108,10 @@ bool Stimulus::advance(int64_t clock, uint8_t *levels) {
 double Stimulus::true_angle(double clock) const {
     clock = std::min(clock, static_cast<double>(end_clock));
     if (kind == CURVES && has_present && present.holds(clock)) {
-        return present.at(HEADS, clock);
+        return present.at(present.heads(), clock);
     }
     if (kind == CURVES && has_last && last.holds(clock)) {
-        return last.at(HEADS, clock);
+        return last.at(last.heads(), clock);
     }
     return std::numeric_limits<double>::quiet_NaN();
 }
@@ -129,8 +129,9 @@ void Stimulus::load_interval(int64_t clock) {
     int64_t interval = (clock - present.first_clock) / present.knot_clocks;
     interval_first = present.first_clock + interval * present.knot_clocks;
     interval_end = interval_first + present.knot_clocks;
-    for (int head = 0; head < HEADS; head++) {
-        lagrange(&present.curve[head][static_cast<size_t>(interval)], cubic[head]);
+    for (int head = 0; head < present.heads(); head++) {
+        lagrange(&present.curve[static_cast<size_t>(head)][static_cast<size_t>(interval)],
+                 cubic[head]);
         cubic[head][0] += graduation.rounding;
     }
 }
@@ -144,8 +145,8 @@ bool Stimulus::follow_curves(int64_t clock) {
     }
     double share =
         static_cast<double>(clock - interval_first) / static_cast<double>(present.knot_clocks);
-    uint8_t levels = 0;
-    for (int head = 0; head < HEADS; head++) {
+    uint16_t levels = 0;
+    for (int head = 0; head < present.heads(); head++) {
         auto now = static_cast<int64_t>(std::floor(horner(cubic[head], share)));
         if (counted && !graduation.may_jump && std::llabs(now - count[head]) > 1) {
             message = "head " + std::to_string(head + 1) + " makes " +
@@ -154,9 +155,9 @@ bool Stimulus::follow_curves(int64_t clock) {
             return false;
         }
         count[head] = now;
-        levels |= static_cast<uint8_t>(
+        levels |= static_cast<uint16_t>(
             pins_of_count(now, graduation.counts_per_rev, graduation.index_width)
-            << (PINS_A_HEAD * head));
+            << pin_of_head(head));
     }
     counted = true;
     undisturbed = levels;
@@ -169,15 +170,15 @@ void Stimulus::follow_events(int64_t clock) {
     }
 }
 
-uint8_t Stimulus::disturbed(int64_t clock) {
-    uint8_t levels = undisturbed;
+uint16_t Stimulus::disturbed(int64_t clock) {
+    uint16_t levels = undisturbed;
     std::uniform_real_distribution<double> chance(0.0, 1.0);
     for (const Disturbance &one : disturbances) {
         if (clock < one.first_clock || clock >= one.first_clock + one.clocks) {
             continue;
         }
         if (one.probability >= 1.0 || chance(random) < one.probability) {
-            levels = static_cast<uint8_t>(((levels & ~one.low) | one.high) ^ one.invert);
+            levels = static_cast<uint16_t>(((levels & ~one.low) | one.high) ^ one.invert);
         }
     }
     return levels;

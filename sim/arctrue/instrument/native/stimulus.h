@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// What stands before the six head pins: the readings of both heads as curves over the clocks, or
-// the levels themselves; what disturbs the wires between head and core; and, above the six, the
-// pins sync_in and probe_in, which only a disturbance moves.
+// What stands before the head pins: the readings of two to four heads as curves over the clocks, or
+// the levels of the six pins of heads 1 and 2 themselves; what disturbs the wires between head and core;
+// and the pins sync_in and probe_in, which only a disturbance moves.
 
 #ifndef ARCTRUE_INSTRUMENT_STIMULUS_H
 #define ARCTRUE_INSTRUMENT_STIMULUS_H
@@ -14,8 +14,13 @@
 
 namespace instrument {
 
-constexpr int HEADS = 2;
+constexpr int HEADS_MOST = 4;
 constexpr int PINS_A_HEAD = 3;
+
+// Levels of the pins: heads 1 and 2 in bits 0 to 5, sync_in 6, probe_in 7, heads 3 and 4 in 8 to 13.
+constexpr int pin_of_head(int head) {
+    return PINS_A_HEAD * head + (head < 2 ? 0 : 2);
+}
 
 // Levels of A (bit 0), B (bit 1) and Z (bit 2) at a count; A leads B counter-clockwise.
 uint8_t pins_of_count(int64_t count, int64_t counts_per_rev, int64_t index_width);
@@ -23,12 +28,17 @@ uint8_t pins_of_count(int64_t count, int64_t counts_per_rev, int64_t index_width
 // Steps of the count from one pair of levels of A and B to the next: -1, 0, 1; 2 is illegal.
 int quadrature_step(uint8_t before, uint8_t after);
 
-// A row of clocks of three curves, given at knots; cubic through the four knots around a clock.
+// A row of clocks of a curve for each head and one of the true angle, given at knots; cubic through the four
+// knots around a clock.
 struct Piece {
     int64_t first_clock = 0;
     int64_t knot_clocks = 1;
     // Knots from one before `first_clock` to two after the last whole interval.
-    std::vector<double> curve[HEADS + 1];
+    std::vector<std::vector<double>> curve;
+
+    int heads() const {
+        return static_cast<int>(curve.size()) - 1;
+    }
 
     int64_t intervals() const;
     int64_t end_clock() const;
@@ -40,9 +50,9 @@ struct Piece {
 struct Disturbance {
     int64_t first_clock;
     int64_t clocks;
-    uint8_t invert;
-    uint8_t low;
-    uint8_t high;
+    uint16_t invert;
+    uint16_t low;
+    uint16_t high;
     double probability;
 };
 
@@ -65,7 +75,7 @@ class Stimulus {
     void disturb(std::vector<Disturbance> disturbances, uint64_t seed);
 
     // Levels in this clock; called once a clock, in order. False: see `message`.
-    bool advance(int64_t clock, uint8_t *levels);
+    bool advance(int64_t clock, uint16_t *levels);
 
     bool has_curves() const {
         return kind == CURVES;
@@ -85,11 +95,11 @@ class Stimulus {
     bool next_piece(int64_t clock);
     void load_interval(int64_t clock);
     void follow_events(int64_t clock);
-    uint8_t disturbed(int64_t clock);
+    uint16_t disturbed(int64_t clock);
 
     Kind kind = NOTHING;
     int64_t end_clock = 0;
-    uint8_t undisturbed = 0;
+    uint16_t undisturbed = 0;
 
     NeedPiece need = nullptr;
     void *need_context = nullptr;
@@ -97,9 +107,9 @@ class Stimulus {
     Piece present, last;
     bool has_present = false, has_last = false;
     bool counted = false;
-    int64_t count[HEADS] = {0, 0};
+    int64_t count[HEADS_MOST] = {};
     // Cubic of the present interval for each head, and where it ends.
-    double cubic[HEADS][4] = {};
+    double cubic[HEADS_MOST][4] = {};
     int64_t interval_first = 0, interval_end = 0;
 
     std::vector<int64_t> event_clocks;

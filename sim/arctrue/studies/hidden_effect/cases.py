@@ -51,6 +51,8 @@ class Case:
     """A reference run at stations, up and down, in place of marks on the move."""
     fresh_c: float | None = None
     """Temperature of the fresh turns after a new power-up; None: the first run goes on."""
+    modulators: bool = False
+    """The gateware is built with lanes that follow direction and speed."""
     order1_warms: bool = False
     """Order 1 changes with the temperature: it can be followed while the table warms."""
 
@@ -98,7 +100,14 @@ _ALL = (
         fresh_c=FRESH_C,
         order1_warms=True,
     ),
-    Case("hysteresis", "a shaft that winds up", _wind_up, (RunPlan(side=-1),), polygon=True),
+    Case(
+        "hysteresis",
+        "a shaft that winds up",
+        _wind_up,
+        (RunPlan(side=-1),),
+        polygon=True,
+        modulators=True,
+    ),
     Case(
         "warm_ovality",
         "a disc that ovalises with heat, which is in no catalogue",

@@ -34,12 +34,14 @@ from arctrue.studies.hidden_effect.workbench import (
     left_on_fresh_set,
 )
 from arctrue.table import Motion
-from arctrue.workbench.model.export import Export
+from arctrue.workbench.model.export import ConditionSettings, Export
 
 STOP_CLOCKS = 2000
 """How long the table stands at a station of the polygon: many times the latency."""
 FURTHER_TURNS = 0.4
 """What a drive has beyond the turns that are captured: calibration, ramp, and the rest of one."""
+NOMINAL_SHARE = 1.1
+"""Nominal speed of the modulators over the speed of the drive, whose ripple is far smaller."""
 ADOPTED = "found_on_this_table"
 
 
@@ -144,6 +146,7 @@ def run_hidden(
         scale.lanes,
         scale.capture_depth,
         clock_hz=scale.clock_hz,
+        generics={"MODULATORS": "true"} if case.modulators else None,
         report_run=report_run,
         report_step=report_step,
     ) as instrument:
@@ -247,11 +250,21 @@ class _Run:
         (effects_folder / f"{ADOPTED}.py").unlink(missing_ok=True)
         self.report_step("Workbench: it is given the measurement set, and nothing else")
         diagnosed = diagnose_and_add(measured, adopted_name=ADOPTED, effects_folder=effects_folder)
-        export = diagnosed.export(self.settings.revolution.lanes, self.case.fresh_c)
+        export = diagnosed.export(
+            self.settings.revolution.lanes, self.case.fresh_c, conditions=self._conditions
+        )
         write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
         for words in diagnosed.words():
             self.report_step(f"  {words}")
         return diagnosed, export
+
+    @property
+    def _conditions(self) -> ConditionSettings | None:
+        if not self.case.modulators:
+            return None
+        # The nominal speed must be below a count a clock, and this table makes nearly one.
+        speed_deg_s = float(np.degrees(self.settings.revolution.speed_rad_s))
+        return ConditionSettings(nominal_deg_per_s=NOMINAL_SHARE * speed_deg_s)
 
     def _drive(self, plan: RunPlan, turns: float) -> Motion:
         scale = self.settings.revolution

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.table_conditions import slew_word
+from arctrue.generated.number_formats import CLOCK_HZ
 from arctrue.instrument import Instrument, InstrumentError, Recording
 from arctrue.instrument.turn_score import BINS
 from arctrue.studies.hidden_effect.drive import TURN_RAD
@@ -20,6 +22,8 @@ SPARE_TURNS = 0.06
 """What a recording goes on after its turn, so that it holds an index and a station at its end."""
 
 _ENABLE_CLOCKS = 200
+LEAD_IN_CLOCKS = 20_000
+"""In which a direction that has become known is led in: a fifteenth of a turn at 2¹⁸ counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +129,12 @@ class Rig:
         """
         instrument = self.instrument
         swaps = instrument.read("swap_count")
+        if coefficients.extension is not None and coefficients.extension.conditions is not None:
+            instrument.write_conditions(
+                coefficients.extension.conditions, coefficients.counts_per_rev
+            )
+            slew = slew_word(LEAD_IN_CLOCKS / CLOCK_HZ)
+            instrument.write("conditions.slew", slew)
         instrument.write_coefficients(coefficients)
         instrument.command("swap")
         while instrument.read("swap_count") == swaps:

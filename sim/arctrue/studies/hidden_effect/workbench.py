@@ -18,7 +18,7 @@ from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.model.export import Export, export_model
+from arctrue.workbench.model.export import ConditionSettings, Export, export_model
 from arctrue.workbench.model.growth import add_effect, as_stored, fitted, settle, step_of
 from arctrue.workbench.model.model import HistoryStep, Model, default_model
 from arctrue.workbench.observations import Observations
@@ -47,7 +47,12 @@ class DiagnosedModel:
         return list(self.model.history)
 
     def export(
-        self, lanes: int, temperature_c: float | None, sensor_time_constant_s: float = 0.0
+        self,
+        lanes: int,
+        temperature_c: float | None,
+        sensor_time_constant_s: float = 0.0,
+        *,
+        conditions: ConditionSettings | None = None,
     ) -> Export:
         """The model as coefficients of the gateware, and what lanes cannot correct."""
         return export_model(
@@ -57,6 +62,7 @@ class DiagnosedModel:
             lanes=lanes,
             temperature_c=temperature_c,
             sensor_time_constant_s=sensor_time_constant_s,
+            conditions=conditions,
         )
 
     def data(self) -> dict[str, Any]:

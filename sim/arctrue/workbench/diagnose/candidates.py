@@ -115,7 +115,9 @@ def looked_for(
     if not form.search:
         return form, {}, trials
     places = places_of(form, residuals)
-    return (form, places[0].nonlinear, places[0].trials) if places else None
+    if not places:
+        return None
+    return *form.at_place(residuals, places[0].nonlinear), places[0].trials
 
 
 def _candidate(

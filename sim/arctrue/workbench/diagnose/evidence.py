@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import chdtrc
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
@@ -22,6 +21,7 @@ from arctrue.workbench.diagnose.candidates import (
     with_regular,
 )
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
+from arctrue.workbench.diagnose.of_the_runs import leaves_the_index
 from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey, fit_of_channels
 from arctrue.workbench.effects.base import Effect
@@ -34,6 +34,7 @@ from arctrue.workbench.inference.likelihood_ratio import (
     Evidence,
     evidence,
     restricted_likelihood,
+    with_index_as_known,
     without_slow_noise,
 )
 from arctrue.workbench.inference.residuals import Residuals
@@ -181,11 +182,11 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
         return []
     found = _seen_beside(without_slow_noise(tried.residuals), fixed, tried)
     if tried.residuals.observations.runs:
-        known = without_slow_noise(tried.residuals, index_as_known=True)
+        known = without_slow_noise(with_index_as_known(tried.residuals))
         found += [
             item
             for item in _seen_beside(known, fixed, tried)
-            if item not in found and _leaves_the_index(known, item)
+            if item not in found and leaves_the_index(known, item.effect, item.nonlinear)
         ]
     return found
 
@@ -199,18 +200,6 @@ def _seen_beside(white: Residuals, items: Sequence[Candidate], tried: Survey) ->
         for item, score in zip(items, scores, strict=True)
         if corrected_p_value(score.gain, score.rank, item.trials, tests) < SIGNIFICANCE
     ]
-
-
-def _leaves_the_index(known: Residuals, item: Candidate) -> bool:
-    """With it in the model, the offsets of the runs scatter as the index is known to.
-
-    Else the index itself is worse than that, and one offset of few fits any effect.
-    """
-    score = known.score(item.effect, item.nonlinear)
-    offsets = known.solution_with(item.effect, item.nonlinear, score).run_offsets_arcsec
-    free = offsets.size - score.rank
-    square = float(offsets @ offsets) / known.solution.noise.index_variance
-    return free > 0 and float(chdtrc(free, square)) >= SIGNIFICANCE
 
 
 def takes_most(grown: Solution, base: Solution) -> bool:

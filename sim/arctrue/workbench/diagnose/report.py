@@ -147,7 +147,8 @@ def sentences(result: Diagnosis) -> list[str]:
     elif result.verdict == "named" and result.named is not None:
         said = [f"Missing: {result.named.name}. {result.named.effect.physics}"]
         told = result.named.effect.told(result.named.nonlinear, result.observations)
-        said += [told] if told else []
+        seen = result.named.effect.seen(result.named.parameters())
+        said += [words for words in (told, seen) if words]
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
             said.append(f"Larger effects would explain it too, with more freedom: {larger}.")

@@ -27,6 +27,8 @@ from arctrue.workbench.diagnose.next_measurement import (
     NextMeasurement,
     Question,
 )
+from arctrue.workbench.diagnose.of_the_runs import runs_differ_with
+from arctrue.workbench.diagnose.own_tests import follows_the_reading, one_pattern
 from arctrue.workbench.diagnose.posterior import (
     CLASS_SHARE,
     LEAST_OF_A_NAME,
@@ -123,7 +125,7 @@ def jumped_once(case: Case) -> Decision | None:
     if step is None or (case.best is not None and case.best.regular is not None):
         return None
     rivals = [item.gain for item in (case.best, case.product) if item is not None]
-    if any(gain > step.gain - 0.5 * NEAR_TIE for gain in rivals):
+    if any(gain > 2.0 * step.gain - NEAR_TIE for gain in rivals):
         return None
     return Decision("unknown", jumped=step.words(), next=LOOK_AT_THE_STAND)
 
@@ -318,6 +320,44 @@ def comes_again_and_again(case: Case) -> Decision | None:
     return _only_resembles(case, f"it is there {AGAIN} times or more, at instants without a rule")
 
 
+def fails_its_own_test(case: Case) -> Decision | None:
+    """The best is one order of a shape with corners, or a constant and the runs differ, or the
+    error follows the reading.
+
+    A pattern with corners is no order, what differs with the speed of the runs is no constant, and
+    what follows the reading of the reference is no error of the table.
+    """
+    best = case.best
+    assert best is not None
+    why = one_pattern(*_disc_one_after_the_other(case))
+    if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
+        why = "it follows the reading of the reference, whose scale is then bent"
+    beside = case.beside
+    explained = beside is not None and beside.verdict in ("named", "ambiguous")
+    if why is None and _of_the_runs(case) and case.with_best is not None and not explained:
+        condition = runs_differ_with(case.with_best.survey.residuals)
+        if condition is not None:
+            why = f"beside it the runs differ with the {condition}, by more than the index"
+    return None if why is None else _only_resembles(case, why)
+
+
+def _disc_one_after_the_other(case: Case) -> tuple[list[float], int]:
+    """Orders of the disc, and how many local defects, each named beside those before it."""
+    orders: list[float] = []
+    places = 0
+    left: Case | None = case
+    while left is not None and left.best is not None:
+        kind = left.best.effect.search_kind
+        if kind == "disc_order":
+            orders.append(left.best.nonlinear["order"])
+        elif kind == "disc_place":
+            places += 1
+        else:
+            break
+        left = left.with_best
+    return orders, places
+
+
 def cannot_be_split(case: Case) -> Decision | None:
     """Others explain the same on these rows, or the set lacks what a name needs."""
     best, similar = case.best, case.similar
@@ -489,6 +529,7 @@ RULES = (
     Rule("unknown", takes_little),
     Rule("unknown", leaves_its_own_kind),
     Rule("unknown", comes_again_and_again),
+    Rule("unknown", fails_its_own_test),
     Rule("ambiguous", cannot_be_split),
     Rule("ambiguous", looks_like_untestable),
     Rule("ambiguous", grows_with_another),

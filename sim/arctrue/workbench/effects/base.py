@@ -86,6 +86,21 @@ class Lane:
     sine_arcsec: float
 
 
+Condition = Literal["direction", "speed", "speed_squared"]
+"""What the amplitude of a lane may follow by itself (the gateware's generic MODULATORS)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionedLane:
+    """A harmonic of head 1's error, order 0 a constant, in proportion to a condition.
+
+    Per unit of the condition: direction ±1, speed in rad/s or its square.
+    """
+
+    condition: Condition
+    lane: Lane
+
+
 @dataclass(frozen=True, slots=True)
 class SearchParameter:
     """A parameter that enters the columns nonlinearly and is therefore searched."""
@@ -265,6 +280,15 @@ class Effect(ABC):
         """
         return paired_lanes(self.disc_orders(nonlinear), coefficients)
 
+    def conditioned_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[ConditionedLane]:
+        """What lanes can correct whose amplitude follows a condition; default none."""
+        return []
+
     @property
     def parts(self) -> list[str]:
         """Public names of the parts that it is put together from; none: an effect of its own."""
@@ -369,6 +393,10 @@ class Effect(ABC):
         """What this set tells of the form that was found, in a sentence; empty: nothing more."""
         return ""
 
+    def seen(self, parameters: Mapping[str, Parameter]) -> str:
+        """What the fitted values say that :meth:`told` cannot, a sentence; empty: nothing."""
+        return ""
+
     def derived(
         self, parameters: Mapping[str, Parameter], nonlinear: Nonlinear, observations: Observations
     ) -> dict[str, Parameter]:
@@ -387,6 +415,12 @@ class Effect(ABC):
         that are not there. The default is the effect as it is.
         """
         return self, 1.0
+
+    def at_place(
+        self, residuals: Leftover, nonlinear: Nonlinear
+    ) -> tuple[Effect, dict[str, float]]:
+        """The form and the place to which those that a search found lead; the default: the same."""
+        return self, dict(nonlinear)
 
     def parameters(
         self,

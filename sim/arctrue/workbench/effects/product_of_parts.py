@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from arctrue.workbench.effects.axis_motion import capture_motion, reference_motion
 from arctrue.workbench.effects.base import (
     Columns,
+    ConditionedLane,
     Effect,
     FitContext,
     Lane,
@@ -24,6 +25,7 @@ from arctrue.workbench.effects.base import (
     amplitude_and_phase,
     paired_lanes,
 )
+from arctrue.workbench.effects.base import Condition as GatewareCondition
 from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 from arctrue.workbench.observations.column_unit import column_unit
@@ -106,6 +108,14 @@ SIMPLE_CONDITIONS = (
     Condition("speed", "|speed|", "rad/s", _speed_size),
     Condition("time", "time", "h", _time),
 )
+
+
+_BY_GATEWARE: Mapping[str, GatewareCondition] = {
+    "direction": "direction",
+    "speed": "speed",
+    "speed²": "speed_squared",
+}
+"""By the words of a condition."""
 
 
 CONDITIONS: Mapping[str, Condition] = {
@@ -407,6 +417,22 @@ class ProductOfParts(Effect):
             found |= amplitude_and_phase(cosine, sine, covariance[pair, pair], prefix, unit)
         return found
 
+    def conditioned_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[ConditionedLane]:
+        condition = _BY_GATEWARE.get(self.condition.words)
+        if condition is None:
+            return []
+        if not self.orders:
+            if self.frame in ("head2", "reference"):
+                return []
+            return [ConditionedLane(condition, Lane(0, float(coefficients[0]), 0.0))]
+        lanes = self._waves(coefficients, observations)
+        return [ConditionedLane(condition, lane) for lane in lanes]
+
     def lanes(
         self,
         coefficients: NDArray[np.float64],
@@ -421,6 +447,10 @@ class ProductOfParts(Effect):
             factor = temperature_c - observations.reference_temperature_c
         elif self.condition is not ALWAYS:
             return []
+        return self._waves(factor * coefficients, observations)
+
+    def _waves(self, coefficients: Float, observations: Observations) -> list[Lane]:
+        """Its harmonics of head 1's error where the condition is 1."""
         orders = [round(order) for order in self.orders if order == round(order)]
         if self.electrical_head == 1 and observations.grating_lines is not None:
             orders = [order * observations.grating_lines for order in orders]
@@ -431,7 +461,7 @@ class ProductOfParts(Effect):
         if self.frame == "stator" and self.electrical_head is None:
             # Head 1 sees y; its columns come after those of x.
             coefficients = coefficients[2 * len(orders) :]
-        return paired_lanes(orders, factor * coefficients)
+        return paired_lanes(orders, coefficients)
 
     def describe(self, parameters: Mapping[str, Parameter]) -> str:
         """In words, for instance ``(T − T₀) × order 2, disc-fixed, 0.31″/K``."""

@@ -24,13 +24,14 @@ def added(effect: Effect, base: Solution) -> Solution | None:
 
     ``base`` is a fit of its terms; None where the search finds no place.
     """
-    place: Nonlinear | None = {}
+    place: dict[str, float] = {}
     if effect.search:
-        place = likeliest_place(effect, Residuals(base))
-    if place is None:
-        return None
-    # As a model file has it: floats in a dictionary.
-    return settled(fit([*base.terms, Term(effect, dict(place))], base.observations))
+        residuals = Residuals(base)
+        found = likeliest_place(effect, residuals)
+        if found is None:
+            return None
+        effect, place = effect.at_place(residuals, found)
+    return settled(fit([*base.terms, Term(effect, place)], base.observations))
 
 
 def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:

@@ -93,16 +93,19 @@ def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozens
     return frozenset(found)
 
 
-def without_slow_noise(residuals: Residuals, *, index_as_known: bool = False) -> Residuals:
-    """The same model beside the white part of the noise alone.
+def without_slow_noise(residuals: Residuals) -> Residuals:
+    """The same model beside the white part of the noise alone."""
+    return _with_noise(residuals, residuals.solution.noise.white_part())
 
-    ``index_as_known``: and beside the index as it is known before the set's own runs, whose offsets
-    an effect may have made.
+
+def with_index_as_known(residuals: Residuals) -> Residuals:
+    """The same model beside the index as it is known before the set's own runs.
+
+    Their offsets may be those of an effect.
     """
-    noise = residuals.solution.noise.white_part()
-    if index_as_known:
-        known = residuals.observations.index_sigma_arcsec**2
-        noise = replace(noise, index_variance=min(known, noise.index_variance))
+    noise = residuals.solution.noise
+    known = residuals.observations.index_sigma_arcsec**2
+    noise = replace(noise, index_variance=min(known, noise.index_variance))
     return _with_noise(residuals, noise)
 
 

@@ -5,7 +5,7 @@ holds where the standard uncertainty of a linearised fit does not: slow noise th
 beside a drift has taken part of it, and a frequency of few periods is no linear parameter. The
 limit of the likelihood ratio is that of Student's t with the degrees of freedom with which the
 noise of the parameter is known: exact for a linear parameter in white noise (Bates and Watts,
-Nonlinear Regression Analysis and Its Applications, section 6.1).
+Nonlinear Regression Analysis and Its Applications, chapter 6).
 """
 
 from __future__ import annotations

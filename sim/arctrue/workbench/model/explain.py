@@ -44,6 +44,31 @@ class ExplainedCause:
         return max(self.taken_arcsec.values(), default=0.0)
 
 
+@dataclass(frozen=True, slots=True)
+class NotToldApart:
+    """Causes that explain the same on these rows, and what would tell them apart."""
+
+    effects: tuple[str, ...]
+    """The one that the explanation speaks of first."""
+    description: str | None = None
+    """Of a product of parts that explains the same and is in no catalogue."""
+    next_measurement: str | None = None
+    """What to measure, for people; None where no measurement that was tried would tell."""
+    next_measurement_kind: str | None = None
+    why: str | None = None
+    """Of one effect without a rival: what speaks against its name."""
+
+    def sentence(self) -> str:
+        """For people, and for the model file."""
+        names = ", ".join(self.effects)
+        if self.description is not None:
+            names += f", or {self.description}"
+        would = self.next_measurement or "no single measurement that was tried on paper"
+        if len(self.effects) == 1 and self.description is None:
+            return f"This set cannot confirm {names}: {self.why}. What would: {would}."
+        return f"This set cannot tell between {names}. What would: {would}."
+
+
 @dataclass(frozen=True, eq=False)
 class Explanation:
     """A model with everything that was named, and the verdict on what it leaves."""
@@ -56,6 +81,21 @@ class Explanation:
     left: Left
     verdict: Diagnosis
     """Of the final model."""
+    alike: tuple[NotToldApart, ...] = ()
+    """Of each cause that was added, and of what the final verdict speaks of."""
+
+
+def not_told_apart(found: Diagnosis) -> NotToldApart | None:
+    """What else the effect that a diagnosis speaks of may be; None where it is that one alone."""
+    decision = found.decision
+    if found.verdict not in ("named", "ambiguous"):
+        return None
+    names = tuple(dict.fromkeys([*found.effect_class, *decision.look_alikes]))
+    words = found.description if found.verdict == "ambiguous" else None
+    if found.verdict == "named" and len(names) < 2:
+        return None
+    why = decision.unconfirmed
+    return NotToldApart(names, words, found.next_measurement, found.next_measurement_kind, why)
 
 
 def explain(
@@ -77,6 +117,7 @@ def explain(
         step = step_of("fit", ", ".join(model.names()), measurement, solution)
         grown = replace(grown, history=[step])
     verdict = _verdict(solution, observations, effects, matters_counts)
+    alike: dict[str, NotToldApart] = {}
     while verdict.named is not None and len(grown.effects) - kept < MOST_ADDED:
         name, settings = verdict.named.name, _own_settings(verdict.named.effect)
         report_step(f"adding {name}")
@@ -87,6 +128,9 @@ def explain(
         except (AlreadyThereError, NotTestableError):
             break
         grown = further
+        unclear = not_told_apart(verdict)
+        if unclear is not None:
+            alike[name] = unclear
         report_step("diagnosing what is left")
         verdict = _verdict(solution, observations, effects, matters_counts)
     grown, solution, dropped = _without_idle(
@@ -102,7 +146,10 @@ def explain(
         _, without = fitted(_less(grown, place), observations, effects)
         causes.append(ExplainedCause(grown.effects[place], _taken(left_by(without), with_all)))
     causes.sort(key=lambda cause: -cause.size_arcsec)
-    return Explanation(grown, tuple(causes), tuple(dropped), with_all, verdict)
+    explained = [alike[cause.entry.name] for cause in causes if cause.entry.name in alike]
+    open_still = not_told_apart(verdict)
+    explained += [open_still] if open_still is not None else []
+    return Explanation(grown, tuple(causes), tuple(dropped), with_all, verdict, tuple(explained))
 
 
 def _without_idle(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,11 @@ from arctrue.base.units import arcsec_per_count
 from arctrue.calibration.harmonics import as_function_of_reading
 from arctrue.calibration.selection import significance_factor
 from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
+from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.mean_set import OFFSET_ONE
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
 from arctrue.generated.number_formats import THERMAL_RANGE_K
-from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.base import ConditionedLane, Effect
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
@@ -29,6 +31,24 @@ Signal-period orders are functions of the reading from the start: they live in t
 """
 
 
+USUAL_REVERSAL_WIDTH_DEG = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionSettings:
+    """How the gateware works out direction and speed (generic MODULATORS)."""
+
+    reversal_width_deg: float = USUAL_REVERSAL_WIDTH_DEG
+    """Travel from the middle of the wind-up to its end; direction goes over within twice of it."""
+    dead_zone_counts: int = 4
+    nominal_deg_per_s: float | None = None
+    """Speed at which the modulator is 1; None: half as much again as the fastest row of the set."""
+
+
+LARGEST_REVERSAL_SLOPE = 0.5
+"""Of ε while the direction goes over: below, the corrected angle moves as the table does."""
+
+
 @dataclass(frozen=True)
 class Export:
     """Coefficients, and in words what stays uncorrected."""
@@ -38,6 +58,8 @@ class Export:
     amplitudes_arcsec: list[float]
     left_out: list[str]
     warnings: list[str]
+    followed: list[str] = field(default_factory=list)
+    """Lanes that follow a condition, in words."""
 
 
 @dataclass(frozen=True)
@@ -103,18 +125,20 @@ def harmonics_of_reading(
     effects: Mapping[str, type[Effect]],
     *,
     temperature_c: float | None,
+    taken: frozenset[int] = frozenset(),
 ) -> ReadingHarmonics:
     """The orders of a fitted model that a correction by the reading can take away.
 
     An order counts where it is significant: the covariance is that of a fit of the model to
-    ``observations``, the limit that of the calibration. Raises ValueError for a model without
+    ``observations``, the limit that of the calibration. ``taken``: places in the model of effects
+    that other lanes take away, those that follow a condition. Raises ValueError for a model without
     coefficients.
     """
     left_out: list[str] = []
     entries = []
     for index, entry in enumerate(model.effects):
         effect = entry.effect(effects)
-        if effect.compensation == "reference":
+        if effect.compensation == "reference" or index in taken:
             continue
         if effect.compensation != "lanes":
             note = effect.compensation_note or "lanes cannot correct it"
@@ -200,13 +224,18 @@ def follows_temperature(
 
 
 def _with_temperature(
-    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+    model: Model,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    taken: frozenset[int],
 ) -> _Thermal:
     """The model at T₀ and a span below and above it; an order counts that is significant at one."""
     reference_c = observations.reference_temperature_c
     count = arcsec_per_count(observations.counts_per_rev or 0)
     cold, middle, warm = (
-        harmonics_of_reading(model, observations, effects, temperature_c=reference_c + step)
+        harmonics_of_reading(
+            model, observations, effects, temperature_c=reference_c + step, taken=taken
+        )
         for step in (-THERMAL_SPAN_K, 0.0, THERMAL_SPAN_K)
     )
     components: dict[int, Float] = {}
@@ -236,38 +265,61 @@ def export_model(
     temperature_c: float | None,
     sensor_time_constant_s: float = 0.0,
     range_c: tuple[float, float] | None = None,
+    conditions: ConditionSettings | None = None,
 ) -> Export:
     """Quantise a fitted model for the gateware; the largest significant orders have a lane.
 
     Without ``temperature_c`` the lanes that change with it follow the table's thermometer, which
     lags by ``sensor_time_constant_s``: the firmware works them out, within ``range_c`` (None:
-    THERMAL_RANGE_K to each side of T₀, and all that the set has).
+    THERMAL_RANGE_K to each side of T₀, and all that the set has). With ``conditions`` lanes follow
+    direction and speed, and the coefficients need a gateware with MODULATORS.
 
-    Raises ValueError for a model without coefficients, or a set that does not count.
+    Raises ValueError for a model without coefficients, a set that does not count, or a reversal
+    that is too steep for its width.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
+    conditioned: dict[int, list[ConditionedLane]] = {}
+    if conditions is not None:
+        conditioned = lanes_by_condition(model, observations, effects)
+    followed = _FollowedLanes(
+        [lane for entry in conditioned.values() for lane in entry], conditions, observations
+    )
+    taken = frozenset(conditioned)
     if temperature_c is None and follows_temperature(model, observations, effects):
-        thermal = _with_temperature(model, observations, effects)
+        thermal = _with_temperature(model, observations, effects, taken)
     else:
-        found = harmonics_of_reading(model, observations, effects, temperature_c=temperature_c)
+        found = harmonics_of_reading(
+            model, observations, effects, temperature_c=temperature_c, taken=taken
+        )
         thermal = _Thermal(found, {})
     found = thermal.harmonics
     left_out = list(found.left_out)
     by_order = found.components
+    if conditions is None:
+        left_out += _would_follow(model, observations, effects)
+    if len(followed.lanes) > lanes:
+        raise ValueError(f"{len(followed.lanes)} lanes follow a condition, {lanes} are there")
     orders = sorted(by_order, key=lambda order: -thermal.largest_arcsec(order))
-    for order in orders[lanes:]:
+    plain_lanes = lanes - len(followed.lanes)
+    for order in orders[plain_lanes:]:
         left_out.append(
             f"order {order} ({thermal.largest_arcsec(order):.3f}″): no lane left, {lanes} are there"
         )
-    kept = sorted(orders[:lanes])
+    kept = sorted(orders[:plain_lanes])
     phases = [float(np.arctan2(-by_order[order][1], by_order[order][0])) for order in kept]
     sizes = [found.amplitude_arcsec(order) for order in kept]
     count = arcsec_per_count(observations.counts_per_rev)
     coefficients = Coefficients.from_harmonics(
-        kept, np.array(sizes) / count, phases, observations.counts_per_rev, lanes
+        [*kept, *followed.orders],
+        np.array([*sizes, *followed.sizes_arcsec]) / count,
+        [*phases, *followed.phases_rad],
+        observations.counts_per_rev,
+        lanes,
     )
-    following = [order for order in orders[:lanes] if order in thermal.slopes_arcsec]
+    if followed.lanes:
+        coefficients = dataclasses.replace(coefficients, extension=followed.extension(len(kept)))
+    following = [order for order in orders[:plain_lanes] if order in thermal.slopes_arcsec]
     for order in following[ORDERS_MOST:]:
         left_out.append(f"order {order} with the temperature: {ORDERS_MOST} orders can follow it")
     if following:
@@ -280,7 +332,122 @@ def export_model(
                 range_c or _range_of(observations),
             ),
         )
-    return Export(coefficients, kept, sizes, left_out, found.warnings)
+    return Export(coefficients, kept, sizes, left_out, found.warnings, followed.words())
+
+
+def lanes_by_condition(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> dict[int, list[ConditionedLane]]:
+    """By the place in the model: effects that lanes can take away which follow a condition."""
+    found = {}
+    for index, entry in enumerate(model.effects):
+        effect = entry.effect(effects)
+        if not entry.coefficients:
+            continue
+        coefficients = np.array(entry.coefficients)
+        lanes = effect.conditioned_lanes(coefficients, entry.search, observations)
+        if lanes and all(one.lane.order <= ORDER_MAX for one in lanes):
+            found[index] = lanes
+    return found
+
+
+def _would_follow(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> list[str]:
+    """Of effects that a gateware with MODULATORS can take away, how to get there."""
+    names = [
+        model.effects[index].name for index in lanes_by_condition(model, observations, effects)
+    ]
+    if not names:
+        return []
+    return [f"{', '.join(names)}: a gateware with MODULATORS = true can, with --modulators"]
+
+
+@dataclass(frozen=True)
+class _FollowedLanes:
+    """Lanes that follow a condition, as the gateware scales them."""
+
+    lanes: list[ConditionedLane]
+    settings: ConditionSettings | None
+    observations: Observations
+
+    @property
+    def orders(self) -> list[int]:
+        return [one.lane.order for one in self.lanes]
+
+    @property
+    def nominal_rad_s(self) -> float:
+        """ω₀."""
+        assert self.settings is not None
+        if self.settings.nominal_deg_per_s is not None:
+            return float(np.radians(self.settings.nominal_deg_per_s))
+        fastest = [
+            float(np.abs(rows.speed_rad_s).max())
+            for rows in (self.observations.capture, self.observations.every_reference_row)
+            if rows is not None and rows.speed_rad_s is not None and rows.speed_rad_s.size
+        ]
+        return 1.5 * max(fastest, default=0.0) or float(np.radians(USUAL_NOMINAL_DEG_PER_S))
+
+    def _factor(self, one: ConditionedLane) -> float:
+        """Of the condition where its modulator is 1."""
+        if one.condition == "direction":
+            return 1.0
+        return self.nominal_rad_s ** (1 if one.condition == "speed" else 2)
+
+    @property
+    def sizes_arcsec(self) -> list[float]:
+        return [
+            self._factor(one) * float(np.hypot(one.lane.cosine_arcsec, one.lane.sine_arcsec))
+            for one in self.lanes
+        ]
+
+    @property
+    def phases_rad(self) -> list[float]:
+        return [
+            float(np.arctan2(-one.lane.sine_arcsec, one.lane.cosine_arcsec)) for one in self.lanes
+        ]
+
+    def words(self) -> list[str]:
+        """For people, a line a lane."""
+        return [
+            f"order {one.lane.order} × {one.condition.replace('_', ' ')}: {size:.4g}″"
+            + (
+                ""
+                if one.condition == "direction"
+                else f" at {np.degrees(self.nominal_rad_s):.4g}°/s"
+            )
+            for one, size in zip(self.lanes, self.sizes_arcsec, strict=True)
+        ]
+
+    def extension(self, first_lane: int) -> Extension:
+        """The lanes come after ``first_lane`` others. Raises ValueError for a steep reversal."""
+        assert self.settings is not None
+        assert self.observations.counts_per_rev is not None
+        width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev
+        reversal = sum(
+            size
+            for one, size in zip(self.lanes, self.sizes_arcsec, strict=True)
+            if one.condition == "direction"
+        )
+        slope = reversal / arcsec_per_count(self.observations.counts_per_rev) / width_counts
+        if slope >= LARGEST_REVERSAL_SLOPE:
+            needed = slope / LARGEST_REVERSAL_SLOPE * self.settings.reversal_width_deg
+            raise ValueError(
+                f"--reversal-width {self.settings.reversal_width_deg:g}: the error would change by "
+                f"{slope:.3g} counts a count while the direction goes over, and "
+                f"{LARGEST_REVERSAL_SLOPE:g} is the limit; choose more than {needed:.3g}°"
+            )
+        names = tuple((first_lane + at, one.condition) for at, one in enumerate(self.lanes))
+        conditions = Conditions(
+            max(round(width_counts * OFFSET_ONE), 1),
+            self.settings.dead_zone_counts,
+            float(f"{np.degrees(self.nominal_rad_s):.9g}"),
+        )
+        return Extension(conditions=conditions, modulators=names)
+
+
+USUAL_NOMINAL_DEG_PER_S = 90.0
+"""Nominal speed where the set tells no speed: nothing follows it then."""
 
 
 def _range_of(observations: Observations) -> tuple[float, float]:

@@ -44,14 +44,20 @@ def settle(
             )
         nonlinear = dict(entry.search)
         if effect.search and set(nonlinear) != {item.name for item in effect.search}:
-            found = likeliest_place(effect, Residuals(fit(terms, observations)))
+            residuals = Residuals(fit(terms, observations))
+            found = likeliest_place(effect, residuals)
             if found is None:
                 raise NotTestableError(
                     f"{entry.name} cannot be tested with this set: its search found no place"
                 )
-            nonlinear = dict(found)
+            effect, nonlinear = effect.at_place(residuals, found)
         terms.append(Term(effect, nonlinear))
     return terms
+
+
+def _other_than_usual(effect: Effect) -> dict[str, object]:
+    """Settings that are not the effect's defaults: what was found may have put them."""
+    return {key: value for key, value in effect.settings.items() if value != effect.defaults[key]}
 
 
 def fitted(
@@ -78,7 +84,7 @@ def stored_entries(entries: Sequence[ModelEffect], solution: Solution) -> list[M
     return [
         ModelEffect(
             name=entry.name,
-            settings=entry.settings,
+            settings={**entry.settings, **_other_than_usual(term.effect)},
             search={key: float(value) for key, value in term.nonlinear.items()},
             columns=term.effect.column_names(observations),
             coefficients=[float(value) for value in solution.coefficients[solution.part(index)]],

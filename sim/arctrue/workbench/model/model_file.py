@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Literal
@@ -104,10 +104,11 @@ def read_model(path: Path) -> Model:
     )
 
 
-def write_model(path: Path, model: Model) -> None:
+def write_model(path: Path, model: Model, comment: Sequence[str] = ()) -> None:
     """Write a model file; the old one stays until the new one is whole.
 
-    Raises OSError, and ModelFileError for a model that could not be read again.
+    ``comment``: lines at its head, which no reader of the model looks at. Raises OSError, and
+    ModelFileError for a model that could not be read again.
     """
     file = _File(
         schema=SCHEMA,
@@ -123,7 +124,8 @@ def write_model(path: Path, model: Model) -> None:
         _refuse_unfit(data, "")
     except ContentError as error:
         raise ModelFileError(f"{path}: {error}") from error
-    write_whole_text(path, tomli_w.dumps(data, multiline_strings=False))
+    head = "".join(f"# {one_line(line)}\n" for line in comment)
+    write_whole_text(path, head + tomli_w.dumps(data, multiline_strings=False))
 
 
 @contextmanager

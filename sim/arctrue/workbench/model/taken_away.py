@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,19 +11,21 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import MeasurementSet
-from arctrue.workbench.effects.base import Effect, FitContext
+from arctrue.workbench.effects.base import ConditionedLane, Effect, FitContext
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.solution import context_of_terms
-from arctrue.workbench.model.export import LOW_ORDERS, THERMAL_SPAN_K
+from arctrue.workbench.model.export import LOW_ORDERS, THERMAL_SPAN_K, lanes_by_condition
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import ReferenceRows
 
 Float = NDArray[np.float64]
 
-Taker = Literal["lanes", "firmware's model", "nothing", "not in the output", "reference"]
-"""Lanes; lanes that the firmware works out at the table's temperature; nobody; head 2 alone has it;
-it is an error of the reference and no error of the table."""
+Taker = Literal[
+    "lanes", "lanes by condition", "firmware's model", "nothing", "not in the output", "reference"
+]
+"""Lanes; lanes that follow direction or speed; lanes that the firmware works out at the table's
+temperature; nobody; head 2 alone has it; it is an error of the reference, none of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +74,10 @@ def outcome(
     context = _context(model, effects)
     found: list[TakenAway] = []
     together = np.zeros(table_rows.run.size)
-    for entry in model.effects:
+    followed: dict[int, list[ConditionedLane]] = {}
+    if coefficients.extension is not None and coefficients.extension.modulators:
+        followed = lanes_by_condition(model, observations, effects)
+    for index, entry in enumerate(model.effects):
         effect = entry.effect(effects)
         if effect.compensation == "reference":
             size = _rms(_values(entry, effect, reference_rows, context))
@@ -85,7 +90,10 @@ def outcome(
             continue
         by: Taker = "nothing"
         left = values
-        if effect.compensation == "lanes":
+        if index in followed:
+            left = values - _followed_arcsec(followed[index], table_rows)
+            by = "lanes by condition"
+        elif effect.compensation == "lanes":
             lanes = _LanesOf(entry, effect, observations, coefficients, temperature_c)
             left = values - lanes.correction_arcsec(table_rows)
             if lanes.orders:
@@ -197,6 +205,19 @@ class _LanesOf:
             phase = order * (rows.angle_rad if order <= LOW_ORDERS else rows.line_rad)
             total += pair[0] * np.cos(phase) + pair[1] * np.sin(phase)
         return total
+
+
+def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> Float:
+    """What lanes that follow a condition take away at every row, (rows,)."""
+    speed = np.zeros(rows.run.size) if rows.speed_rad_s is None else rows.speed_rad_s
+    direction = np.sign(speed) if rows.direction is None else rows.direction
+    values = {"direction": direction, "speed": speed, "speed_squared": speed**2}
+    total = np.zeros(rows.run.size)
+    for one in lanes:
+        phase = one.lane.order * rows.angle_rad
+        wave = one.lane.cosine_arcsec * np.cos(phase) + one.lane.sine_arcsec * np.sin(phase)
+        total += values[one.condition] * wave
+    return total
 
 
 def _rms(values: Float | None) -> float:

@@ -1,4 +1,4 @@
-"""Hysteresis: named, and said that lanes cannot correct it; nor do they."""
+"""Hysteresis: named, exported to a lane that follows the direction, and taken away by it."""
 
 from __future__ import annotations
 
@@ -27,15 +27,19 @@ def test_it_is_named_with_its_size(result: HiddenResult) -> None:
     assert error.value == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
 
 
-def test_it_is_said_that_lanes_cannot_correct_it(result: HiddenResult) -> None:
-    assert any("hysteresis" in text and "direction" in text for text in result.export.left_out)
-    assert "cannot compensate" in " ".join(result.diagnosed.words())
+def test_it_becomes_a_lane_that_follows_the_direction(result: HiddenResult) -> None:
+    extension = result.export.coefficients.extension
+    assert extension is not None
+    assert [name for _, name in extension.modulators] == ["direction"]
+    assert not any("hysteresis" in text for text in result.export.left_out)
 
 
-def test_the_output_keeps_it(result: HiddenResult) -> None:
+def test_the_output_loses_it_and_without_the_lane_keeps_it(result: HiddenResult) -> None:
+    """Fresh stations: all of it with the lane left out, at most 6″ with it (a count is 4.9″)."""
     assert result.reversal_arcsec is not None
-    for seen in result.reversal_arcsec.values():
-        assert seen == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
+    without, left = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
+    assert without == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
+    assert abs(left) <= 6.0
 
 
 def track(position: list[int], *, dropped: int = 0) -> EdgeTrack:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.base import Columns, ConditionedLane, FitContext, Lane, Nonlinear
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
@@ -28,7 +29,9 @@ class Hysteresis(ScalarEffect):
     next_measurement = "one more reference run in both directions"
     plausible = "0.1 to 5″"
     parameter_units = {"reversal_error": "arcsec"}
-    compensation_note = "depends on the direction of approach: lanes cannot correct it"
+    compensation_note = (
+        "depends on the direction of approach, which lanes follow with MODULATORS alone"
+    )
     parameter_name = "reversal_error"
     parameter_unit = "arcsec"
     in_parts = ("direction", "reference")
@@ -53,6 +56,14 @@ class Hysteresis(ScalarEffect):
             "the reference run up and down once more, since what changed with time at its only "
             "reversal looks the same"
         ]
+
+    def conditioned_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[ConditionedLane]:
+        return [ConditionedLane("direction", Lane(0, 0.5 * float(coefficients[0]), 0.0))]
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_RAD
-from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.base import Columns, ConditionedLane, FitContext, Lane, Nonlinear
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
@@ -33,7 +34,7 @@ class Latency(ScalarEffect):
     next_measurement = "a reference run on the move at a speed that this set does not have"
     plausible = "0.3 to 100 µs"
     parameter_units = {"latency": "us"}
-    compensation_note = "depends on the speed; a servo takes it as dead time"
+    compensation_note = "depends on the speed, which lanes follow with MODULATORS alone"
     depends_on_model = True
     parameter_name = "latency"
     parameter_unit = "us"
@@ -48,6 +49,16 @@ class Latency(ScalarEffect):
         if np.unique(np.round(np.abs(rows.speed_rad_s), 6)).size < 2:
             return ["a reference run at more than one speed"]
         return []
+
+    def conditioned_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[ConditionedLane]:
+        # The error function is looked up at the old reading, where it belongs; ωτ alone is left.
+        behind_arcsec = float(coefficients[0]) * 1e-6 * ARCSEC_PER_RAD
+        return [ConditionedLane("speed", Lane(0, -behind_arcsec, 0.0))]
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext

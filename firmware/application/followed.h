@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* Lanes whose amplitude the gateware multiplies with a condition (generic MODULATORS), and what direction
+   and speed are worked out with. The operator loads them; no turn of two heads can judge them. */
+
+#ifndef ARCTRUE_FOLLOWED_H
+#define ARCTRUE_FOLLOWED_H
+
+#include "coefficients.h"
+
+enum { FOLLOWED_LANES_MAX = 8 };
+
+/* As bits 18 to 16 of word 1 of a lane. */
+enum modulator {
+    MODULATOR_ONE,
+    MODULATOR_DIRECTION,
+    MODULATOR_SPEED,
+    MODULATOR_SPEED_SQUARED,
+    MODULATOR_WORD_A,
+    MODULATOR_WORD_B,
+    MODULATORS
+};
+
+struct followed_lane {
+    /* Its order may be 0. */
+    struct lane lane;
+    uint32_t modulator;
+};
+
+struct followed {
+    struct followed_lane lane[FOLLOWED_LANES_MAX];
+    uint32_t lanes;
+    /* Words of the registers `conditions`: u20.4 counts, counts, u0.32 counts a clock. */
+    uint32_t width;
+    uint32_t dead_zone;
+    uint32_t nominal_speed;
+};
+
+bool followed_lane_is_valid(const struct followed_lane *lane);
+bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t nominal_speed);
+
+/* |d eps / d R| at most: of the orders, and of the direction while it goes over within its width. */
+double followed_steepest(const struct followed *followed, uint32_t counts_per_rev);
+/* The part of it that the direction has; from 1/2 on it is too steep. */
+double followed_reversal_slope(const struct followed *followed);
+
+#endif

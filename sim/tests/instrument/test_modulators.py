@@ -1,0 +1,220 @@
+"""Lanes that follow direction and speed, from the pins of a moving table to the output's edges."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from sim.tests.instrument.sizes import DEPTH, LANES
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.table_conditions import MODULATOR_ONE, SWEEP_CLOCKS
+from arctrue.instrument import BusError, Instrument
+
+COUNTS = 1 << 18
+KNOT = 8
+WINDOW = 0x2100
+
+
+class Script:
+    """A table that goes at given speeds for given times; its reading is late, or wound up."""
+
+    counts_per_rev = COUNTS
+    index_width_counts = 1
+    rounding_counts = 0.0
+
+    def __init__(
+        self,
+        legs: list[tuple[int, float]],
+        *,
+        late_clocks: int = 0,
+        half_reversal: float = 0.0,
+        width: float = 1.0,
+    ) -> None:
+        """``legs``: clocks and counts a clock. ``half_reversal`` and ``width``: counts."""
+        speed = np.concatenate([np.full(clocks // KNOT, pace) for clocks, pace in legs])
+        self.clocks = speed.size * KNOT
+        self.place = np.concatenate([[0.0], np.cumsum(speed * KNOT)]) - 3000.5
+        late = np.clip(np.arange(self.place.size) - late_clocks / KNOT, 0.0, None)
+        reading = np.interp(late, np.arange(self.place.size), self.place)
+        wound, winding = -1.0, np.empty(self.place.size)
+        for knot, step in enumerate(np.diff(self.place, prepend=self.place[0])):
+            wound = min(max(wound + step / width, -1.0), 1.0)
+            winding[knot] = wound
+        self.reading = reading + half_reversal * winding
+
+    def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[NDArray[np.float64], ...]]:  # type: ignore[override]
+        """As Curves."""
+        intervals = max(1, min(clocks, self.clocks - first_clock) // KNOT)
+        at = np.clip(first_clock // KNOT + np.arange(-1, intervals + 2), 0, self.place.size - 1)
+        turn = 2.0 * np.pi / COUNTS
+        return KNOT, self.reading[at], self.reading[at], self.place[at] * turn
+
+
+@pytest.fixture(scope="module")
+def modulated() -> Iterator[Instrument]:
+    with Instrument(LANES, DEPTH, generics={"MODULATORS": "true"}) as instrument:
+        yield instrument
+
+
+def order_0(counts: float, modulator: str | None) -> Coefficients:
+    """One lane of order 0 that follows a condition; None: that is steady."""
+    phase = 0.0 if counts > 0 else np.pi
+    bank = Coefficients.from_harmonics([0], [abs(counts)], [phase], COUNTS, LANES)
+    if modulator is None:
+        return bank
+    extension = Extension(conditions=Conditions(1, 0, 90.0), modulators=((0, modulator),))
+    return dataclasses.replace(bank, extension=extension)
+
+
+def run(
+    instrument: Instrument, script: Script, bank: Coefficients, **words: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64], float]:
+    """Clock of every edge of the output, its error in counts as of the old angle, and that age."""
+    instrument.attach_curves(script)  # type: ignore[arg-type]
+    instrument.reset()
+    instrument.write("counts_per_rev", COUNTS)
+    instrument.command("rearm")
+    for name, value in (
+        ("ramp_rate", 0xFFFF_FFFF),
+        ("ramp_acceleration", 0),
+        ("output_spacing", 1),
+    ):
+        instrument.write(name, value)
+    instrument.write("conditions.slew", 1 << 26)
+    for name, value in words.items():
+        instrument.write(f"conditions.{name}", value)
+    instrument.write_coefficients(bank)
+    instrument.command("swap")
+    instrument.update("control", compensate=1, output_enable=1)
+    instrument.record(every=1)
+    instrument.run_until(end_of_stimulus=True)
+    seen = instrument.recording().output
+    error = seen.position - seen.true_angle_rad * COUNTS / (2.0 * np.pi)
+    instrument.detach()
+    return seen.clock, error, instrument.latency_clocks
+
+
+LATE = 120
+"""Clocks by which the reading is old: 36 counts at the first speed."""
+PACES = (0.3, 0.15)
+
+
+def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
+    """Mean error of the output against the angle *now*, at each speed of PACES, counts."""
+    legs = [(120_000, PACES[0]), (200_000, PACES[1])]
+    script = Script(legs, late_clocks=LATE)
+    age = LATE + instrument.latency_clocks
+    nominal = 0.5
+    start = instrument.clock
+    clock, error, latency = run(
+        instrument,
+        script,
+        order_0(-age * nominal, modulator),
+        nominal_speed=round(nominal * 2**32),
+    )
+    found = []
+    for first, last, pace in ((80e3, 119e3, PACES[0]), (200e3, 319e3, PACES[1])):
+        chosen = (clock - start > first) & (clock - start < last)
+        # The recording compares with the angle of the output's own age before.
+        found.append(float(np.mean(error[chosen])) - pace * latency)
+    return found
+
+
+def test_latency_is_taken_away_at_two_speeds(modulated: Instrument) -> None:
+    """Order 0 × speed takes out the reading's age and the pipeline's; a steady lane does not.
+
+    Bound: half a count for each of the roundings of reading and output.
+    """
+    first, second = speed_errors(modulated, "speed")
+    # The zero of the output is that of the index: both speeds share it.
+    assert abs(first - second) <= 1.0
+    read = modulated.read("conditions.speed") / MODULATOR_ONE
+    assert read == pytest.approx(PACES[1] / 0.5, abs=2e-4)
+    squared = modulated.read("conditions.speed_squared") / MODULATOR_ONE
+    assert squared == pytest.approx((PACES[1] / 0.5) ** 2, abs=2e-4)
+    without = speed_errors(modulated, None)
+    age = LATE + modulated.latency_clocks
+    assert abs(without[0] - without[1]) == pytest.approx(age * (PACES[0] - PACES[1]), abs=1.0)
+
+
+HALF_REVERSAL = 26.0
+WIDTH = 700.0
+
+
+def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
+    """Error of every edge after the direction is known, up, down and in the reversals, counts."""
+    pace = 0.1
+    legs = [(90_000, pace)]
+    for way in (-4000.0, 900.0, -500.0, 3000.0):
+        legs += [(round(abs(way) / pace), pace * float(np.sign(way))), (2000, 0.0)]
+    script = Script(legs, half_reversal=HALF_REVERSAL, width=WIDTH)
+    start = instrument.clock
+    clock, error, _ = run(
+        instrument,
+        script,
+        order_0(HALF_REVERSAL, modulator),
+        width=round(16 * WIDTH),
+        dead_zone=2,
+    )
+    return error[clock - start > 70_000]
+
+
+def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
+    """Settled and through each reversal; without its direction the lane leaves all of it.
+
+    Bound: a count of roundings, and the delay: two counts of dead zone, the whole count in
+    which the place moves, and two sweeps and a
+    division of 20 clocks at 0.1 count a clock, times the slope B / 2 / W of the wind-up.
+    """
+    slope = HALF_REVERSAL / WIDTH
+    bound = 1.0 + slope * (2.0 + 1.0 + 0.1 * (2 * SWEEP_CLOCKS + 20))
+    error = reversal_errors(modulated, "direction")
+    assert np.ptp(error) / 2.0 <= bound
+    without = reversal_errors(modulated, None)
+    assert np.ptp(without) / 2.0 == pytest.approx(HALF_REVERSAL, abs=1.0)
+
+
+def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) -> None:
+    """Tremble within the dead zone changes nothing, and the output makes no edge at standstill."""
+    legs = [(90_000, 0.1), *[(40, 0.05), (40, -0.05)] * 100, (3000, 0.0)]
+    run(
+        modulated,
+        Script(legs, half_reversal=HALF_REVERSAL, width=WIDTH),
+        order_0(HALF_REVERSAL, "direction"),
+        width=round(16 * WIDTH),
+        dead_zone=4,
+    )
+    assert modulated.read("conditions.direction.known") == 1
+    assert modulated.read("conditions.direction.value") == MODULATOR_ONE
+
+
+def test_every_word_of_the_window(modulated: Instrument) -> None:
+    """Words 0 to 5 are written, 6 to 8 read only, the rest is refused; the lane reads back."""
+    assert modulated.read("capability.modulators") == 1
+    for word in range(16):
+        for is_write in (False, True):
+            try:
+                if is_write:
+                    modulated.write_words(WINDOW + 4 * word, [0])
+                else:
+                    modulated.read_words(WINDOW + 4 * word, 1)
+                accepted = True
+            except BusError:
+                accepted = False
+            assert accepted == (word < 6 or (word < 9 and not is_write)), (word, is_write)
+    modulated.write_coefficients(order_0(5.0, "word_a"))
+    assert modulated.read_words(0x1004, 1) == [4 << 16]
+
+
+def test_without_the_generic_the_window_is_refused() -> None:
+    with Instrument(LANES, DEPTH) as plain:
+        assert plain.read("capability.modulators") == 0
+        with pytest.raises(BusError):
+            plain.read("conditions.width")
+        plain.write_coefficients(order_0(5.0, "word_a"))
+        assert plain.read_words(0x1004, 1) == [0], "the bits of the modulator are not there"

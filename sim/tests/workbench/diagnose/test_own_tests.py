@@ -1,0 +1,92 @@
+"""Causes of no catalogue that look like one of it, written from the physics: no name is given."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet
+from arctrue.workbench.diagnose.own_tests import one_pattern
+from tests.workbench.base_diagnosis import diagnosis_of
+from tests.workbench.small_sets import measurement_set, paper_error
+
+
+@pytest.mark.parametrize("pairs", [6, 7])
+def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
+    """Every other sector is off by 0.8″: a square wave, with 3, 5 and 7 times its order."""
+
+    def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
+        return paper_error(disc, temperature, speed) + 0.4 * np.sign(np.sin(pairs * disc + 0.3))
+
+    found = diagnosis_of(measurement_set(error, seed=2, reference=False))
+    assert found.verdict == "unknown"
+    assert found.decision.resembles is not None
+    assert found.decision.resembles.name == "high_order_graduation"
+    assert "a pattern that repeats each turn with corners" in (found.decision.unlike or "")
+
+
+def test_one_order_keeps_its_name() -> None:
+    """A single wave above the orders of the model."""
+
+    def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
+        return paper_error(disc, temperature, speed) + 0.4 * np.cos(37.0 * disc)
+
+    found = diagnosis_of(measurement_set(error, seed=2, reference=False))
+    assert found.named is not None
+    assert found.named.name == "high_order_graduation"
+
+
+@pytest.mark.parametrize(
+    ("orders", "is_one"),
+    [
+        ([21.0, 35.0, 49.0], True),
+        ([24.0, 48.0, 72.0], True),
+        ([21.0, 35.0], False),
+        ([21.0, 34.0, 49.0], False),
+        ([22.0, 34.0, 56.0], False),
+    ],
+)
+def test_orders_of_one_pattern(orders: list[float], is_one: bool) -> None:
+    """Three orders with a common divisor of three or more."""
+    assert (one_pattern(orders) is not None) == is_one
+
+
+@pytest.mark.parametrize(("orders", "is_one"), [([30.0, 42.0], True), ([30.0, 34.0], False)])
+def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> None:
+    """Of two orders the common divisor is five or more."""
+    assert (one_pattern(orders, places=1) is not None) == is_one
+    assert one_pattern(orders) is None
+
+
+@pytest.mark.parametrize("size_arcsec", [1.0, 5.0])
+def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
+    """Runs at 30, −30, 90 and 30°/s: three offsets alike, and the fast run's 1.73 times theirs."""
+
+    def bracket(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
+        share = np.sqrt(abs(speed_rad_s) / np.radians(30.0))
+        return np.full(time_s.size, size_arcsec * share)
+
+    found = diagnosis_of(measurement_set(head2_only=bracket, seed=4, reference=False))
+    assert found.named is None
+    assert found.verdict == "unknown"
+    assert found.decision.resembles is not None
+
+
+def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
+    """A polygon beside a capture; the autocollimator's scale has a cubic part."""
+    measured = measurement_set(seed=seed)
+    assert measured.reference is not None
+    error = measured.reference.error_arcsec
+    share = error / np.max(np.abs(error))
+    bent = error + size_arcsec * (share**3 - 0.6 * share)
+    return replace(measured, reference=replace(measured.reference, error_arcsec=bent))
+
+
+@pytest.mark.parametrize("size_arcsec", [0.5, -1.0])
+def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
+    """It moves the rows like faces, an axis or a gain, and is none of them."""
+    found = diagnosis_of(_bent(size_arcsec, 5))
+    assert found.effect_class == []
+    assert found.verdict == "unknown"
