@@ -1,4 +1,4 @@
-"""The page and the picture of ``arctrue alpha``, from its result as plain values."""
+"""Makes the page and the picture of ``arctrue alpha`` from its result."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ORDERS = np.arange(1, 65)
 
 
 def alpha_page(found: Mapping[str, Any]) -> str:
-    """The page, Markdown."""
+    """Compose the page in Markdown."""
     alpha = found["alpha_deg"]
     rows = []
     for choice in found["choices"]:
@@ -44,9 +44,10 @@ def alpha_page(found: Mapping[str, Any]) -> str:
         [
             "# The angle between the heads",
             "",
-            "`arctrue alpha` says what an angle α between two heads makes of noise and of an error "
-            "of α itself, order by order,",
-            "and which α is best for given orders. This page is made by it from "
+            "`arctrue alpha` computes, order by order, how an angle α between two heads "
+            "amplifies noise and "
+            "an error of α itself,",
+            "and finds the best α for given orders. It made this page from "
             "[alpha.json](data/alpha.json).",
             "",
             "```sh",
@@ -56,7 +57,8 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "",
             "Equation (6) multiplies the noise of order n by |TF(n)| = 1/(2 |sin(nα/2)|), and an "
             "error Δα of α changes the order by",
-            "n·|TF(n)|·Δα of its amplitude. What has n·α at or near a whole turn is not seen, or "
+            "n·|TF(n)|·Δα of its amplitude. Orders whose n·α is at or near a whole turn are not "
+            "seen, or "
             "badly.",
             "",
             f"![Noise gain and sensitivity over α and order](images/{PICTURE})",
@@ -69,41 +71,45 @@ def alpha_page(found: Mapping[str, Any]) -> str:
             "reaches it for each k without a common divisor",
             "with N + 1. Among those from 20° on (two heads need their room) the table has the "
             "three with the least error for the paper's table,",
-            "noise and mounting together. *Noise*: RMS over the turn of what 0.1″ on each reading "
-            "of one captured turn of 12,000 leaves in these",
-            "orders. *Mounting*: RMS of what ± 50″ of α leaves where the nominal α is used.",
+            "noise and mounting together. *Noise*: RMS error over the turn in these orders from "
+            "0.1″ of noise "
+            "on each of the 12,000 readings of one captured turn.",
+            "*Mounting*: RMS error if α is off by ± 50″ and the nominal α is used.",
             "",
             "| Orders | | α | Worst gain | Gain, order 1 | RMS gain | Noise, ″ | Mounting, ″ "
             "| Blind to 128 |",
             "|---|---|---:|---:|---:|---:|---:|---:|---|",
             *rows,
             "",
-            f"The paper's {alpha:g}° is 11/120 of a turn. To order 10 it is good; order 11 comes "
-            "to 363°, and its noise is amplified",
-            f"{_gain(given['given']['worst_gain'])} times. For orders 1 to 40 another "
-            f"{best['alpha_deg'] - alpha:+.1f}° ({best['alpha_deg']:.2f}°) makes that "
-            f"{_gain(best['worst_gain'])} and the mounting",
-            f"{best['by_mounting_arcsec'] / given['given']['by_mounting_arcsec']:.2f} of what it "
-            "is: order 1, the largest error, wants the heads far apart. That is why “smaller "
+            f"The paper's {alpha:g}° is 11/120 of a turn. It suits orders up to 10; at order 11 "
+            "n·α is "
+            "363°, and the noise is amplified",
+            f"{_gain(given['given']['worst_gain'])} times. For orders 1 to 40 a change of α by "
+            f"{best['alpha_deg'] - alpha:+.1f}° (to {best['alpha_deg']:.2f}°) reduces the worst "
+            "gain to "
+            f"{_gain(best['worst_gain'])} and the error of the mounting to",
+            f"{best['by_mounting_arcsec'] / given['given']['by_mounting_arcsec']:.2f} of its "
+            "value: order 1, the largest error, needs heads that are far apart. Therefore “smaller "
             "angular separation",
             "improves calibration accuracy” (2.1) does not hold at n = 1: "
-            "[errata](errata.md). A further head does more than any α: "
+            "[errata](errata.md). A further head improves the result more than any α: "
             "[methods](methods.md#how-many-heads).",
             "",
             *_places(found.get("places", [])),
             "## How many lanes, how many bits",
             "",
-            "The same table's error, corrected with exact coefficients. Lanes: RMS of the orders "
-            "that have none.",
+            "The same table's error after a correction with exact coefficients. Lanes: RMS of "
+            "the orders "
+            "without a lane.",
             "",
             "| Lanes | Left, ″ RMS |",
             "|---:|---:|",
             *lanes,
             "",
-            "Bits: RMS through the bit-true cosine with all lanes, by its width (lines) and the "
+            "Bits: RMS error from the bit-true cosine with all lanes, by its width (rows) and the "
             "iterations of the CORDIC (columns), ″. The",
-            f"rounding of the corrected angle to a count leaves {found['rounding_arcsec']:.3f}″ in "
-            "any case; the paper's and this implementation's choice is",
+            f"rounding of the corrected angle to a count adds {found['rounding_arcsec']:.3f}″ in "
+            "any case; the paper and this implementation use",
             "18 bits and 16 iterations.",
             "",
             "| Bits | " + " | ".join(map(str, bits["iterations"])) + " |",
@@ -115,7 +121,7 @@ def alpha_page(found: Mapping[str, Any]) -> str:
 
 
 def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The section about three and four heads."""
+    """Compose the section about three and four heads."""
     if not choices:
         return []
     rows = [
@@ -129,16 +135,18 @@ def _places(choices: Sequence[Mapping[str, Any]]) -> list[str]:
     return [
         "## Three and four heads",
         "",
-        "`arctrue alpha --heads 4 --orders 64` looks for the places of all heads (`--places "
-        "0,64.3,177,257.9` judges given ones).",
-        "Gain: noise of an order of the disc over that of one head, for three heads with the axis "
-        "at rest, for four with its motion",
-        "unknown at every order (orders from 2 on: order 1 is not in the mean). Mean: √Σwᵢ² of "
-        "the weighted mean that sees no",
-        "translation of the axis; one missing: the noisiest mean of the three heads left. Only "
-        "places at which these are below 0.85 and",
-        "the heads at least 20° apart are searched, in steps of 4° and then less: others as good "
-        "exist.",
+        "`arctrue alpha --heads 4 --orders 64` searches the places of all heads (`--places "
+        "0,64.3,177,257.9` evaluates given ones).",
+        "Gain: noise of an order of the disc over that of one head; for three heads with the axis "
+        "at rest, for four with unknown motion of the axis",
+        "at every order (orders from 2 on, because the mean does not contain order 1). Mean: "
+        "√Σwᵢ² of "
+        "the weighted mean that is free of",
+        "translations of the axis. One missing: the largest noise of a mean of the three other "
+        "heads. The "
+        "search is limited to places where both are below 0.85",
+        "and the heads at least 20° apart, in steps of 4° and then finer; other places may be "
+        "as good.",
         "",
         "| Heads | Orders | Places after head 1 | Worst gain | Mean | One missing |",
         "|---:|---|---|---:|---:|---:|",
@@ -153,7 +161,7 @@ def _without(one: Mapping[str, Any]) -> str:
 
 
 def plot_alpha(found: Mapping[str, Any], folder: Path) -> Path:
-    """Noise gain and sensitivity to α as maps over α and order."""
+    """Draw noise gain and sensitivity to α as maps over α and order."""
     path = folder / PICTURE
     alpha = np.arange(_ALPHA_STEP_DEG, 180.0 + _ALPHA_STEP_DEG, _ALPHA_STEP_DEG)
     with house_style():

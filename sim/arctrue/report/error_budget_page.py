@@ -1,4 +1,4 @@
-"""The page and the picture of ``arctrue error-sources``, from its result as plain values."""
+"""Makes the page and the picture of ``arctrue error-sources`` from its result."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def error_budget_page(found: Mapping[str, Any]) -> str:
         [
             "# Budget of the calibration",
             "",
-            "What limits the corrected angle: every source is simulated alone, then all together, "
+            "Limits of the corrected angle: every source is simulated alone, then all together, "
             "and the uncertainty that the calibration",
-            "itself states is held against drawn calibrations. Below that, the budget of the "
+            "states is compared with drawn calibrations. A second part gives the budget of the "
             "paper's experiment in the form of EURAMET cg-23.",
             "The page is made by the command from [calibration-budget.json]"
             "(data/calibration-budget.json).",
@@ -65,12 +65,12 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
     return [
         "## By source",
         "",
-        "RMS over the turn of what is left of the error of head 1, ″; where a source is random, "
+        "Remaining error of head 1, RMS over the turn, ″; for a random source "
         f"the root mean square of {found['draws']} draws ± its standard error. The table is that "
         "of",
         "[`arctrue revolution`](instrument.md) with 0.4″ of order 11; one turn of 12,000 samples, "
-        "orders 1 to 16, 2²⁴ counts. With no source at all",
-        f"{own['exact_rms_arcsec']:.0e}″ and {paper['exact_rms_arcsec']:.0e}″ are left.",
+        "orders 1 to 16, 2²⁴ counts. Without any source",
+        f"{own['exact_rms_arcsec']:.0e}″ and {paper['exact_rms_arcsec']:.0e}″ remain.",
         "",
         f"| Source | Size | {TITLES['least_squares']} | {TITLES['paper']} |",
         "|---|---|---:|---:|",
@@ -79,32 +79,34 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
         f"{_value(paper['sum_arcsec'])} |",
         f"| **all simulated together** | | {_with_u(own['whole'])} | {_with_u(paper['whole'])} |",
         "",
-        f"- The largest is {largest['title']}: no calibration of orders takes it away, because it "
+        f"- The largest is {largest['title']}: no calibration of orders removes it, because it "
         "repeats with the lines of the disc. Its size is an",
-        "  assumption; `subdivision_error` of the [effects](effects.md#subdivision_error) finds "
+        "  assumption; `subdivision_error` of the [effects](effects.md#subdivision_error) measures "
         "the real one.",
         *_sum_and_whole(found),
         f"- Noise by the transfer function, without a draw: 0.1″ · √(4 Σ |TF(n)|² / 12,000) = "
         f"{noise['expected_arcsec']:.4f}″.",
         f"- {percent(share)} of the noise comes through order 11 alone, by α = 33°: "
         "[the angle between the heads](head-angle.md).",
-        "- What the paper's method adds are the uneven sampling and the approximation in (8); "
+        "- The paper's method adds the uneven sampling and the approximation in (8); "
         "least squares at the readings has neither.",
-        "- α: the noise of the index is nothing; where the heads *detect* the mark is all of it. "
+        "- α: the noise of the index is negligible; the place at which the heads *detect* the "
+        "mark dominates. "
         "`table.index_detection_arcsec` states it.",
-        f"- A table that is not calibrated anew moves by "
-        f"{found['heat_not_recalibrated_arcsec_per_k']:.1f}″ a kelvin: 2 K are "
+        f"- Without recalibration the table's error changes by "
+        f"{found['heat_not_recalibrated_arcsec_per_k']:.1f}″ per kelvin: 2 K are "
         f"{2 * found['heat_not_recalibrated_arcsec_per_k']:.0f}″, "
         f"{2 * found['heat_not_recalibrated_arcsec_per_k'] / own['whole']['rms_arcsec']:.0f} times "
-        "all of the above.",
-        f"- The ramp takes {found['ramp_rate_arcsec_s']:.0f}″ a second: a first swap of 150″ "
+        "all sources above.",
+        f"- The ramp moves {found['ramp_rate_arcsec_s']:.0f}″ per second: a first swap of 150″ "
+        "takes "
         f"{150 / found['ramp_rate_arcsec_s']:.1f} s, a later one a millisecond.",
         "",
     ]
 
 
 def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
-    """How well the parts explain the whole."""
+    """Compare the sum of the parts with the whole."""
     shares, errors = [], []
     for name in TITLES:
         one = found["methods"][name]
@@ -136,13 +138,14 @@ def _angles(found: Mapping[str, Any]) -> list[str]:
     return [
         "## At every angle",
         "",
-        "The covariance of a calibration gives a *partial* uncertainty of ε: that of noise, "
-        "quantisation and α, with the index term that moves",
-        f"all orders together. Twice it is {covariance.min():.3f}″ to {covariance.max():.3f}″; "
-        "twice the root mean square of what is left with all sources of the table",
+        "The covariance of a calibration gives a *partial* uncertainty of ε, from noise, "
+        "quantisation and α, including the index, which changes",
+        f"all orders together. Twice this uncertainty is {covariance.min():.3f}″ to "
+        f"{covariance.max():.3f}″; "
+        "twice the root mean square error with all sources of the table",
         f"is {drawn.min():.2f}″ to {drawn.max():.2f}″. Only the second is an expanded uncertainty "
         "U (k = 2) of the corrected angle, and it holds for the sizes above.",
-        "`Estimate.u_error_arcsec` gives the first; tests hold it against drawn calibrations.",
+        "`Estimate.u_error_arcsec` gives the first; tests compare it with drawn calibrations.",
         "",
         f"![Every source, and the uncertainty over the angle](images/{PICTURE})",
         "",
@@ -163,7 +166,7 @@ def _command_of_drawn(found: Mapping[str, Any]) -> list[str]:
 
 
 def _drawn(found: Mapping[str, Any]) -> list[str]:
-    """The covariance beside the drawn calibrations of ``arctrue monte-carlo``."""
+    """Compare the covariance with the drawn calibrations of ``arctrue monte-carlo``."""
     if "monte_carlo" not in found:
         return []
     plan, cases = found["monte_carlo"]["plan"], found["monte_carlo"]["cases"]
@@ -177,28 +180,27 @@ def _drawn(found: Mapping[str, Any]) -> list[str]:
     return [
         "## The covariance against drawn calibrations",
         "",
-        "RMS over the turn of the standard uncertainty that the calibration states of ε, and of "
-        "what drawn calibrations are off by, ″. [`arctrue monte-carlo`](monte-carlo.md)",
+        "RMS over the turn of the standard uncertainty of ε that the calibration states, and of "
+        "the errors of drawn calibrations, ″. [`arctrue monte-carlo`](monte-carlo.md)",
         f"draws table and inputs: {trials} trials of each case, a capture as above "
         f"({plan['runs']} turn of {plan['samples']:,} samples), orders 1 to 32, 0.05″ to 0.3″ of "
         "noise. *Coverage*: how often the truth",
-        "lies within ± 1.96 u, %; the last column says whether the stated u holds, within what "
-        "chance explains.",
+        "lies within ± 1.96 u, %; the last column says whether the stated u agrees within chance.",
         "",
-        "| What acts | Stated u | Drawn | Drawn / stated | Coverage | Stated u |",
+        "| Active inputs | Stated u | Drawn | Drawn / stated | Coverage | Stated u |",
         "|---|---:|---:|---:|---:|---|",
         *rows,
         "",
-        "- The covariance knows of noise, quantisation and α, and there it holds. With α the "
-        "coverage is above 95 %, because its error is rectangular: ± 1.96 u reach beyond its ends.",
+        "- The covariance includes noise, quantisation and α, and is right for them. With α the "
+        "coverage is above 95 %, because its error is rectangular: ± 1.96 u exceed its ends.",
         "- Quantisation alone is not white noise: its rounding errors average out better than "
         "those of a count over √12.",
-        "- Motion of the axis is not part of it: two heads take it for the disc. Nor is a change "
-        "of temperature within the one turn, which nothing in the turn tells; with two runs",
-        "  it shows as their difference ([Monte Carlo](monte-carlo.md)).",
-        "- What lanes cannot hold, the rounding to a count, latency, ramp, subdivision and heat "
+        "- Motion of the axis is not included: two heads take it for the disc. Nor is a change "
+        "of temperature within one turn, which a single turn does not show; with two runs",
+        "  it appears as their difference ([Monte Carlo](monte-carlo.md)).",
+        "- Orders without a lane, the rounding to a count, latency, ramp, subdivision and heat "
         "are "
-        "sources of the table above, beside the covariance, and not in it.",
+        "sources of the table above that the covariance does not include.",
         "",
     ]
 
@@ -219,9 +221,10 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
     return [
         "## The experiment, after cg-23",
         "",
-        f"The table's error at a face, by a polygon that is put on anew in each of "
+        f"The table's error at a face, by a polygon that is mounted anew in each of "
         f"{found['cycles']} cycles. The closure separates faces and table",
-        f"([methods](methods.md)), so that the certificate's 0.1″ does not enter: it finds the "
+        "([methods](methods.md)), so that the certificate's 0.1″ does not enter: it determines "
+        "the "
         f"faces, {found['faces_arcsec']:.3f}″ RMS, to {found['faces_off_by_arcsec']:.3f}″.",
         "",
         "| Quantity | Source | Type | Distribution | Size, ″ | Divisor | cᵢ | uᵢ, ″ | νᵢ |",
@@ -243,17 +246,17 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
         "|---|---:|---:|---:|---:|---:|",
         *compared,
         "",
-        "With k = 2 one of 24 is expected outside where both budgets hold. With the axis at rest "
-        "they do. A bearing that moves by "
-        f"{found['radial_motion_m'] * 1e6:g} µm is in no",
-        "line of the heads' budget, and E_n shows it: two heads take motion of the axis for the "
-        "disc. That is what the comparison is for.",
+        "With k = 2 one of 24 is expected outside if both budgets hold. With the axis at rest "
+        "they hold. The heads' budget contains no line for a bearing that moves by "
+        f"{found['radial_motion_m'] * 1e6:g} µm,",
+        "and E_n shows it: two heads take motion of the axis for the "
+        "disc. This comparison can detect such an omission.",
         "",
     ]
 
 
 def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
-    """Every source as a bar, and U over the angle."""
+    """Draw every source as a bar, and U over the angle."""
     path = folder / PICTURE
     own = found["methods"]["least_squares"]
     paper = found["methods"]["paper"]
@@ -272,7 +275,7 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         bars.set_yticks(place, [row["title"] for row in own["sources"]], fontsize=8)
         bars.invert_yaxis()
         bars.set_xlabel("RMS, ″; broken: all sources together")
-        bars.set_title("Every source alone")
+        bars.set_title("Each source alone")
         legend_below(bars, columns=2)
         for name, colour, label in (
             ("drawn", MUTED, "all sources, drawn"),
@@ -288,7 +291,7 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         curve.set_xticks(range(0, 361, 45))
         curve.set_xlabel("reading, °")
         curve.set_ylabel("2 u, ″")
-        curve.set_title("Uncertainty over the turn: all sources, and what the covariance knows")
+        curve.set_title("Uncertainty over the turn: all sources, and the covariance")
         legend_below(curve, columns=2)
         return save_picture(figure, path)
 
@@ -298,7 +301,7 @@ def _value(arcsec: float) -> str:
 
 
 def _with_u(one: Mapping[str, float]) -> str:
-    """With its standard error, where draws differ in the digits that are shown."""
+    """Format a value with its standard error if draws differ in the printed digits."""
     spread = one["u_rms_arcsec"]
     return _value(one["rms_arcsec"]) + (f" ± {spread:.4f}" if spread >= 5e-5 else "")
 
@@ -308,7 +311,7 @@ def _freedom(value: float | None) -> str:
 
 
 def summary(found: Mapping[str, Any]) -> Sequence[tuple[str, float, float]]:
-    """Title and RMS of every source: least squares, the paper's method."""
+    """Give title and RMS of every source: least squares, the paper's method."""
     own, paper = (found["methods"][name]["sources"] for name in TITLES)
     return [
         (ours["title"], ours["rms_arcsec"], theirs["rms_arcsec"])

@@ -1,4 +1,4 @@
-"""The page and the picture of ``arctrue long-run``, from its result as plain values."""
+"""Makes the page and the picture of ``arctrue long-run`` from its result."""
 
 from __future__ import annotations
 
@@ -42,8 +42,9 @@ def long_run_page(found: Mapping[str, Any]) -> str:
             "# Long run",
             "",
             f"{found['turns']:,} turns, {hours:.1f} hours, of a table that warms and cools, whose "
-            "disc creeps and whose head 1 once loses counts: how far the orders wander, and",
-            "which way of holding the correction follows them. The page is made by the command "
+            "disc creeps and whose head 1 once loses counts. The study shows how far the orders "
+            "drift, and",
+            "which strategy of correction follows them. The command made this page "
             "from [long-run.json](data/long-run.json).",
             "",
             "```sh",
@@ -65,13 +66,14 @@ def long_run_page(found: Mapping[str, Any]) -> str:
             "",
             "## Recalibration against model",
             "",
-            "*Left*: RMS over the turn of the table's error (by its geometry, without noise) less "
+            "*Error*: RMS over the turn of the table's error (by its geometry, without noise) "
+            "minus "
             "the correction of the coefficients that are active at",
-            "its end, turns 3 on. Not corrected it is "
+            "its end, from turn 3 on. Without correction it is "
             f"{min(raw):.0f}″ to {max(raw):.0f}″, at {min(celsius):.1f} °C to "
             f"{max(celsius):.1f} °C.",
             "",
-            f"| | Left, ″ | Turns {learned + 1} on | Largest | Applied | Refused |",
+            f"| | Error, ″ | Turns {learned + 1} on | Largest | Applied | Refused |",
             "|---|---:|---:|---:|---:|---:|",
             *(
                 f"| {SAID[name]} | {one['rms_arcsec']:.2f} | "
@@ -88,10 +90,10 @@ def long_run_page(found: Mapping[str, Any]) -> str:
             f"{found['allan']['u_arcsec']['1']:.1f}″ (at 2²⁴ counts",
             "  and 12,000 samples it is some thousandths). The average has less noise and lags by "
             "some turns.",
-            "- The firmware's gate keeps what is active where a turn promises nothing better: "
-            "that is why not every turn is applied.",
-            f"- The edges that leave the core are off by {_median_output(found):.0f}″ RMS in each "
-            "case: an edge leaves with an edge of head 1, and a count",
+            "- The firmware keeps the active coefficients if a turn promises no improvement: "
+            "therefore not every turn is applied.",
+            f"- The edges of the output are off by {_median_output(found):.0f}″ RMS in each "
+            "case, because an edge leaves together with an edge of head 1: a count",
             f"  over √12 is {rounding:.0f}″.",
             "",
             *_allan(found),
@@ -121,33 +123,36 @@ def _model(found: Mapping[str, Any]) -> list[str]:
     return [
         f"- The model is learned from the telemetry of turns 1 to {found['learned_turns']}, by "
         f"least squares over 1, temperature and turn ({orders}).",
-        "  It is loaded as lanes that [follow the temperature](firmware.md#console); a "
-        "thermometer on the table, in steps of 1/128 K, tells it. What it says of warmer turns "
-        "than it was",
-        "  learned from is an extrapolation.",
-        "- The model has no noise of its own and no lag, and follows only what it knows: in turns "
-        f"3 to {found['learned_turns']} it leaves {_part(found, 'model', first=True):.2f}″, the "
+        "  It is loaded as lanes that [follow the temperature](firmware.md#console), measured by a "
+        "thermometer on the table in steps of 1/128 K. For warmer turns "
+        "than those",
+        "  of the learning it extrapolates.",
+        "- The model has no noise and no lag, and follows only the effects that it contains. In "
+        "turns "
+        f"3 to {found['learned_turns']} its error is {_part(found, 'model', first=True):.2f}″, "
+        "that of the "
         f"running average {_part(found, 'average', first=True):.2f}″; in the last",
-        "  hundred turns, when the disc has crept on, "
+        "  hundred turns, after further creep of the disc, they are "
         f"{_part(found, 'model', first=False):.2f}″ and "
-        f"{_part(found, 'average', first=False):.2f}″. Recalibration needs no knowledge and "
-        "follows anything, as fast as its noise allows.",
-        "  The firmware does both at once, order by order: those of the file by the model, all "
-        "others by the calibration. A model is to be learned anew where the table does what "
-        "it does not know.",
+        f"{_part(found, 'average', first=False):.2f}″. Recalibration needs no model and "
+        "follows any change, as fast as its noise allows.",
+        "  The firmware combines both by order: the model corrects the orders of its file, "
+        "the calibration all others. Learn the model again if the table shows an effect that the "
+        "model "
+        "lacks.",
         *_worst(found),
     ]
 
 
 def _part(found: Mapping[str, Any], name: str, *, first: bool) -> float:
-    """RMS of what is left in the learned part, or in the last hundred turns."""
+    """Give the RMS error in the turns of learning, or in the last hundred turns."""
     left = np.asarray(found["strategies"][name]["left_arcsec"], dtype=np.float64)
     part = left[2 : found["learned_turns"]] if first else left[-100:]
     return float(np.sqrt(np.mean(part**2)))
 
 
 def _worst(found: Mapping[str, Any]) -> list[str]:
-    """What is active in the worst turn of the single calibrations and in no good one."""
+    """List the orders that are active in the worst turn of the single calibrations only."""
     one = found["strategies"]["single"]
     orders = ", ".join(
         f"{order} ({amplitude:.0f}″)" for order, amplitude in one["largest_orders"].items()
@@ -158,10 +163,12 @@ def _worst(found: Mapping[str, Any]) -> list[str]:
     ]
     if WEAK_ORDER in one["largest_orders"]:
         said += [
-            "  An order that noise lifts above its limit is applied: by chance in 5 % of turns one "
-            f"of all orders. Order {WEAK_ORDER} has a noise gain of 19 at 33°, so that it does",
-            "  harm when it comes. Averaging makes it rare; `set orders 10` or another "
-            "[angle between the heads](head-angle.md) ends it.",
+            "  An order that noise lifts above its limit is applied: by chance this happens for "
+            "one of "
+            f"all orders in 5 % of turns. Order {WEAK_ORDER} has a noise gain of 19 at 33°, so "
+            "that it then",
+            "  causes an error. Averaging makes this rare; `set orders 10` or another "
+            "[angle between the heads](head-angle.md) prevents it.",
         ]
     return said
 
@@ -183,12 +190,12 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
             f"| {order} | {allan['u_arcsec'][order]:.2f} | {cells} | {best:.2f}″ at {at} turns |"
         )
     return [
-        "## How long an average is worth making",
+        "## The best length of an average",
         "",
-        "Overlapping Allan deviation of the orders as the firmware's telemetry tells them, "
+        "Overlapping Allan deviation of the orders in the firmware's telemetry, "
         "calibrated from single turns; cosine and sine together (root mean of",
         "the two variances). Noise falls as 1/√m with the number m of turns averaged, a drift of D "
-        "a turn rises as D·m/√2.",
+        "per turn rises as D·m/√2.",
         "",
         "| Order | u of a turn, ″ | "
         + " | ".join(f"m = {lengths[place]}" for place in columns)
@@ -197,15 +204,15 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
         *rows,
         "",
         *_noise_as_stated(allan),
-        "- Where a curve turns up again, a longer average would no longer follow the table: heat "
-        "and creep in order 1. The other orders do not move and go on falling.",
-        "- `keep` 0.8 weighs about 9 turns like one (1 + k over 1 − k).",
+        "- Where a curve rises again, a longer average would no longer follow the table: heat "
+        "and creep change order 1. The other orders do not change, and their curves keep falling.",
+        "- `keep` 0.8 has the noise of a plain mean of 9 turns ((1 + k)/(1 − k)).",
         "",
     ]
 
 
 RIGHT = 0.1
-"""Up to here the deviation of single turns is that of the stated noise."""
+"""Up to this difference the deviation of single turns equals the stated noise."""
 
 
 def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
@@ -213,16 +220,17 @@ def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
     if off > RIGHT:
         return [
             f"- At m = 1 it differs from the uncertainty that the firmware states for a turn by up "
-            f"to {percent(off)}: the table moves too fast, or the turns are too few, to tell."
+            f"to {percent(off)}: the table changes too fast, or there are too few turns, for a "
+            "comparison."
         ]
     return [
-        "- At m = 1 it is the standard uncertainty that the firmware states for a turn, to within "
-        f"{percent(off)}: what it says of its noise is right."
+        "- At m = 1 it equals the standard uncertainty that the firmware states for a turn, within "
+        f"{percent(off)}: the stated noise is right."
     ]
 
 
 def _off(allan: Mapping[str, Any]) -> float:
-    """Largest relative difference of the deviation of single turns from the stated u."""
+    """Give the largest relative difference of the deviation of single turns from the stated u."""
     ratios = [
         deviation[0] / allan["u_arcsec"][order]
         for order, deviation in allan["deviation_arcsec"].items()
@@ -245,10 +253,11 @@ def _trends(found: Mapping[str, Any]) -> list[str]:
     return [
         "## Trends",
         "",
-        "`arctrue monitor PORT --trend ARCSEC` watches the telemetry: means of 16 turns, a "
-        "straight line through the latest 8, and an F test of its slope against",
-        "the scatter about it, for each order; noise alone gives an alarm in one of a thousand "
-        "lines. What it says of this run:",
+        "`arctrue monitor PORT --trend ARCSEC` watches the telemetry: it fits a straight "
+        "line to the latest 8 means of 16 turns and tests its slope against",
+        "the scatter about it (F test), for each order; noise alone gives an alarm in one of a "
+        "thousand "
+        "lines. Its alarms in this run:",
         "",
         "| Order | First alarm in turn | Change, ″ (k = 2) | within turns | Alarms |",
         "|---|---:|---:|---:|---:|",
@@ -277,19 +286,20 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
     return [
         "## The fault",
         "",
-        f"Turn {turn}: {text}. Where calibrated in every turn: {', '.join(refused)}; alarm "
+        f"Turn {turn}: {text}. With a calibration in every turn: {', '.join(refused)}; alarm "
         f"`zero_lost` in turn {', '.join(lost)}. The mean of the output",
         f"is off by {decimal(within, 1)} counts over that turn and by {decimal(after, 1)} three "
-        "turns later: the next index shows the counts that are lost, and with `heal` they are put "
-        "back",
-        "([faults](faults.md)). No coefficient is touched by it, and what was captured of the turn "
-        "is in no average, Allan deviation or trend.",
+        "turns later: the next index shows the lost counts, and with `heal` the gateware restores "
+        "them",
+        "([faults](faults.md)). The fault changes no coefficient, and the samples of that turn "
+        "enter "
+        "no average, Allan deviation or trend.",
         "",
     ]
 
 
 def plot_long_run(found: Mapping[str, Any], folder: Path) -> Path:
-    """Temperature and error left over the turns; Allan deviation of the orders."""
+    """Draw temperature and error over the turns, and the Allan deviation of the orders."""
     path = folder / PICTURE
     turns = np.arange(1, found["turns"] + 1)
     with house_style():

@@ -1,4 +1,4 @@
-"""The page and the picture of ``arctrue methods``, from its result as plain values."""
+"""Makes the page and the picture of ``arctrue methods`` from its result."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ NOT_BUILT = (
      "the rows of four heads by least squares, whose output is head 1"),
     ("Polynomial fit [16]", "of linear encoders over temperature; a turn is periodic"),
 )  # fmt: skip
-"""Of the paper's introduction: what has no row of its own, and why."""
+"""Methods of the paper's introduction that have no row, and the reason."""
 
 
 def methods_page(found: Mapping[str, Any]) -> str:
-    """The page, Markdown."""
+    """Compose the page in Markdown."""
     given = found["settings"]
     raw = found["uncorrected"]
     rows = [
@@ -64,10 +64,10 @@ def methods_page(found: Mapping[str, Any]) -> str:
         [
             "# Methods on the same table",
             "",
-            "`arctrue methods` measures one simulated table by methods of the paper's "
+            "`arctrue methods` measures one simulated table by the methods of the paper's "
             "introduction and by means of several heads,",
-            "and scores what the table then shows against the true angle, which no method sees. "
-            "This page is made by it from",
+            "and compares the corrected angle with the true angle, which no method knows. "
+            "It made this page from",
             "[methods.json](data/methods.json).",
             "",
             "```sh",
@@ -90,17 +90,18 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "hard for one method or another, and orders 47 (0.05″) and 77 (0.03″) that no method "
             "fits. The axis moves by "
             f"{given['radial_motion_m'] * 1e6:g} µm at order 2 on a line, by half",
-            "of it at order 3 on a circle, and by 0.2 to 0.3 of it backwards at orders 1 and 13 "
+            "of that at order 3 on a circle, and by 0.2 to 0.3 of that backwards at orders 1 and "
+            "13 "
             "and forwards at 9. A method fits orders 1 to "
             f"{given['most_order']} and 120",
-            "where it can, and applies what has a noise gain up to 50.",
+            "if it can, and applies orders with a noise gain up to 50.",
             "",
-            "*Later*: the same calibration after heat has moved the disc's centre by 2 µm, with "
-            "the balls of the bearing at 0.25 µm (0.95″), some turns on.",
+            "*Later*: the same calibration after heat has moved the disc's centre by 2 µm, and "
+            "with a ball pass of the bearing of 0.25 µm (0.95″), some turns later.",
             f"Uncorrected: {_span(raw['span_arcsec'])}″, {raw['rms_arcsec']:.2f}″ RMS.",
             "",
-            "| Method | Heads | Output | Left, ″ | RMS, ″ | RMS, axis at rest, ″ | RMS, later, ″ "
-            "| Largest orders left, ″ |",
+            "| Method | Heads | Output | Error, ″ | RMS, ″ | RMS, axis at rest, ″ | RMS, later, ″ "
+            "| Largest remaining orders, ″ |",
             "|---|---:|---|---:|---:|---:|---:|---|",
             *rows,
             "",
@@ -111,19 +112,19 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "Numbers in brackets are those of the paper's references. One draw of noise and "
             "mounting: `--seed` makes another.",
             "",
-            "Of the paper's introduction these have no row of their own:",
+            "These methods of the paper's introduction have no row of their own:",
             "",
             "| | |",
             "|---|---|",
             *(f"| {name} | {why} |" for name, why in NOT_BUILT),
             "",
-            f"![What is left at every order](images/{PICTURE})",
+            f"![Error of each method by order](images/{PICTURE})",
             "",
             "## How many heads",
             "",
             "Noise of an order over the noise of one head's reading; places in degrees from head "
-            "1. ∞: not seen. *Mean*: noise of one reading on the",
-            "weighted mean that sees no translation of the axis; –: there is none.",
+            "1. ∞: not seen. *Mean*: noise of one reading of the",
+            "weighted mean that is free of translations of the axis; –: there is no such mean.",
             "",
             "| | Places | Order 1 | Order 11 | Worst to 40 | to 64 | to 128 | Order 120 | Mean |",
             "|---|---|---:|---:|---:|---:|---:|---:|---:|",
@@ -136,7 +137,7 @@ def methods_page(found: Mapping[str, Any]) -> str:
 
 
 def _verdict(found: Mapping[str, Any]) -> list[str]:
-    """What the figures say of a third and a fourth head, and of the mean."""
+    """State what a third and a fourth head and the mean contribute."""
     by_name = {one["name"]: one for one in found["methods"]}
     two, three, four = (by_name[f"{n}_heads_least_squares"] for n in ("two", "three", "four"))
     pair, third = found["places"][:2]
@@ -148,43 +149,47 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         for one in found["own_places"]
     )
     return [
-        f"- **A third head** at {third['places_deg'][2]:g}° takes the blind orders away: the worst "
+        f"- **A third head** at {third['places_deg'][2]:g}° removes the blind orders: the worst "
         f"gain to order 40 falls from {_gain(pair['worst_gain_to_40'])} to "
         f"{_gain(third['worst_gain_to_40'])}, order 120 is seen.",
-        f"  With the axis at rest {three['rms_without_motion_arcsec']:.3f}″ RMS are left, with two "
+        f"  With the axis at rest the error is {three['rms_without_motion_arcsec']:.3f}″ RMS, "
+        "with two "
         f"heads {two['rms_without_motion_arcsec']:.3f}″. At an order at which the axis moves, "
-        "three heads cannot tell it",
-        "  from the disc: the table's own motion and the two circles of the axis take all three "
+        "three heads cannot separate axis and",
+        "  disc: the table's motion and the two circles of the axis use up all three "
         f"readings ({three['rms_arcsec']:.3f}″ with the bearing that moves).",
-        "  But three heads have a weighted mean that no motion of the axis reaches "
-        f"({mean3['rms_later_arcsec']:.3f}″ before and after the disc's centre moves): what is "
-        "left there was taken for disc while calibrating.",
-        "- **A fourth head** tells disc and axis apart. While the axis is known to move at "
+        "  But three heads have a weighted mean that is free of any motion of the axis "
+        f"({mean3['rms_later_arcsec']:.3f}″ before and after the disc's centre moves); its "
+        "remaining error is motion that the calibration took for the disc.",
+        "- **A fourth head** separates disc and axis. If the axis is known to move at "
         f"orders 1 to 8 alone the worst gain to 128 is {_gain(listed['worst_gain_to_128'])}; with "
-        "motion unknown at every order it is",
-        f"  {_gain(every['worst_gain_to_128'])} at these places, and others are better. Head 1, "
-        f"corrected with such a list, keeps {four['rms_arcsec']:.3f}″: the orders outside the "
-        f"list, and {four['rms_later_arcsec']:.3f}″ once the axis moves otherwise.",
-        "- **Order 1 of the axis**: its forward circle is the same as an eccentric disc, for any "
-        "number of heads; a backward circle, or a line, is not, and four heads see it.",
-        f"- **The mean of four heads, calibrated**, is left with {mean4['rms_arcsec']:.3f}″, and "
+        "unknown motion at every order it is",
+        f"  {_gain(every['worst_gain_to_128'])} at these places, and other places are better. "
+        "Head 1, "
+        f"corrected with such a list, keeps {four['rms_arcsec']:.3f}″ from the orders outside the "
+        f"list, and {four['rms_later_arcsec']:.3f}″ once the axis moves differently.",
+        "- **Order 1 of the axis**: its forward circle looks like an eccentric disc, for any "
+        "number of heads; its backward circle, or a line, does not, and four heads detect it.",
+        f"- **The mean of four heads, calibrated**, keeps {mean4['rms_arcsec']:.3f}″, and "
         f"{mean4['rms_later_arcsec']:.3f}″ later: mostly the orders of the disc that were not "
         "fitted. Its disc error comes from the one",
-        "  combination of four readings in which neither the table's motion nor the axis' "
-        "remains. Uncalibrated means keep what the heads see of the disc "
+        "  combination of four readings that contains neither the table's motion nor that of the "
+        "axis. Uncalibrated means keep the disc error that all heads share "
         f"({plain['rms_arcsec']:.2f}″ with two at 180°).",
-        "- Heads find their own places from the data only where the axis' motion is known to be "
-        "absent at some orders of the disc; standard uncertainties from one turn, the axis at",
-        f"  rest: {own}. With motion unknown at every order they do not, and the calibration "
-        "refuses it.",
-        "  For the mean 10″ of a place are harmless. Unequal radii leave order 1 in the mean: "
-        "they are among the unknowns, and are found as well as the axis is known to make no",
-        "  backward circle once a turn.",
+        "- The data determine the places of the heads only if the axis is known not to move at "
+        "some orders of the disc; standard uncertainties from one turn, the axis at",
+        f"  rest: {own}. With unknown motion at every order they are not determined, and the "
+        "calibration "
+        "refuses the request.",
+        "  For the mean an error of 10″ of a place is harmless. Unequal radii add order 1 to the "
+        "mean: "
+        "they are unknowns of the calibration, determined as well as the axis is known to make no",
+        "  backward circle once per turn.",
     ]
 
 
 def plot_methods(found: Mapping[str, Any], folder: Path) -> Path:
-    """Residual of every method by order, and the gain of two, three and four heads."""
+    """Draw the residual of every method by order, and the gain of two, three and four heads."""
     path = folder / PICTURE
     with house_style():
         figure = Figure(figsize=(9.6, 9.6), layout="constrained")

@@ -1,4 +1,4 @@
-"""The page of ``arctrue paper``: every equation, table and figure of the paper beside this tree."""
+"""Makes the page of ``arctrue paper``: equations, tables and figures, published and repeated."""
 
 from __future__ import annotations
 
@@ -24,15 +24,16 @@ ROUNDING_DIVISOR = math.sqrt(12.0)
 
 
 def paper_page(found: Mapping[str, Any]) -> str:
-    """Markdown; ``found`` as :func:`arctrue.studies.paper.page_items.paper_items` gives it."""
+    """Compose the page; ``found`` is from :func:`arctrue.studies.paper.page_items.paper_items`."""
     lines = [
         "# The paper, point by point",
         "",
         "Shao, Zhu, Huang, Xue, Zhu: *Fully online calibration-compensation method for rotary "
         "table "
-        "positioning error*: what the paper",
-        "has, what comes out here, and the command or page that shows it. The page is made by "
-        "`arctrue paper` from",
+        "positioning error*: its content,",
+        "the result of this implementation, and the command or page that shows it. `arctrue "
+        "paper` made "
+        "this page from",
         "[paper.json](data/paper.json); slips of the paper are in the [errata](errata.md).",
         "",
         "```sh",
@@ -135,7 +136,7 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
 
 
 def _finest(one: Mapping[str, Any]) -> list[str]:
-    """Said where no run has the paper's size."""
+    """State it if no run has the paper's size."""
     if _interpolation(one) == FULL:
         return []
     return ["This page's runs are coarser than the paper's 2²⁴ counts a turn.", ""]
@@ -147,7 +148,7 @@ def _lanes_option(one: Mapping[str, Any]) -> str:
 
 
 def _minutes(runs: list[Mapping[str, Any]]) -> str:
-    """By the clocks of the runs: what the wall showed depends on other work."""
+    """Give the time from the clocks of the runs: the wall time depends on other work."""
     seconds = sum(
         one["clocks"]
         / CLOCKS_A_SECOND.get(
@@ -159,7 +160,7 @@ def _minutes(runs: list[Mapping[str, Any]]) -> str:
 
 
 CLOCKS_A_SECOND = {8: 630_000, 32: 287_000}
-"""Of the compiled core, by its lanes (docs/instrument.md)."""
+"""Clocks per second of the compiled core, by its number of lanes (docs/instrument.md)."""
 
 
 def _remarks(found: Mapping[str, Any]) -> list[str]:
@@ -181,7 +182,8 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
         "count at which a servo would stop. A servo",
         "  adds its own error: following error, friction, dither between two counts: "
         "[stop and go](stop-and-go.md).",
-        "- **The judge leaves the latency out.** An edge is compared with the angle at the instant "
+        "- **The comparison excludes the latency.** An edge is compared with the angle at the "
+        "instant "
         "at which the table made it. At 100 MHz",
         f"  an edge leaves {delay['pin_to_pin_ns']:.0f} ns later, at 30°/s "
         f"{delay['travel_arcsec']:.2f}″ of travel; at rest it is nothing.",
@@ -189,9 +191,10 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
         f"({delay['count_ns']:.0f} ns at 30°/s): they are "
         f"{delay['pipeline_ns'] / delay['count_ns']:.1f} of it, and from "
         f"{30.0 * delay['count_ns'] / delay['pipeline_ns']:.0f}°/s on more than one.",
-        "- **That the rest of the paper's 1.6″ is subdivision, heat and bearing is a guess.** This "
-        "table has none of them, and no measurement of the",
-        "  paper's table is published that would tell. What each would do is in the "
+        "- **Subdivision, heat and bearing are only assumed to cause the remaining part of the "
+        "paper's 1.6″.** This "
+        "table has none of them, and no published measurement of the",
+        "  paper's table shows them. Their sizes are in the "
         "[budget](calibration-budget.md) and the [effects](effects.md).",
         f"- **Orders below {values['(6)']['limit_u']:.1f} standard uncertainties are not "
         "applied.** They stay in the output; their sum is a line of the "
