@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// AXI4-Lite rules (AMBA AXI, issue D, A3.1.2, A3.2.1, A3.3.1 and B1.1.1) at the core's port: answers
-// stay valid and unchanged until they are taken, none is valid after a reset, each belongs to an
-// access that was taken before it, and there is one for each. The master keeps to the same rules.
-// Inside the core: what is asked of a unit is legal and belongs to the access that was taken, a word
-// that is read is the one that the unit gave, and neither kind of access shuts the other out.
+// AXI4-Lite rules (AMBA AXI, issue D, A3.1.2, A3.2.1, A3.3.1 and B1.1.1) at the core's port: responses
+// stay valid and unchanged until they are accepted, none is valid after a reset, each belongs to an
+// earlier accepted transfer, and each transfer gets exactly one. The master keeps to the same rules.
+// Inside the core: requests to a unit are legal and belong to the accepted transfer, a word
+// that is read is the one that the unit gave, and neither kind of transfer blocks the other.
 //
-// Left out are the sampler, the compensation, all that calculates and the signals at the edge of
-// the core: what the registers read from them may be anything. So may the value of each register and
-// the kept half of a wide word. Of the two units that answer accesses themselves only this is
-// assumed: a bank's word follows its read by 4 clocks (proven: sampler_rules), and a coefficient's
-// acknowledge comes once for each write, later than it (proven: coefficient_memory_rules).
+// The sampler, the compensation, all arithmetic and the signals at the edge of
+// the core are left out: the registers may read any value from them. Each register and
+// the held half of a wide word may also have any value. The two units that answer transfers themselves
+// are assumed only to do this: a bank's word follows its read by 4 clocks (proven: sampler_rules), and a
+// coefficient's acknowledge comes once for each write, later than it (proven: coefficient_memory_rules).
 
 module arctrue_core_rules #(
     parameter LANES = 1, parameter CAPTURE_DEPTH = 2 // as the netlist
@@ -47,11 +47,11 @@ module arctrue_core_rules #(
     reg [35:0] w_before;
     reg [1:0] bresp_before;
     reg [33:0] r_before;
-    // Taken and not yet answered.
+    // Accepted and not yet answered.
     reg [3:0] addresses = 0, data = 0, reads = 0;
-    // Of the other kind, taken while one waits.
+    // Transfers of the other kind that were accepted while one waits.
     reg [1:0] before_read = 0, before_write = 0;
-    // The last one taken.
+    // The last accepted transfer.
     reg [18:0] held_address;
     reg [35:0] held_word;
     reg held_ready;
@@ -91,7 +91,7 @@ module arctrue_core_rules #(
         end
     end
 
-    // Accesses that another unit answers.
+    // Transfers that another unit answers.
     wire probe_capture_read, probe_capture_valid, probe_write_acknowledge;
     wire probe_coefficient_read, probe_coefficient_write;
     wire probe_offset_read, probe_offset_write;
@@ -126,11 +126,11 @@ module arctrue_core_rules #(
         end
     end
 
-    // For the lemmas: where the access under way is.
+    // For the lemmas: the position of the present transfer.
     wire [1:0] probe_state;
     wire probe_taken, probe_is_write, probe_register_read;
     wire probe_register_request, probe_register_writes;
-    // Units are asked in the clock after it was taken.
+    // Units are asked in the clock after the transfer was accepted.
     reg asks = 0;
     always @(posedge clock) asks <= probe_taken && !reset;
     wire probe_to_registers, probe_to_coefficients, probe_to_offset, probe_to_capture;
@@ -173,7 +173,7 @@ module arctrue_core_rules #(
             assert (!writes_unit || held_word[3:0] == 4'b1111);
             assert (!rvalid || !from_unit || (rresp == OKAY && rdata == unit_word));
 
-            // Lemmas. One access at a time: taken, asked for, with its unit, answered.
+            // Lemmas. One transfer at a time: accepted, requested, at its unit, answered.
             assert (probe_state != 3);
             assert (!probe_taken || (probe_state == BUSY && !asks));
             assert (!asks || probe_state == BUSY);
@@ -206,7 +206,7 @@ module arctrue_core_rules #(
             assert (!(capture_reads || coefficient_reads) || !probe_is_write);
             assert (probe_read_under_way == coefficient_reads);
             assert (!from_unit || (probe_state == ANSWER && !probe_is_write));
-            // What was overtaken waits still, and is taken next.
+            // An overtaken transfer still waits, and is accepted next.
             assert (before_read == 0 || (arvalid && probe_taken != probe_is_write));
             assert (before_write == 0 || (awvalid && wvalid && probe_taken == probe_is_write));
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Handshake rules of AXI3 and AXI4-Lite (AMBA AXI, issue D, A3.2.1) at axi3_to_axi_lite: what is
-// valid stays valid and unchanged until it is taken, and nothing is valid after a reset (A3.1.2).
-// Every burst gets its answers and no other: the beats that it asks for, the last one marked, and one
-// answer to a write after its last beat, all with the ID of the burst (A3.3.1, A3.4.1, A5.3).
-// Whatever the master does; the slave answers a write only after it has taken address and data.
+// Handshake rules of AXI3 and AXI4-Lite (AMBA AXI, issue D, A3.2.1) at axi3_to_axi_lite: a valid
+// channel stays valid and unchanged until it is accepted, and no channel is valid after a reset (A3.1.2).
+// Every burst gets exactly its responses: the requested beats, the last one marked, or one
+// write response after its last beat, all with the ID of the burst (A3.3.1, A3.4.1, A5.3).
+// The master may do anything; the slave answers a write only after it has accepted address and data.
 
 module axi3_to_axi_lite_rules (
     input clock, input reset,
@@ -64,7 +64,7 @@ module axi3_to_axi_lite_rules (
         r_before <= r;
     end
 
-    // Bursts as their channels show them: taken, and beats passed.
+    // Bursts as seen on their channels: accepted, and beats passed.
     reg was_reset = 1;
     reg writes = 0, reads = 0;
     reg [4:0] written = 0, read = 0;
@@ -97,7 +97,7 @@ module axi3_to_axi_lite_rules (
         end
     end
 
-    // Lemmas join the beats still to come to those counted here.
+    // Lemmas connect the beats still to come with those counted here.
     wire [1:0] probe_writing;
     wire [2:0] probe_reading;
     wire [47:0] probe_write_now, probe_read_now;
@@ -115,7 +115,7 @@ module axi3_to_axi_lite_rules (
             assert (!ar_waits || (m_axil_arvalid && m_axil_araddr == ar_before));
             assert (!b_waits || (s_axi_bvalid && b == b_before));
             assert (!r_waits || (s_axi_rvalid && r == r_before));
-            // One access at a time: an address or data out there belongs to the answer waited for.
+            // One transfer at a time: a valid address or data belongs to the awaited response.
             assert (!(m_axil_awvalid || m_axil_wvalid) || m_axil_bready);
 
             assert (!was_reset || !(s_axi_bvalid || s_axi_rvalid || m_axil_awvalid

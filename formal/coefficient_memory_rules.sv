@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every angle meets the coefficients of one bank, that of the last swap before it: all writes that
-// were acknowledged by then and no part of another. Swaps, writes and resets come in any clock, also
-// while a swap waits or the idle bank is filled. The memory acknowledges a write, takes a swap and reads
+// Every angle meets the coefficients of one bank, that of the last swap before it: with all writes that
+// were acknowledged by then and no part of another bank. Swaps, writes and resets come in any clock, also
+// while a swap waits or the idle bank is filled. The memory acknowledges a write, executes a swap and reads
 // back as the header of the entity states. The rules follow one bit of the coefficients, which may be
 // any of them.
 
@@ -19,7 +19,7 @@ module coefficient_memory_rules #(
 
     localparam BUILT = LANES / FOLD; // lanes whose coefficients come out in one clock
     localparam LAST = OFFSET_DELAY;
-    // Clocks after a swap: the last word of the idle bank is asked for; a word can be written; a
+    // Clocks after a swap until: the last word of the idle bank is requested; a word can be written; a
     // further swap can take place; a write that waited is acknowledged.
     localparam FILLED = LAST + 4 * LANES;
     localparam WRITABLE = FILLED + 3;
@@ -33,7 +33,7 @@ module coefficient_memory_rules #(
     wire [24:0] offset, idle_offset;
     wire [31:0] read_data;
 
-    // The bit that is followed: of the word at an address, or of the offset, whose address comes next.
+    // The bit that the rules follow: in the word at an address, or in the offset, which has the next address.
     (* anyconst *) reg [3:0] place;
     (* anyconst *) reg [31:0] one; // the only 1 is in the place of the bit
     localparam OFFSET_PLACE = 4 * LANES;
@@ -48,7 +48,7 @@ module coefficient_memory_rules #(
     reg [2:0] slot = 0;
     wire [2:0] slot_met = (slot + 8'd64 - age) % FOLD;
 
-    // What is read back goes nowhere else, so it is enough to read the word of that bit.
+    // The read-back leads nowhere else, so that it suffices to read the word of that bit.
     coefficient_memory memory (
         .clock(clock), .reset(reset), .write_enable(write_enable), .write_offset(write_offset),
         .write_address(write_address), .write_data(write_data),
@@ -75,7 +75,7 @@ module coefficient_memory_rules #(
     wire [2:0] probe_selected_slot;
     wire [31:0] probe_written;
 
-    // The bit at the outputs and in both banks, by loops: a solver takes longer for an indexed part.
+    // The bit at the outputs and in both banks, by loops: a solver needs longer for an indexed part.
     wire [128 * BUILT - 1:0] active_words;
     genvar part;
     generate
@@ -107,8 +107,8 @@ module coefficient_memory_rules #(
     wire idle_stored = probe_active ? bit_0 : bit_1;
 
     reg running = 0;
-    // The reference: the bit as it was last acknowledged, and the bit of the bank that was active when
-    // the angle of so many clocks ago entered.
+    // The reference: the bit as last acknowledged, and the bit of the bank that was active when
+    // the angle of each earlier clock entered.
     localparam OLDEST = LAST + FOLD - 1;
     reg idle = 0;
     reg [0:OLDEST] bank = 0;
@@ -129,8 +129,8 @@ module coefficient_memory_rules #(
     wire data_bit = |(data & one);
     wire hits = waits_for_offset ? is_offset : !is_offset && address == place;
     wire idle_now = waits && write_acknowledge && hits ? data_bit : idle;
-    // A write is stored a clock before its acknowledge. A reset in that clock takes the
-    // acknowledge only; another one takes the write.
+    // A write is stored a clock before its acknowledge. A reset in that clock cancels only the
+    // acknowledge; any other reset cancels the write.
     wire finishing = probe_answers && hits;
     wire idle_next = finishing ? data_bit : idle_now;
 
@@ -157,7 +157,7 @@ module coefficient_memory_rules #(
         if (reset) waits <= 0;
     end
 
-    // Lemmas: an unfinished swap brings what the idle bank shall hold; other banks are alike.
+    // Lemmas: an unfinished swap brings the intended content of the idle bank; otherwise the banks are equal.
     genvar d;
     generate
         for (d = 1; d <= OLDEST; d = d + 1) begin : ages
@@ -169,7 +169,7 @@ module coefficient_memory_rules #(
         end
     endgenerate
 
-    // The word that is written into the idle bank now.
+    // The word that is being written into the idle bank.
     wire enters = probe_selected[4 * column + kind] && probe_selected_slot == block;
 
     always @* begin

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// quadrature_decoder counts as the paper's figure 4 has it, A before B up, on levels of the pins
-// that have lasted filter_length clocks; it never moves by more than one count a clock, and tells
-// each illegal transition. The reference looks at the pins' last samples and at a table; it shares
-// no code and no way of counting with the entity. Source: the entity's header.
+// quadrature_decoder counts in the sense of the paper's figure 4, A before B up, from levels of the pins
+// that have lasted filter_length clocks; it never moves by more than one count per clock, and reports
+// each illegal transition. The reference uses the last samples of the pins and a table; it shares
+// no code and no method of counting with the entity. Source: the entity's header.
 
 module quadrature_decoder_rules (
     input clock, input reset, input a, input b, input [7:0] filter_length,
@@ -26,10 +26,10 @@ module quadrature_decoder_rules (
 
     reg running = 0;
     reg was_reset = 1;
-    // The pins and the reset as they are after the synchroniser.
+    // The pins and the reset after the synchroniser.
     reg [1:0] pins [1:STAGES];
     reg [1:STAGES] settles = ~0;
-    // Samples before this one, youngest in bit 0; what was before the reset counts as the level.
+    // Earlier samples, latest in bit 0; samples from before the reset count as equal to the level.
     reg [LONGEST - 2:0] samples_a, samples_b;
     reg [1:0] level;
     reg signed [1:0] moved = 0, moved_then = 0;
@@ -91,11 +91,11 @@ module quadrature_decoder_rules (
 
     wire [31:0] motion = position - position_before;
 
-    // Lemmas join the samples to the filter's registers (A, B, Z from the left).
+    // Lemmas connect the samples with the filter's registers (A, B, Z from the left).
     wire [23:0] probe_lasted;
     wire [2:0] probe_level;
 
-    // 1 and the youngest samples in a row that differ from the level.
+    // 1 plus the number of latest consecutive samples that differ from the level.
     function [7:0] lasted (input [LONGEST - 2:0] samples, input level);
         integer i;
         reg in_a_row;

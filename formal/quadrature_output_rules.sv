@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// quadrature_output: A and B never change together, and two edges keep the minimum spacing that was
-// asked for when the first of them was decided, whatever comes in at any time. A reset ends the spacing, but
-// does not change A and B. The levels of A and B belong to the output's count. Z never rises on an angle without reference, nor,
-// gated, outside its state. After a fault the output stands until it is cleared. Source: the entity's
+// quadrature_output: for any inputs A and B never change together, and two edges keep the minimum spacing
+// that was set when the first of them was decided. A reset ends the spacing, but
+// does not change A and B. The levels of A and B belong to the output's count. Z never rises on an angle without reference,
+// nor, if gated, outside its state. After a fault the output stands until it is cleared. Source: the entity's
 // header, "Edges", "Phase", "Z" and "Fault".
 
 module quadrature_output_rules (
@@ -16,7 +16,7 @@ module quadrature_output_rules (
 
     wire pin_a, pin_b, pin_z, cannot_keep_up;
     wire [31:0] following_error;
-    // Any polarity and direction of the pins; undone here.
+    // The pins may have any polarity and direction, which are undone here.
     (* anyconst *) reg invert_a, invert_b, invert_z, swap_ab;
 
     quadrature_output edges (.a(pin_a), .b(pin_b), .z(pin_z), .*);
@@ -33,9 +33,9 @@ module quadrature_output_rules (
     reg compare = 0;
     reg a_before, b_before;
     reg [WAY - 1:0] resets = 0;
-    // minimum_spacing of the clocks before; an edge was decided on the oldest.
+    // minimum_spacing of the earlier clocks; in the oldest one an edge was decided.
     reg [15:0] spacing_of [0:WAY];
-    // Clocks since the last edge, and the spacing that it asks for.
+    // Clocks since the last edge, and the spacing that applies to it.
     reg [16:0] since = LONG_AGO;
     reg [15:0] asked = 0;
 
@@ -50,7 +50,7 @@ module quadrature_output_rules (
         spacing_of[0] <= minimum_spacing;
         for (i = 0; i < WAY; i = i + 1) spacing_of[i + 1] <= spacing_of[i];
         resets <= {resets[WAY - 2:0], reset};
-        // An edge that was on its way in a reset asks for nothing.
+        // An edge that was in the pipeline during a reset sets no spacing.
         if (edge_now && !resets) since <= 1;
         else if (since != LONG_AGO) since <= since + 1;
         if (edge_now && !resets) asked <= spacing_of[WAY];
@@ -60,16 +60,16 @@ module quadrature_output_rules (
         end
     end
 
-    // An angle is in Z four clocks later.
+    // An angle reaches Z four clocks later.
     reg [3:0] referenced_then = 0;
     reg z_before, gated_then;
     reg [1:0] state_now, width_now, state_then, width_then, phase_now, tie;
-    // The fault's last edge is decided before it is told.
+    // The last edge of a fault is decided before the fault is reported.
     reg [4:0] clocks_at_fault = 0;
     always @(posedge clock) begin
         referenced_then <= {referenced_then[2:0], referenced};
         z_before <= z;
-        // State, width and phase are looked at a clock before.
+        // State, width and phase are sampled a clock earlier.
         phase_now <= phase_of_zero;
         if (!probe_following) tie <= phase_now;
         {state_now, width_now} <= {z_state, z_width};
@@ -77,12 +77,12 @@ module quadrature_output_rules (
         clocks_at_fault <= cannot_keep_up ? clocks_at_fault + (clocks_at_fault != 31) : 0;
     end
 
-    // Place of (A, B) in 00, 10, 11, 01.
+    // Index of (A, B) in 00, 10, 11, 01.
     wire [1:0] place = {b, a ^ b};
     wire [1:0] behind_state = place - state_then;
 
-    // The same counted from the decisions, some of which become no edge because of `enable`. It
-    // ties the claim to the entity's registers, so that the induction closes.
+    // The same, counted from the decisions, some of which become no edge because of `enable`. This
+    // connects the claim with the entity's registers, so that the induction succeeds.
     wire [1:0] probe_up, probe_down;
     wire [15:0] probe_spacing;
     wire probe_may_step;

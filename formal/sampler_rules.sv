@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A bank of the sampler that is the processor's is never written, and a read reaches no other one.
-// The processor keeps it, with its header, until the release. Any trigger in any clock; the memory
-// itself is left out, its write and read ports are watched. Source: the entity's header, "Ownership".
+// The sampler never writes a bank that belongs to the processor, and a read reaches no other bank.
+// The processor keeps the bank, with its header, until the release. A trigger may come in any clock; the
+// memory itself is left out, its write and read ports are observed. Source: the entity's header, "Ownership".
 
 module sampler_rules #(
     parameter DEPTH = 2 // samples a bank
@@ -67,7 +67,7 @@ module sampler_rules #(
             told_once: assert (!capture_ready || bank_ready);
             answers_reads: assert (read_valid == reads[3]);
 
-            // Lemmas: where the filling stands.
+            // Lemmas: the progress of the filling.
             assert (!probe_write_enable
                     || written_bank == (probe_handing_over ? ready_bank : probe_filling_bank));
             assert (!(bank_ready || probe_handing_over) || ready_bank != probe_filling_bank);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The difference of two angles below the turn is theirs modulo the turn and no longer than half of it, for any
-// turn of 4 to 2^24 counts and another pair of angles in every clock. Source: the entity's header.
+// The difference of two angles below the turn equals theirs modulo the turn and is at most half a turn, for any
+// turn of 4 to 2^24 counts and a new pair of angles in every clock. Source: the entity's header.
 
 module turn_difference_rules (
     input clock, input [23:0] minuend, input [23:0] subtrahend
@@ -24,7 +24,7 @@ module turn_difference_rules (
         {subtrahend_3, subtrahend_2, subtrahend_1} <= {subtrahend_2, subtrahend_1, subtrahend};
     end
 
-    // One bit more than a sum of three of them needs.
+    // One bit more than a sum of three of these numbers needs.
     wire signed [27:0] whole = $signed({4'd0, minuend_3}) - $signed({4'd0, subtrahend_3});
     wire signed [27:0] found = difference;
     wire signed [27:0] around = $signed({3'd0, turn});

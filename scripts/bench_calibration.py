@@ -1,7 +1,7 @@
-"""The calibration against the Cramér–Rao bound and a plain FFT, the gateware against float64.
+"""Compares the calibration with the Cramér–Rao bound and a plain FFT, the gateware with float64.
 
 ``python -m scripts.bench_calibration [--draws N]``: errors over drawn turns, in groups of ten, and
-the processor time of one calibration, draw by draw. Times are of this machine.
+the processor time of single calibrations on this machine.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ ECCENTRICITY_M = 37.7e-6
 EVALUATED = 1 << 18
 METHODS = {"least_squares": least_squares, "fourier": fourier}
 GROUP = 10
-"""Draws in one figure of the error."""
+"""Number of draws in one figure of the error."""
 
 
 def table() -> RotaryTable:
-    """An eccentric disc, nothing else: its curve is known by geometry."""
+    """Give a table with an eccentric disc only: its error curve is known from geometry."""
     return RotaryTable(
         two_heads(),
         (DiscEccentricity(ECCENTRICITY_M, 1.0),),
@@ -47,7 +47,7 @@ def table() -> RotaryTable:
 
 
 def bound_arcsec() -> float:
-    """RMS over the turn that no unbiased estimate of these orders beats.
+    """Cramér–Rao bound of the RMS over the turn for any unbiased estimate of these orders.
 
     Each head has noise s and rounding of a count; K differences have the variance 2s², and a
     component of order n has 4|TF|²s²/K.
@@ -58,7 +58,7 @@ def bound_arcsec() -> float:
 
 
 def plain_fft(turn: WholeTurns) -> Float:
-    """(4) to (7) as they stand, in four lines: cosines, then sines, arcseconds."""
+    """Apply (4) to (7) directly: cosines, then sines, arcseconds."""
     difference = (turn.head2_counts - turn.head1_counts) * arcsec_per_count(COUNTS_PER_REV)
     lines = np.fft.rfft(difference)[ORDERS] * (2.0 / SAMPLES)
     found = lines * transfer_function(ORDERS, HEAD_SEPARATION_RAD)
@@ -66,10 +66,10 @@ def plain_fft(turn: WholeTurns) -> Float:
 
 
 def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
-    """Each way: RMS error over the turn, arcseconds, of every group, and the seconds of every draw.
+    """Give for each method the RMS error of every group, arcseconds, and the seconds of every draw.
 
-    The error is that against the mean of the group, so that what a DFT takes wrong alike in every
-    draw (ε(R) for ε(θ)) is not counted as noise.
+    The error is that against the mean of the group, so that the constant error of a DFT
+    (ε(R) for ε(θ)) does not count as noise.
     """
     random = np.random.default_rng(seed)
     own = table()
@@ -103,7 +103,7 @@ def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
 
 
 def gateware_difference_arcsec() -> tuple[float, float, float]:
-    """Bit-true correction less equation (8) in float64: largest and RMS, and the bound."""
+    """Give bit-true correction minus equation (8) in float64: largest, RMS, and the bound."""
     amplitude, phase = np.array([1864.0, 77.7, 15.5]), np.array([1.0, 2.0, 3.0])
     coefficients = Coefficients.from_harmonics(
         np.array([1, 2, 3]), amplitude, phase, COUNTS_PER_REV
@@ -113,14 +113,14 @@ def gateware_difference_arcsec() -> tuple[float, float, float]:
     exact = angle - coefficients.error_counts(angle)
     half = COUNTS_PER_REV / 2
     off = (corrected - exact + half) % COUNTS_PER_REV - half
-    # A count is rounded once; the cosines are within the appendix's bound.
+    # A count is rounded once; the cosines stay within the appendix's bound.
     most = 0.5 + cosine_bound() * float(np.sum(np.abs(amplitude))) + 2.0**-11
     unit = arcsec_per_count(COUNTS_PER_REV)
     return float(np.max(np.abs(off))) * unit, float(np.sqrt(np.mean(off**2))) * unit, most * unit
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows; 1: the gateware leaves its bound."""
+    """Print the rows; exit code 1: the gateware exceeds its bound."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--draws", type=int, default=4 * GROUP, help=f"captures that are drawn ({4 * GROUP})"
@@ -139,7 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 f"{what}: error from noise, groups of {GROUP} draws",
                 "″ RMS",
                 tuple(error.tolist()),
-                f"Cramér–Rao bound {bound:.4f}″; all draws: {ratio:.2f} of it",
+                f"Cramér–Rao bound {bound:.4f}″; all draws: {ratio:.2f} times the bound",
             )
         )
         rows.append(
@@ -153,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     largest, rms, most = gateware_difference_arcsec()
     rows.append(
         Row(
-            f"gateware less equation (8) in float64, {EVALUATED:,} angles: largest",
+            f"gateware minus equation (8) in float64, {EVALUATED:,} angles: largest",
             "″",
             (largest,),
             f"bound of the formats {most:.4f}″; RMS {rms:.4f}″",

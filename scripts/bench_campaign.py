@@ -1,8 +1,8 @@
-"""How campaigns scale: CPU time of the tasks and of everything around them, for 1 and 2 processes.
+"""Measures how campaigns scale: CPU time of the tasks and of the overhead, for 1 and 2 processes.
 
-Run ``python -m scripts.bench_campaign``; ``--write`` puts the table into docs/campaigns.md. CPU
-time is measured, as other work on the machine does not change it much; seconds on the wall are
-told beside it with the load under which they were measured.
+Run ``python -m scripts.bench_campaign``; ``--write`` puts the table into docs/campaigns.md. It
+measures CPU time, which other work on the machine changes little; wall-clock seconds are
+given with the load during the measurement.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ WORKS = {
 
 
 def timed(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Do the work of a task; how much CPU time it took."""
+    """Do the work of a task and return its CPU time."""
     begin = time.process_time()
     if task["work"]:
         find_work(task["work"])(task["task"])
@@ -55,14 +55,14 @@ class Measured:
     workers: int
     tasks: int
     task_cpu_s: float
-    """Of the tasks alone."""
+    """CPU time of the tasks alone."""
     whole_cpu_s: float
-    """Of all processes, from their start to their end."""
+    """CPU time of all processes, from start to end."""
     wall_s: float
 
     @property
     def share(self) -> float:
-        """Part of the CPU time that is the tasks' own."""
+        """Share of the tasks in the CPU time."""
         return self.task_cpu_s / self.whole_cpu_s
 
 
@@ -73,7 +73,7 @@ def cpu_s() -> float:
 
 
 def measure(name: str, tasks: Sequence[Task], workers: int, batch: int) -> Measured:
-    """Run a campaign in a folder that is thrown away."""
+    """Run a campaign in a temporary folder."""
     work = "scripts.bench_campaign:timed"
     timed_tasks = [{"work": WORKS[name], "task": dict(task)} for task in tasks]
     with tempfile.TemporaryDirectory() as place:
@@ -134,7 +134,7 @@ def table(found: Sequence[Measured], load: float) -> list[str]:
 
 
 def row(runs: Sequence[Measured]) -> Row:
-    """Several runs of one campaign beside its work alone."""
+    """Compare several runs of one campaign with its work alone."""
     first = runs[0]
     own = float(np.median([item.task_cpu_s / item.tasks for item in runs]))
     share = float(np.median([item.share for item in runs]))
@@ -148,17 +148,19 @@ def row(runs: Sequence[Measured]) -> Row:
 
 
 def median_run(runs: Sequence[Measured]) -> Measured:
-    """The one whose CPU time is in the middle."""
+    """Give the run with the median CPU time."""
     return sorted(runs, key=lambda item: item.whole_cpu_s)[len(runs) // 2]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, print, and write the page where that is asked for."""
+    """Measure, print, and with --write update the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sets", type=int, default=4, help="of the benchmark, a run")
-    parser.add_argument("--trials", type=int, default=10, help="of Monte Carlo, each in 8 cases")
-    parser.add_argument("--empty", type=int, default=2000, help="tasks that do nothing")
-    parser.add_argument("--runs", type=int, default=3, help="of each campaign")
+    parser.add_argument("--sets", type=int, default=4, help="benchmark sets per run")
+    parser.add_argument(
+        "--trials", type=int, default=10, help="Monte Carlo trials, in 8 cases each"
+    )
+    parser.add_argument("--empty", type=int, default=2000, help="number of empty tasks")
+    parser.add_argument("--runs", type=int, default=3, help="runs of each campaign")
     parser.add_argument("--write", action="store_true", help=f"into {PAGE}")
     add_option(parser)
     given = parser.parse_args(arguments)

@@ -1,10 +1,10 @@
-"""How much the ARM has to do for one calibration: instructions counted in QEMU, and the time.
+"""Counts the ARM instructions of one calibration in QEMU, and estimates its time.
 
-An image of its own (``firmware/bench``) runs both methods on a turn in the emulated window, and
-beside each a plain implementation, a sine and a cosine of the C library a sample and order,
-compiled with the same options. QEMU's ``-icount shift=0`` lets an instruction take a nanosecond of
-its clock, which its global timer counts in ticks of 10 ns: a count, the same each time. numpy's
-processor time is this machine's.
+A separate image (``firmware/bench``) runs both methods on a turn in the emulated window, and a
+plain implementation of each: one sine and one cosine of the C library per sample and order,
+compiled with the same options. With QEMU's ``-icount shift=0`` an instruction takes a nanosecond of
+its clock, which the global timer counts in ticks of 10 ns: an exact, repeatable count. numpy's
+processor time is that of this machine.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ NS_A_TICK = 10
 PROCESSOR_HZ = 667e6
 """The fastest XC7Z020-1; the boards here run at 650 MHz."""
 CYCLES_AN_INSTRUCTION = (1.0, 2.0)
-"""Dual issue at best, double-precision chains at worst: a range, not a measurement. A
-multiplication or addition of doubles is issued every second or every clock (Cortex-A9 FPU)."""
+"""Cycles per instruction: dual issue at best, chains of doubles at worst; an assumed range. The
+Cortex-A9 FPU issues a multiplication or addition of doubles every second or every clock."""
 GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
-"""Loaded orders that the calibration does not fit, as firmware/bench has them."""
+"""Number of loaded orders that the calibration does not fit, as in firmware/bench."""
 JUDGE_SHARE = 0.7
-"""Most of a calibration (same samples, 40 orders, least squares) that a judgement may take."""
+"""Largest share of a calibration (same samples, 40 orders, least squares) for a judgement."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6
-"""Share of the largest harmonic: the firmware ends its rounds at 10⁻⁴″ of some 150″."""
+"""Tolerance as a share of the largest harmonic: the firmware stops at 10⁻⁴″ of about 150″."""
 NUMPY_RUNS = 7
 EMULATION_S = 400.0
 
@@ -60,7 +60,7 @@ def turn(samples: int) -> NDArray[np.int64]:
 
 
 def instructions(samples: int, orders: int) -> dict[str, float]:
-    """Of every part; raises AssertionError where a plain result is another one."""
+    """Count every part; raises AssertionError if a plain result differs."""
     window = bytearray(core_window(turn(samples)))
     scratch = register_named("scratch").address
     window[scratch : scratch + 4] = word(orders)
@@ -71,14 +71,14 @@ def instructions(samples: int, orders: int) -> dict[str, float]:
     counted = {}
     for line in lines:
         part, ticks, off = line.split()
-        # For a method the last number is its refusal, 0 for none.
+        # The last number of a method is its reason of refusal, 0 for none.
         assert float(off) * 1e-9 <= SAME_RESULT, f"{part}: {line}"
         counted[part] = float(ticks) * NS_A_TICK
     return counted
 
 
 def numpy_ms(samples: int, orders: int, method: str) -> tuple[float, ...]:
-    """numpy's processor time on this machine for the same turn, some runs."""
+    """Give numpy's processor time on this machine for the same turn, several runs."""
     counts = turn(samples)
     capture = Capture(
         run=np.zeros(samples + 1, dtype=np.int64),
@@ -96,17 +96,17 @@ def numpy_ms(samples: int, orders: int, method: str) -> tuple[float, ...]:
 
 
 def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -> list[Row]:
-    """The ARM's instructions beside the plain way, its time beside the goal, numpy's time."""
+    """Compare ARM instructions with the plain implementation, and the time with goal and numpy."""
     around = counted["verify"] + (counted["reading_function"] if method == "fourier" else 0.0)
     number = around + counted[method]
     plain = around + counted[f"plain_{method}"]
     low, high = (number * cycles / PROCESSOR_HZ * 1e3 for cycles in CYCLES_AN_INSTRUCTION)
     what = f"`{method}`, {samples:,} samples, {orders} orders"
-    beside = f"{low:.0f} to {high:.0f} ms at {PROCESSOR_HZ / 1e6:g} MHz"
+    comparison = f"{low:.0f} to {high:.0f} ms at {PROCESSOR_HZ / 1e6:g} MHz"
     kept = True
     if (samples, orders) == CASES[0]:
         goal = GOAL_MS[method]
-        beside += f", goal {goal:g} ms (holds to {goal / low:.1f} cycles an instruction)"
+        comparison += f", goal {goal:g} ms (holds to {goal / low:.1f} cycles an instruction)"
         kept = low <= goal
     return [
         Row(
@@ -114,15 +114,15 @@ def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -
             "10⁶",
             (number / 1e6,),
             f"sine and cosine a sample and order, same ARM: {plain / 1e6:.1f} "
-            f"({plain / number:.1f} times); {beside}",
+            f"({plain / number:.1f} times); {comparison}",
             kept=kept,
         ),
-        Row(f"{what}: numpy on this machine", "ms", numpy_ms(samples, orders, method), beside),
+        Row(f"{what}: numpy on this machine", "ms", numpy_ms(samples, orders, method), comparison),
     ]
 
 
 def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
-    """A judgement of JUDGED_ORDERS loaded orders, beside a calibration of the same turn."""
+    """Compare a judgement of JUDGED_ORDERS loaded orders with a calibration of the same turn."""
     number, plain = counted["judge"], counted["plain_judge"]
     low, high = (number * cycles / PROCESSOR_HZ * 1e3 for cycles in CYCLES_AN_INSTRUCTION)
     share = number / counted["least_squares"]
@@ -141,7 +141,7 @@ def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows; 1: a goal is missed even at one cycle an instruction."""
+    """Print the rows; exit code 1: a goal is missed even at one cycle per instruction."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_option(parser)
     given = parser.parse_args(arguments)

@@ -1,6 +1,7 @@
-"""Clocks in a second of processor time: GHDL's two code generators against the compiled netlist.
+"""Compares clocks per second of processor time: GHDL's two code generators, compiled netlist.
 
-And how that grows with the lanes. A revolution at the paper's size takes REVOLUTION_CLOCKS of them.
+It also measures the dependence on the lanes. A revolution at the paper's size takes
+REVOLUTION_CLOCKS.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ CAPTURE_DEPTH = 12288
 COMPILED_CLOCKS = 200_000
 RUNS, GHDL_RUNS = 7, 3
 REVOLUTION_CLOCKS = 40_463_743
-"""Of ``arctrue revolution``, counted: two turns of 2²⁴ counts and the way to the index."""
+"""Counted clocks of ``arctrue revolution``: two turns of 2²⁴ counts and the way to the index."""
 GHDL_CLOCKS = {"mcode": 300, "llvm": 800}
 """Enough for some seconds with 32 lanes."""
 
@@ -41,7 +42,7 @@ simulate("arctrue_core", "tb.instrument.speed_bench", backend=backend,
 
 
 def ghdl_clocks_per_second(backend: str, lanes: int) -> float:
-    """Measured inside the simulation, without analysis and elaboration."""
+    """Measure inside the simulation, without analysis and elaboration."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     answer = FOLDER / f"ghdl-{backend}-{lanes}.json"
     answer.unlink(missing_ok=True)
@@ -65,7 +66,7 @@ def ghdl_clocks_per_second(backend: str, lanes: int) -> float:
 
 
 def compiled(lanes: int) -> tuple[float, ...]:
-    """Clocks a second, some runs."""
+    """Give clocks per second of several runs."""
     with Instrument(lanes, CAPTURE_DEPTH) as instrument:
         return tuple(clocks_per_second(instrument, lanes, COMPILED_CLOCKS) for _ in range(RUNS))
 

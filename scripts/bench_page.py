@@ -1,9 +1,9 @@
-"""All benches as one page: ``python -m scripts.bench_page FILE``, what ``make bench`` does.
+"""Runs all benches and makes one page: ``python -m scripts.bench_page FILE`` (``make bench``).
 
-Machine, versions and commit, then the rows of each bench: median, quartiles and extremes of its
-runs beside the limit or peer. A bench that fails is on the page with its last words; the exit code
-is 1 then. ``--only NAME`` measures one bench anew and takes the rows of the others from the files
-beside the page, each with the commit and load of its own run.
+The page shows machine, versions and commit, then the rows of each bench: median, quartiles and
+extremes of its runs, and the limit or peer. For a failed bench it shows the last lines of output;
+the exit code is then 1. ``--only NAME`` repeats one bench and takes the rows of the others from the
+files next to the page, each with the commit and load of its own run.
 """
 
 from __future__ import annotations
@@ -28,30 +28,30 @@ from scripts.bench_rows import Row, read_rows, table
 
 ROOT = Path(__file__).resolve().parents[1]
 BENCH_S = 4 * 3600
-"""The longest takes half an hour on a free machine."""
+"""Time limit; the longest bench takes half an hour on a free machine."""
 BENCHES: Mapping[str, tuple[str, str]] = {
     "scripts.bench_calibration": (
         "Calibration and gateware",
-        "The error of a calibration beside the Cramér–Rao bound and beside numpy's FFT used "
-        "plainly; the bit-true gateware beside equation (8) in float64.",
+        "The error of a calibration, the Cramér–Rao bound and numpy's plain FFT; "
+        "the bit-true gateware and equation (8) in float64.",
     ),
     "scripts.bench_firmware": (
         "Firmware",
-        "Instructions of one calibration on the Cortex-A9, counted in QEMU, beside a plain "
-        "implementation on the same processor; numpy on this machine beside them. Milliseconds "
-        "of the ARM are at 1 to 2 cycles an instruction, an assumption.",
+        "Instructions of one calibration on the Cortex-A9, counted in QEMU, compared with a plain "
+        "implementation on the same processor and with numpy on this machine. Milliseconds "
+        "of the ARM assume 1 to 2 cycles per instruction.",
     ),
     "scripts.bench_instrument": (
         "Virtual instrument",
-        "Clocks a second of the compiled netlist beside GHDL's two code generators.",
+        "Clocks per second of the compiled netlist and of GHDL's two code generators.",
     ),
     "scripts.bench_campaign": (
         "Campaigns",
-        "The processor time of a campaign's processes beside that of the work alone.",
+        "The processor time of a campaign's processes, compared with the work alone.",
     ),
     "scripts.bench_workbench": (
         "Workbench",
-        "Time and memory of compare and diagnose against the rows of a set, beside their limits.",
+        "Time and memory of compare and diagnose by rows of a set, with their limits.",
     ),
 }
 PACKAGES = ("arctrue", "numpy", "scipy", "pyarrow")
@@ -59,7 +59,7 @@ TOOLS = {"ghdl": "--version", "verilator": "--version", "qemu-system-arm": "--ve
 
 
 def machine() -> list[tuple[str, str]]:
-    """What the figures depend on: name and value."""
+    """Give name and value of the facts on which the figures depend."""
     facts = [
         ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ("commit", _first_line(["git", "-C", str(ROOT), "describe", "--always", "--dirty"])),
@@ -80,13 +80,13 @@ class Ran:
     code: int
     rows: tuple[Row, ...]
     text: str
-    """What it printed."""
+    """Output of the bench."""
     facts: Mapping[str, str]
     """Date, commit, load before and after, duration."""
 
 
 def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
-    """Markdown; ``benches``: what came of every bench that was run."""
+    """Compose the page in Markdown; ``benches``: results of every bench that ran."""
     lines = ["# Benches", "", f"Made by `make bench`. {READING}", "", "| | |", "|---|---|"]
     lines += [f"| {name} | {value} |" for name, value in facts]
     for module, ran in benches.items():
@@ -103,15 +103,15 @@ def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
 
 
 READING = (
-    "*Median*, *quartiles* and *least to most* are those of the runs; *counted* is the same each "
-    "time. Times are of the processor, not of the wall, wherever there is a time: other work on "
-    "the machine still slows them, by caches and clock rate, which the load tells of."
+    "*Median*, *quartiles* and *least to most* are those of the runs; a *counted* figure is always "
+    "the same. Times are processor times wherever possible: other work on "
+    "the machine still affects them by caches and clock rate; the load shows how much."
 )
 LAST_WORDS = 20
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the benches, showing what they print, and write the page."""
+    """Run the benches, print their output, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path, help="the page to write, such as build/bench/page.md")
     parser.add_argument(

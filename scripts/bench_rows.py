@@ -1,6 +1,6 @@
-"""Rows of a bench: repeated measurements with their spread, each beside its peer or limit.
+"""Rows of a bench: repeated measurements with their spread, compared with a peer or limit.
 
-A bench writes its rows with ``--rows FILE``; ``scripts.bench_page`` makes one page of all.
+A bench writes its rows with ``--rows FILE``; ``scripts.bench_page`` makes one page from all.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Beside:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One thing that was measured."""
+    """One measured quantity."""
 
     what: str
     unit: str
     values: tuple[float, ...]
-    """Every run. One alone is a count or a sum, the same each time."""
+    """Results of all runs. A single one is a count or a sum, which is always the same."""
     beside: str
-    """The peer's figure or the limit, in words."""
+    """Figure of the peer, or the limit, in words."""
     kept: bool = True
-    """Whether the limit is kept, where there is one."""
+    """True if the limit is kept; None without a limit."""
 
     @property
     def median(self) -> float:
-        """Of the runs."""
+        """Median of the runs."""
         return float(np.median(self.values))
 
     def cells(self) -> list[str]:
-        """For a table: as ``HEADINGS``."""
+        """Give the cells of a table with ``HEADINGS``."""
         beside = self.beside if self.kept else f"**{self.beside}: not kept**"
         if len(self.values) == 1:
             return [self.what, self.unit, shown(self.median), "", "", "counted", beside]
@@ -55,7 +55,7 @@ class Row:
 
 
 def shown(value: float) -> str:
-    """Three digits, thousands with commas."""
+    """Format with three digits and thousands separators."""
     if abs(value) >= 1000:
         digits = 2 - int(np.floor(np.log10(abs(value))))
         return f"{round(value, digits):,.0f}"
@@ -74,7 +74,7 @@ def add_option(parser: argparse.ArgumentParser) -> None:
 
 
 def give_out(rows: Sequence[Row], file: Path | None) -> int:
-    """Print the rows, write them where that is asked for; 1 where a limit is not kept."""
+    """Print the rows and write them to the file, if any; return 1 if a limit is exceeded."""
     print("\n".join(table(rows)))
     if file is not None:
         write_whole_text(file, json.dumps([asdict(row) for row in rows], indent=1) + "\n")
@@ -82,5 +82,5 @@ def give_out(rows: Sequence[Row], file: Path | None) -> int:
 
 
 def read_rows(file: Path) -> list[Row]:
-    """As :func:`give_out` wrote them."""
+    """Read rows that :func:`give_out` wrote."""
     return read_json(file, list[Row])

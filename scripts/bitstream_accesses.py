@@ -1,4 +1,4 @@
-"""Accesses of the processor's bus master as lists: what is asked for, and what was answered.
+"""Lists of accesses of the processor's bus master, and of the answers.
 
 ``scripts/bitstream_models/axi_master.h`` plays them.
 """

@@ -1,8 +1,8 @@
 """Writes a configured chip as a netlist in Verilog, from its outputs backwards.
 
-What leaves the chip are pads and the inputs of the PS7, what enters it pads and the PS7's outputs.
+Outputs of the chip are pads and the inputs of the PS7; its inputs are pads and the PS7's outputs.
 From each output the wires are followed to the pin that drives them, that pin's cell is written, and
-so on. A pin that nothing drives gets an input of its own, ``open_lines``: whoever simulates the
+so on. A pin without a driver gets its own input, ``open_lines``: the simulation of the
 netlist gives it any level.
 """
 

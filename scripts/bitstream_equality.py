@@ -1,9 +1,9 @@
-"""Runs a netlist that was decoded from a bitstream beside the VHDL that it was made of.
+"""Runs a netlist decoded from a bitstream in parallel with its VHDL and compares the outputs.
 
 Verilator compiles both into one program: GHDL's netlist of the VHDL, before any mapping, and the
 decoded cells with the models of scripts/bitstream_models. Both get the same random levels at every
-pad and every output of the PS7, or, at its bus, the accesses of a list. A pin that nothing
-drives in the bitstream gets random levels of its own. All outputs must be equal before and after
+pad and every output of the PS7, or, at its bus, the accesses of a list. A pin without a driver
+in the bitstream gets its own random levels. All outputs must be equal before and after
 every edge of the clock.
 """
 

@@ -1,10 +1,10 @@
-"""Lists bus accesses for a bitstream that runs beside its VHDL, and says what they did not reach.
+"""Lists bus accesses for the comparison of a bitstream with its VHDL; checks their coverage.
 
-Random levels at the bus seldom make an access. Here are legal ones, with a few illegal ones between
-them: banks of the capture are filled and read; then, in each round, the settings come anew, every
-word of coefficients is written, read and swapped in, and a mixture of snapshots, captured samples,
-commands and words follows. Each round has another turn, so that the angles after a zero that was
-passed backwards have other upper bits. ``shortfalls`` tells from the answers what was not reached.
+Random levels at the bus seldom make an access. This list has legal accesses with a few illegal
+ones: banks of the capture are filled and read; then each round writes new settings; writes, reads
+and swaps every word of coefficients; and mixes snapshots, captured samples, commands and words.
+Each round has another turn, so that the angles after a zero that was passed backwards have other
+upper bits. ``shortfalls`` derives from the answers what was not reached.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
 nextpnr-himbaechel 0.11.1 (and nextpnr-xilinx: openXC7/nextpnr-xilinx, pull request 159) writes
 neither a tie-off nor an inverter bit for constants at INMODE, ALUMODE2, ALUMODE3 and OPMODE6. On
-hardware such a design multiplied wrongly. What belongs there, as (connection to ground, connection
-to the supply, ``ZIS_…_INVERTED``, which is set where the pin is *not* inverted), is 1 0 1 for a
-constant 0 and 0 1 1 for a constant 1; the same pull request has it from Vivado on two parts. The
-database tells which pins have these connections, the routed netlist which constant each asks for.
+hardware such a design multiplied wrongly. The right values of (connection to ground, connection
+to the supply, ``ZIS_…_INVERTED``, which is set if the pin is *not* inverted) are 1 0 1 for a
+constant 0 and 0 1 1 for a constant 1; the same pull request has them from Vivado on two parts. The
+database states which pins have these connections, the routed netlist which constant each needs.
 """
 
 from __future__ import annotations

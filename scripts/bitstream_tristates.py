@@ -1,8 +1,8 @@
-"""Says for every tri-state pad that its enable is not inverted, which place and route leaves out.
+"""Marks every tri-state pad's enable as not inverted, which place and route omits.
 
 A pad's T comes from the fabric by the pin T1 of its OLOGIC, which inverts it unless ``ZINV_T1`` is
-set (Project X-Ray). nextpnr-himbaechel 0.11.1 routes T1 and sets no such feature, and so did
-nextpnr-xilinx (openXC7/nextpnr-xilinx, issue 14): a pad then drives where it must not. A pad that
+set (Project X-Ray). nextpnr-himbaechel 0.11.1 routes T1 without setting that feature, as did
+nextpnr-xilinx (openXC7/nextpnr-xilinx, issue 14): a pad then drives when it must not. A pad that
 always drives has T1 open, which reads 1, and needs the inversion.
 """
 

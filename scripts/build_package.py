@@ -1,7 +1,8 @@
-"""Makes registers and number formats for Python while setuptools builds the package.
+"""Generates the Python modules of registers and number formats while setuptools builds the package.
 
-pyproject.toml and setup.py name it, so ``pip install .`` from a fresh clone, ``pip wheel``, an
-install from a git address and one from the source distribution all hold what is generated.
+pyproject.toml and setup.py name this step, so ``pip install .`` from a fresh clone, ``pip wheel``,
+an install from a git address and one from the source distribution all contain the generated
+modules.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Gives each place of a carry chain a look-up table of its own, for nextpnr.
+"""Gives each place of a carry chain its own look-up table, for nextpnr.
 
-nextpnr 0.11.1 puts a look-up table into the slice of the carry chain when nothing else reads it.
-Where something else does, nextpnr adds a second one there, with a long wire between the two. Yosys
-shares such look-up tables; here each becomes one for the chain and one for the others.
+nextpnr 0.11.1 puts a look-up table into the slice of the carry chain if no other cell reads it.
+Otherwise nextpnr adds a second one there, with a long wire between the two. Yosys
+shares such look-up tables; this script makes one for the chain and one for the others.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Final
 
 MOST_INPUTS: Final = 4
-"""A look-up table with more inputs does not fit into a chain: a slice has five for it and for the
-chain's other input."""
+"""Limit of inputs: a slice has five inputs for the look-up table and the chain's other input, so
+that a larger look-up table does not fit into a chain."""
 
 Cell = dict[str, Any]
 
@@ -35,7 +35,7 @@ def _is_look_up_table(cell: Cell) -> bool:
 
 
 def split_shared_inputs(netlist: Path, top: str) -> int:
-    """Rewrite a flat netlist of Yosys (JSON) and return how many look-up tables were added.
+    """Rewrite a flat netlist of Yosys (JSON) and return the number of added look-up tables.
 
     Each look-up table of at most four inputs that drives an S of a CARRY4 and something else is
     doubled: the copy drives that S alone.

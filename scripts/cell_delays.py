@@ -2,8 +2,8 @@
 
 The delays are those that Yosys states for its cells (``share/yosys/xilinx/cells_sim.v``), which
 come from the Artix-7 data of Project X-Ray; where they differ from pin to pin, a mean or the larger
-one. The wire is a guess, since nothing is placed: 0.4 ns, and 0.1 ns more for each doubling of the
-fan-out. So whatever is made of this is an estimate that orders paths, not a sign-off.
+one. Wire delays are guesses, since nothing is placed: 0.4 ns, plus 0.1 ns for each doubling of the
+fan-out. The results are estimates that order the paths, not a sign-off.
 """
 
 from __future__ import annotations

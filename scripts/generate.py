@@ -1,4 +1,4 @@
-"""Writes what is made from one source: number formats and the register map.
+"""Generates number formats and the register map from a single source each.
 
 Sources: ``rtl/formats/number_formats_pkg.vhd`` and ``rtl/registers/arctrue_registers.rdl``.
 Results: ``build/generated/`` (VHDL, C, HTML) and ``sim/arctrue/generated/`` (Python, by

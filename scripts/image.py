@@ -1,9 +1,10 @@
 """Writes the boot image of a board's QSPI flash: ``make image``.
 
-The boot ROM's header (UG585, chapter 6, table of the BootROM header), then the firmware as it lies
-in the on-chip memory. At an offset of its own follows the bitstream, which the firmware itself
-loads (``firmware/zynq/fabric_image.h``). No first-stage loader, so no tables for one. The boot
-image is there twice: the boot ROM starts the second one, golden, where the first is not whole.
+The image is the boot ROM's header (UG585, chapter 6, table of the BootROM header), then the
+firmware as it lies in the on-chip memory. The bitstream follows at a separate offset; the firmware
+itself loads it (``firmware/zynq/fabric_image.h``), so there is no first-stage loader and no table
+for one. The flash holds the boot image twice: the boot ROM starts the second, golden copy if the
+first is bad.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Measures on simulated tables who takes each effect of the catalogue away, and what is left.
+"""Measures on simulated tables which part corrects each effect, and the remaining error.
 
 Each effect is simulated alone on a table with an eccentric disc, recorded as a measurement set with
 noise, and fitted with and without the effect in the model. Both models are exported, and the lanes
-are set against the true error of head 1 on turns of their own, up and down, at a temperature that
+are compared with the true error of head 1 on other turns, up and down, at a temperature that
 was never measured: this error comes from the table's geometry and not from any model.
 
 Run ``python -m scripts.measure_taken_away``, some minutes; it writes docs/data/taken_away.json, of

@@ -1,8 +1,8 @@
-"""Breaks VHDL, C and guards of the diagnosis, one mutation a time; sees if the named test notices.
+"""Applies one mutation at a time to VHDL, C or the diagnosis; checks that the named test fails.
 
 ``make mutate``, or ``python -m scripts.mutate NAME ...`` for some of them. It works in a copy of
-the tree; the tree itself is not touched. Exit code 1 when a mutation survives, 2 when the list
-does not fit the tree or a test fails without any mutation.
+the tree. Exit code 1: a mutation survives. 2: the list does not fit the tree, or a test fails
+without a mutation.
 """
 
 from __future__ import annotations
@@ -36,21 +36,21 @@ COPIED = (
     "conftest.py",
 )
 GHDL_OF_NETLISTS = ROOT / "build/ghdl5/bin/ghdl"
-"""What scripts/install_ghdl_netlist.sh unpacks; the copy has none."""
+"""Folder that scripts/install_ghdl_netlist.sh unpacks; the copy has none."""
 TIMEOUT_S = 600
 BUILD_FAILED = ("in _built", "the firmware does not compile")
-"""In the output: a function of tb/support/simulation.py, a message of firmware/library.py."""
+"""Signs of a failed build: a function of tb/support, a message of the firmware build."""
 
 
 def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
-    """What of the list does not fit the tree: texts that are not there exactly once, tests."""
+    """List entries that do not fit the tree: texts not found exactly once, missing tests."""
     faults: list[str] = []
     for mutation in mutations:
         path = root / mutation.file
         found = path.read_text(encoding="utf-8").count(mutation.old) if path.exists() else 0
         if found != 1:
             faults.append(
-                f"{mutation.name}: {mutation.file} holds the old text {found} times, not 1"
+                f"{mutation.name}: {mutation.file} contains the old text {found} times, expected 1"
             )
         if mutation.old == mutation.new:
             faults.append(f"{mutation.name}: old and new text are the same")
@@ -68,7 +68,7 @@ def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
 
 
 def copy_tree(root: Path, copy: Path) -> None:
-    """Copy what a test needs."""
+    """Copy the files that the tests need."""
     for name in COPIED:
         source = root / name
         if source.is_dir():
@@ -103,7 +103,7 @@ def run_test(copy: Path, test: str) -> tuple[int, str]:
 
 
 def say(words: str) -> None:
-    """Print at once, so that a long run shows where it is."""
+    """Print at once, so that a long run shows its progress."""
     print(words, flush=True)
 
 
@@ -139,7 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
             code, output = run_test(copy, mutation.test)
             path.write_text(text, encoding="utf-8")
-            # A mutation that GHDL refuses, or a test that cannot start, proves nothing.
+            # A mutation that GHDL rejects, or a test that cannot start, proves nothing.
             if code not in (0, 1) or (code and any(text in output for text in BUILD_FAILED)):
                 print(output, file=sys.stderr)
                 print(f"{mutation.name}: no test ran on the mutated file", file=sys.stderr)
@@ -149,9 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 f"  {result:9} {time.monotonic() - start:5.0f} s  {mutation.name}: {mutation.fault}"
             )
             if not code:
-                survived.append(
-                    f"{mutation.name} in {mutation.file}; {mutation.test} should see it"
-                )
+                survived.append(f"{mutation.name} in {mutation.file}; {mutation.test} should fail")
     for line in survived:
         print(f"survived: {line}", file=sys.stderr)
     say(f"{len(mutations) - len(survived)} of {len(mutations)} mutations caught")

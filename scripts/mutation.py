@@ -1,4 +1,4 @@
-"""One way to break a file on purpose."""
+"""A mutation: one deliberate error in one file."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class Mutation:
     """One wrong text in one file, and the pytest test that fails because of it.
 
-    ``old`` stands exactly once in ``file``. A mutation is worth its place when it is a slip that a
-    person could make and that another test would not show at once.
+    ``old`` occurs exactly once in ``file``. A mutation belongs into a list if a person could make
+    this error and no other test would show it at once.
     """
 
     name: str

@@ -1,6 +1,6 @@
-"""Ways to break the VHDL, and the test that must notice each.
+"""Mutations of the VHDL, and the test that must fail for each.
 
-See scripts/mutate.py; those of the C and of the diagnosis are in lists of their own.
+See scripts/mutate.py; other lists hold those of the C and of the diagnosis.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from scripts.mutation import Mutation
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "lost_head_turns_over",
-        "the difference of a head that is lost turns over in place of being limited",
+        "the difference of a lost head wraps instead of being limited",
         "rtl/mean/weighted_mean.vhd",
         "        if is_beyond = '1' then\n",
         "        if is_beyond = '1' and sign = '0' then\n",
@@ -20,7 +20,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "weights_of_another_clock",
-        "a difference meets the weight of the reading after it, so a swap mixes two sets",
+        "a difference meets the weight of the next reading, so a swap mixes two sets",
         "rtl/mean/weighted_mean.vhd",
         "        product_6      := limited_5 * weight_1_to_5(5);\n",
         "        product_6      := limited_5 * weight_1_to_5(4);\n",
@@ -28,7 +28,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "reset_drops_the_drivers",
-        "a reset of the core takes the enable of the line drivers away at once",
+        "a reset of the core disables the line drivers at once",
         "rtl/signals/fault_outputs.vhd",
         "        held := (others => '0');\n",
         "        held := held;\n",
@@ -36,7 +36,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "drivers_held_for_ever",
-        "after a reset the line drivers stay enabled though nobody enables the output",
+        "after a reset the line drivers stay enabled although the output is not enabled",
         "rtl/signals/fault_outputs.vhd",
         "        held := held + 1;\n",
         "        held := held;\n",
@@ -44,7 +44,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "rows_without_their_third",
-        "a row of the table's product adds two slopes where it ought to add three",
+        "a row of the table's product adds two slopes instead of three",
         "rtl/harmonic/table_rotation.vhd",
         "            multiple := triple(i);\n",
         "            multiple := shift_left(resize(slope(i), ROW_WIDTH), 1);\n",
@@ -68,7 +68,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "bank_of_another_angle",
-        "the points of an angle come from the bank that the angle after it meets",
+        "the points of an angle come from the bank of the next angle",
         "rtl/local_table/local_table.vhd",
         "        even_read <= banks(9) & index(LOCAL_INDEX_WIDTH - 1 downto 1);\n",
         "        even_read <= banks(8) & index(LOCAL_INDEX_WIDTH - 1 downto 1);\n",
@@ -76,7 +76,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "near_edges_are_swallowed",
-        "edges that are too near and were counted are told as swallowed",
+        "counted edges that follow too fast are reported as swallowed",
         "rtl/decoder/plausibility_check.vhd",
         "        if (edges_lost = '1') then\n          swallowed <= '1';\n",
         "        if (too_fast = '1') then\n          swallowed <= '1';\n",
@@ -84,7 +84,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "velocity_frozen_by_markers",
-        "a marker between look and change leaves the velocity as it is, past the ramp's end",
+        "a marker between decision and change keeps the velocity beyond the end of the ramp",
         "rtl/compensation/ramp_velocity.vhd",
         "          elsif brakes = '1' or is_unknown = '1' then\n",
         "          elsif brakes = '1' and is_unknown = '0' then\n",
@@ -92,7 +92,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "total_turns_over",
-        "counts put back beyond what the total holds turn it over to its other end",
+        "counts put back beyond the range of the total make it wrap",
         "rtl/compensation/correction_ramp.vhd",
         "      if overflows = '1' then\n",
         "      if overflows = '1' and marker = '0' then\n",
@@ -108,7 +108,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "turn_cut_before_it_is_judged",
-        "a length of the turn beyond 25 bits is cut and taken over",
+        "a counts_per_rev beyond 25 bits is truncated and accepted",
         "rtl/core/rearm_control.vhd",
         "(or requested(requested'high downto COUNTS_PER_REV_WIDTH - 1)) = '1'",
         "requested(COUNTS_PER_REV_WIDTH - 1) = '1'",
@@ -116,7 +116,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "grid_of_the_old_zero",
-        "samples at equal angles stay on the grid of a zero that has moved",
+        "samples at equal angles stay on the grid of a moved zero",
         "rtl/sampler/sample_trigger.vhd",
         "      jumps         := zero_moved xor zero_before;\n",
         "      jumps         := '0';\n",
@@ -132,7 +132,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "index_before_step",
-        "the index passed downwards is latched after the step instead of before it",
+        "an index passed downwards is latched after the step instead of before it",
         "rtl/decoder/index_zero.vhd",
         "(position'range => leaves_inside), not meets_up);",
         "(position'range => leaves_inside), '0');",
@@ -140,7 +140,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "index_by_the_last_step",
-        "the direction of an index is that of the step before it, not of the step it belongs to",
+        "the direction of an index is that of the previous step, not of its own step",
         "rtl/decoder/index_zero.vhd",
         "          settled_level := before;\n",
         "          settled_level := z;\n",
@@ -148,7 +148,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "index_reversal_within_a_count",
-        "a change of Z within a count is taken for one beside the next step",
+        "a change of Z within a count is assigned to the next step",
         "rtl/decoder/index_zero.vhd",
         "      if (until_settled = 0 and since_settled >= INDEX_SKEW) then\n",
         "      if (until_settled /= 0) then\n",
@@ -156,7 +156,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "turn_of_2_to_24",
-        "the angle counts modulo 2**24 whatever counts_per_rev says",
+        "the angle counts modulo 2**24 for any counts_per_rev",
         "rtl/decoder/index_zero.vhd",
         "before_last := resize(counts_per_rev - 2, ANGLE_WIDTH);",
         "before_last := (0 => '0', others => '1');",
@@ -164,7 +164,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "index_tolerance_downwards",
-        "an index too early is off by one more than one too late",
+        "an early index has a tolerance one count larger than a late one",
         "rtl/decoder/tolerance_pkg.vhd",
         "return (not low) ?< tolerance;",
         "return (not low) ?<= tolerance;",
@@ -172,7 +172,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "zero_of_one_mark",
-        "a single mark in the wrong place moves the zero",
+        "a single misplaced mark moves the zero",
         "rtl/decoder/index_zero.vhd",
         "(((are_within(1) or are_within(0)) and is_in_doubt) or",
         "(is_in_doubt or",
@@ -180,7 +180,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "silent_overspeed",
-        "edges that the filter swallows are not told",
+        "edges that the filter suppresses are not reported",
         "rtl/decoder/plausibility_check.vhd",
         "      too_fast := too_near or edges_lost;",
         "      too_fast := too_near;",
@@ -196,7 +196,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "filter_one_longer",
-        "the glitch filter asks for one sample more",
+        "the glitch filter needs one sample more",
         "rtl/decoder/glitch_filter.vhd",
         "lasted(i) >= filter_length",
         "lasted(i) > filter_length",
@@ -204,7 +204,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "phase_cut_off",
-        "the phase is cut off instead of rounded",
+        "the phase is truncated instead of rounded",
         "rtl/phase/phase_lane.vhd",
         "(phase_offset & HALF) + low_product_2;",
         "(phase_offset & (HALF'range => '0')) + low_product_2;",
@@ -236,7 +236,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "word_of_another_address",
-        "where a bit of the address is 1 no word of the register block is asked for, else two",
+        "an address bit of 1 selects no word of the register block, a bit of 0 two",
         "rtl/registers/register_access.vhd",
         "result(0 to 2 ** digit - 1) and digits(digit);",
         "result(0 to 2 ** digit - 1) and not digits(digit);",
@@ -268,7 +268,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "truncated_correction",
-        "the total is cut off instead of rounded",
+        "the total is truncated instead of rounded",
         "rtl/compensation/error_compensation.vhd",
         "round_up  := not total(PAIR_FRACTION - 1);",
         "round_up  := '1';",
@@ -308,7 +308,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "ramp_past_zero",
-        "the remainder swings through zero instead of ending there",
+        "the remainder overshoots zero instead of ending there",
         "rtl/compensation/correction_ramp.vhd",
         "(stops_at_zero and (next_excess(WIDTH - 1) xnor falling))",
         "'0'",
@@ -316,7 +316,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "step_at_swap",
-        "the difference to the correction before is not caught",
+        "the difference to the previous correction is not held",
         "rtl/compensation/correction_ramp.vhd",
         "next_excess <= resize(correction, WIDTH) - held;",
         "next_excess <= (others => '0');",
@@ -332,7 +332,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "banks_that_disagree",
-        "phases keep another bank than phase steps when they had another at power-up",
+        "phases use another bank than phase steps if the banks differed at power-up",
         "rtl/coefficients/coefficient_memory.vhd",
         "phase_bank <= step_bank;",
         "phase_bank <= not phase_bank;",
@@ -340,7 +340,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "write_during_fill",
-        "a write reaches the idle bank while parts change their bank or it is being filled",
+        "a write reaches the idle bank while parts change their bank or the bank is being filled",
         "rtl/coefficients/coefficient_memory.vhd",
         "and not swap and is_quiet and not reset;",
         "and not reset;",
@@ -356,7 +356,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "bank_taken_back",
-        "a bank of the processor counts as free when the other is full",
+        "the processor's bank counts as free when the other bank is full",
         "rtl/sampler/sampler.vhd",
         "if owned = '1' then",
         "if owned = 'U' then",
@@ -380,7 +380,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "no_hysteresis",
-        "a position that trembles by one count makes edges",
+        "a position that vibrates by one count makes edges",
         "rtl/quadrature_output/quadrature_output.vhd",
         "step_up   := remaining(2) or (remaining(1) and one_up);",
         "step_up   := remaining(1);",
@@ -388,7 +388,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "z_after_one_turn",
-        "Z is not found again after the end of the turn",
+        "Z is not found after the end of the turn",
         "rtl/quadrature_output/quadrature_output.vhd",
         "angles_ahead(-1)  := angle_ahead - signed('0' & counts_per_rev);",
         "angles_ahead(-1)  := angle_ahead;",
@@ -404,7 +404,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "replays_a_backlog",
-        "the output sends after a standstill what came too fast",
+        "after a standstill the output sends the counts that it missed",
         "rtl/quadrature_output/quadrature_output.vhd",
         "following := enable and not cannot_keep_up;",
         "following := enable;",
@@ -420,7 +420,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "burst_at_a_shorter_turn",
-        "the output follows the correction as a shorter turn clips it",
+        "the output follows a correction that a shorter turn has clipped",
         "rtl/core/arctrue_core.vhd",
         "follow <= hwif_out.control.output_enable.value and not changes_turn;",
         "follow <= hwif_out.control.output_enable.value;",
@@ -428,7 +428,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "reference_before_its_angle",
-        "the index is told a clock before the angle that counts from it",
+        "the index is reported a clock before the angle that counts from it",
         "rtl/compensation/error_compensation.vhd",
         "corrected_referenced <= referenced_1_to_3(3);",
         "corrected_referenced <= referenced_1_to_3(2);",
@@ -444,7 +444,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "interrupt_line",
-        "the interrupt goes to the line beside its own",
+        "the interrupt goes to the neighbouring line",
         "rtl/top/zynq_processor.vhd",
         "(0 => interrupt, others => '0')",
         "(1 => interrupt, others => '0')",

@@ -1,7 +1,7 @@
-"""Ways to take a guard of diagnosis or page away, and the fast test that must notice each.
+"""Mutations that remove a guard of the diagnosis or the page, and the fast test that must fail.
 
-Each is a rule or a charge without which a verdict says more than its set knows. An anchor that is
-no longer in its file is a fault of this list: move it with the guard.
+Each guard is a rule or a charge without which a verdict claims more than its set supports. If an
+anchor text is no longer in its file, this list is wrong: move the anchor with the guard.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PROBABILITIES = "sim/tests/workbench/diagnose/test_probabilities.py"
 GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "places_are_free",
-        "the places that a search looked at are not charged",
+        "the search is not charged for the number of places that it tried",
         f"{INFERENCE}/significance.py",
         "np.expm1(max(trials, 1.0) * np.log1p(",
         "np.expm1(1.0 * np.log1p(",
@@ -39,7 +39,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_second_survey_is_free",
-        "what is looked for beside a name does not pay for the further look",
+        "a search for a second effect is not charged for the additional search",
         f"{DIAGNOSE}/evidence.py",
         "candidates * tried.looks, found.freedom",
         "candidates, found.freedom",
@@ -47,7 +47,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "instants_are_few",
-        "a step pays for the logarithm of the rows, however large it is",
+        "a step is charged by the logarithm of the rows, however large it is",
         "sim/arctrue/workbench/inference/scan.py",
         "    return float(np.exp(log_any - log_once) * np.sum(rate * share))\n",
         "    return 4.0 * float(np.log(rows))\n",
@@ -63,7 +63,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "noise_is_known",
-        "noise known from few runs is taken as known for sure",
+        "noise estimated from few runs is taken as known exactly",
         f"{INFERENCE}/significance.py",
         "    if freedom > MANY:\n",
         "    if freedom > 0.0:\n",
@@ -71,7 +71,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "products_are_free",
-        "each order of a product spends false alarms as if it were the only one",
+        "each order of a product uses the full false-alarm rate",
         f"{DIAGNOSE}/parts_scan.py",
         "float(orders[0] / order)) / total",
         "float(orders[0] / order))",
@@ -79,7 +79,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "held_out_rows_need_not_fall",
-        "a name is confirmed by rows left out that do not show it",
+        "a name is confirmed although the held-out rows do not show the effect",
         f"{INFERENCE}/held_out.py",
         "    return gain > STANDARD_ERRORS * error\n",
         "    return True\n",
@@ -87,7 +87,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "held_out_rows_may_rise",
-        "a name stands though rows left out get worse",
+        "a name is kept although the held-out rows get worse",
         f"{INFERENCE}/held_out.py",
         "        return gain > -STANDARD_ERRORS * error\n",
         "        return True\n",
@@ -95,7 +95,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "folds_in_turn",
-        "rows are left out in turn, so that one fold has all visits of a station",
+        "rows are held out in order, so that one fold has all visits of a station",
         f"{INFERENCE}/held_out.py",
         "random.permuted(np.tile(np.arange(FOLDS), (rounds, 1)), axis=1).ravel()",
         "np.tile(np.arange(FOLDS), (rounds, 1)).ravel()",
@@ -119,7 +119,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "no_scatter_is_no_noise",
-        "a channel with no reading beyond its coefficients has no noise",
+        "a channel without residual degrees of freedom has no noise",
         "sim/arctrue/workbench/noise/fit.py",
         "if freedom < LEAST_FREEDOM and stated is None:",
         "if freedom < -1e9 and stated is None:",
@@ -127,7 +127,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "index_without_prior",
-        "four runs that agree by chance have a perfect index",
+        "four runs that agree by chance imply a perfect index",
         "sim/arctrue/workbench/noise/noise.py",
         "total = freedom * prior + float(offsets @ offsets)",
         "total = 0.0 * prior + float(offsets @ offsets)",
@@ -135,7 +135,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "runs_are_many",
-        "what is known from four runs has the freedom of all rows",
+        "an estimate from four runs has the degrees of freedom of all rows",
         "sim/arctrue/workbench/noise/degrees_of_freedom.py",
         "        spread += (index / total) ** 2 * 2.0 / known\n",
         "        spread += 0.0 * known\n",
@@ -151,7 +151,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "line_is_free",
-        "a line in time does not pay for the frequencies that were looked at",
+        "a line in time is not charged for the number of frequencies",
         f"{DIAGNOSE}/lack_of_fit.py",
         "log_p = np.log(power.size) + (power.size - 1)",
         "log_p = (power.size - 1)",
@@ -159,7 +159,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "once_is_enough",
-        "an order that one run shows is a property of the disc",
+        "an order that only one run shows is a property of the disc",
         f"{DIAGNOSE}/every_pass.py",
         "    return bool((gain.sum() - gain[strongest]) > LEAST_SHARE * height * others)\n",
         "    return True\n",
@@ -167,7 +167,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "one_speed_is_enough",
-        "a frequency that shows at one of several speeds is a vibration",
+        "a frequency that only one of several speeds shows is a vibration",
         f"{DIAGNOSE}/every_pass.py",
         "    return float(gain[other].sum() / gain.sum()) > LEAST_SHARE * expected\n",
         "    return True\n",
@@ -175,7 +175,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "untestable_is_absent",
-        "an effect that cannot be tested, and would look the same, is not thought of",
+        "an untestable effect that would look the same is ignored",
         f"{DIAGNOSE}/excluded.py",
         "if alike.size >= best.rank and float(np.min(alike[: best.rank])) > LIKE:",
         "if False:",
@@ -183,7 +183,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "line_before_its_cause",
-        "a line without a cause is named beside an effect that says its cause",
+        "a line without a cause is named in competition with an effect that states its cause",
         f"{DIAGNOSE}/classes.py",
         "if not item.effect.unspecific or not any(",
         "if True or not any(",
@@ -191,7 +191,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "line_in_every_class",
-        "an effect that says its cause is ambiguous with the line that it is",
+        "an effect that states its cause is ambiguous with its own line",
         f"{DIAGNOSE}/classes.py",
         "if other.effect.unspecific and not best.effect.unspecific:",
         "if False:",
@@ -200,7 +200,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "frame_by_a_decimal",
-        "a head is blamed for an order of the disc by a decimal of the likelihood",
+        "a small likelihood difference attributes an order of the disc to a head",
         f"{DIAGNOSE}/parts_scan.py",
         "if value > max(worth) - FRAME_MARGIN",
         "if value >= max(worth)",
@@ -208,7 +208,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "idle_condition",
-        "a product has a condition that adds nothing to its wave",
+        "a product contains a condition that adds nothing to its wave",
         f"{DIAGNOSE}/parts_scan.py",
         "if worth(item) > max(simpler, default=-np.inf) + FRAME_MARGIN:",
         "if worth(item) > max(simpler, default=-np.inf):",
@@ -216,7 +216,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "adequate_though_little_was_tested",
-        "a set that can test one effect says that none is missing",
+        "a set that can test only one effect is called adequate",
         f"{DIAGNOSE}/coverage.py",
         "if len(found.untestable) <= MOST_UNTESTED * whole:",
         "if True:",
@@ -224,7 +224,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "adequate_though_all_is_slow",
-        "a set whose residual is all slow noise says that none is missing",
+        "a set whose residual is all slow noise is called adequate",
         f"{DIAGNOSE}/coverage.py",
         "if slow > COLOURED_SHARE * variance and size > matters:",
         "if False:",
@@ -232,7 +232,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "adequate_though_nothing_could_be_found",
-        "a set in which an effect would have to exceed the residual says that none is missing",
+        "a set in which an effect would have to exceed the residual is called adequate",
         f"{DIAGNOSE}/coverage.py",
         "    if unseen <= UNSEEN_SHARE * tried:\n",
         "    if unseen <= tried:\n",
@@ -240,7 +240,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "one_reversal_is_enough",
-        "what changed with time at the only reversal of a set is named a reversal error",
+        "a change with time at the only reversal of a set is named a reversal error",
         "sim/arctrue/workbench/effects/catalogue/hysteresis.py",
         "LEAST_REVERSALS = 2\n",
         "LEAST_REVERSALS = 1\n",
@@ -248,7 +248,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "an_event_is_counted_where_rows_show_it",
-        "knocks in slow noise, which tells of rows left out, are one slip",
+        "knocks in slow noise, which held-out rows reveal, are named one slip",
         f"{DIAGNOSE}/case.py",
         "and (self.survey.confirmed(item) or _is_sure(item))",
         "and self.survey.confirmed(item)",
@@ -256,7 +256,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "slow_effects_are_slow_noise",
-        "what the noise of the model without it takes whole is not weighed",
+        "an effect that the noise of the smaller model absorbs entirely is not compared",
         f"{DIAGNOSE}/evidence.py",
         "MOST_LEFT = 0.5\n",
         "MOST_LEFT = 0.0\n",
@@ -264,7 +264,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_line_may_keep_to_the_schedule",
-        "what depends on place and direction is a line in time of the period of the visits",
+        "an effect of place and direction is a line in time at the period of the visits",
         "sim/arctrue/workbench/effects/catalogue/periodic_error.py",
         "OF_THE_SCHEDULE = 0.25\n",
         "OF_THE_SCHEDULE = -1.0\n",
@@ -272,7 +272,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "outliers_stay",
-        "a row that the recording got wrong is fitted to",
+        "the fit uses a row that the recording got wrong",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "far = np.flatnonzero(size > threshold * scatter)",
         "far = np.flatnonzero(size > 1e9 * scatter)",
@@ -280,7 +280,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "scatter_of_few_rows_is_known",
-        "a scatter that few rows tell is taken for the true one, and good rows are left out",
+        "a scatter estimated from few rows is taken as exact, and good rows are left out",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))",
         "return FAR_SIGMA",
@@ -288,7 +288,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_reading_vouches_for_itself",
-        "a reading counts among those that it is compared with",
+        "a reading is compared with a group that contains it",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "        at = first + place + (place >= rank)\n",
         "        at = first + place\n",
@@ -296,7 +296,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "outliers_beside_missing_rows_stay",
-        "rows on both sides of a gap are compared as if none were missing",
+        "rows on both sides of a gap are compared as if no rows were missing",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "        if step[place] > SIDE_ROWS * float(np.median(around)):\n",
         "        if step[place] > 1e9 * float(np.median(around)):\n",
@@ -304,7 +304,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "rows_stay_hidden",
-        "wrong rows that a larger effect hid stay once it is known",
+        "wrong rows hidden by a larger effect stay after that effect is known",
         f"{DIAGNOSE}/diagnosis.py",
         "        if without is not None:\n",
         "        if without is False:\n",
@@ -312,7 +312,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "rows_between_gaps_are_far",
-        "a few rows between two gaps are compared with what stands beyond, wave and all",
+        "a few rows between two gaps are compared with rows beyond the gaps, wave included",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "            without_wave(difference_arcsec[start:end], angle),\n",
         "            difference_arcsec[start:end],\n",
@@ -320,7 +320,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "scatter_in_steps",
-        "the scatter of whole counts is taken half a count too large",
+        "the scatter of whole counts is estimated half a count too large",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)",
         "overall = NORMAL_MAD * (float(middle(np.abs(away))) + half)",
@@ -328,7 +328,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "each_reversal_is_an_outlier",
-        "what comes again after each reversal is left out as single wrong rows",
+        "an error that recurs after each reversal is left out as single wrong rows",
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "found[number] = float(np.median(alike)) > NEAR_SIGMA * scatter",
         "found[number] = False",
@@ -353,7 +353,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "probability_of_what_was_excluded",
-        "what adds nothing beside the named effect stays as probable as its own fit",
+        "an effect that adds nothing to the named one keeps the probability of its own fit",
         f"{DIAGNOSE}/posterior.py",
         "weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))",
         "weights[name] = value",
@@ -361,7 +361,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_class_that_its_probabilities_contradict",
-        "a class of effects is said where something unknown has 99 %",
+        "a class of effects is named although an unknown effect has 99 %",
         f"{DIAGNOSE}/rules.py",
         "    if offered[UNKNOWN] <= least * (there + offered[UNKNOWN]):\n",
         "    if offered[UNKNOWN] <= 1.0:\n",
@@ -377,7 +377,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "faces_pay_for_the_capture",
-        "what the reference alone shows is charged for the rows of the capture too",
+        "an effect that only the reference shows is also charged for the rows of the capture",
         f"{DIAGNOSE}/posterior.py",
         "item.charged_trials, item.rows, item.freedom",
         "item.charged_trials, 24_480, item.freedom",
@@ -385,7 +385,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "passes_beside_another_model",
-        "an effect is asked for on every pass beside a model fitted with other noise",
+        "an effect is tested on every pass against a model fitted with another noise",
         f"{DIAGNOSE}/every_pass.py",
         "    if item.evidence is not None:\n",
         "    if False:\n",
@@ -393,7 +393,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "offsets_of_runs_are_asked",
-        "what the offsets of the runs take is asked of the rows of each run",
+        "rows of a run must show a part of the effect that the run's offset absorbs",
         f"{DIAGNOSE}/every_pass.py",
         "    change -= (np.bincount(",
         "    0.0 * (np.bincount(",
@@ -401,7 +401,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "one_speed_before_what_is_refused",
-        "a line at one speed is said though what is refused is far ahead of it",
+        "a line at one speed is reported although the refused effect is far ahead of it",
         f"{DIAGNOSE}/rules.py",
         "refused.delta_bic > first.delta_bic + PARTS_ADVANTAGE:",
         "False:",
@@ -409,7 +409,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_place_comes_back_in_weak_orders",
-        "a flat place of the bearing hides in the order that the two heads magnify",
+        "a flat place of the bearing hides in the order that the two heads amplify",
         "sim/arctrue/workbench/effects/catalogue/polygon_face_error.py",
         "MAGNIFIED = 0.25\n",
         "MAGNIFIED = 0.0\n",
@@ -417,7 +417,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_half_order_is_a_ball_pass",
-        "an order that cannot be told from a half one is of a rolling element",
+        "an order that is not separable from a half-integer one belongs to a rolling element",
         "sim/arctrue/workbench/effects/catalogue/bearing_ball_pass.py",
         "TOLD_APART_SIGMA = 5.5\n",
         "TOLD_APART_SIGMA = 0.0\n",
@@ -425,7 +425,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "probability_without_the_untestable",
-        "an effect that cannot be tested, and would look the same, has no probability",
+        "an untestable effect that would look the same has no probability",
         f"{DIAGNOSE}/posterior.py",
         "        weights |= dict.fromkeys(look_alikes, first)\n",
         "",
@@ -433,7 +433,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "adequate_with_a_lack_of_fit",
-        "a lack of fit that is sure and large is adequate where nothing describes it",
+        "a significant and large lack of fit is adequate if no effect describes it",
         f"{DIAGNOSE}/rules.py",
         "and item.lack_of_fit_p < LACK_OF_FIT\n",
         "and False\n",
@@ -441,7 +441,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "unknown_by_a_trifle",
-        "a lack of fit is unknown however small it is",
+        "a lack of fit is an unknown effect however small it is",
         f"{DIAGNOSE}/rules.py",
         "> max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)",
         "> case.survey.matters_arcsec",
@@ -449,7 +449,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "columns_that_moved_leave_a_wave",
-        "what a solution leaves along its own columns is taken for a further effect",
+        "a residual along the solution's own columns counts as a further effect",
         "sim/arctrue/workbench/inference/residuals.py",
         "        moment = moment - cross.T @ (self._inverse @ self._left_moment)\n",
         "",
@@ -458,7 +458,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "parts_by_a_decimal",
-        "a product of parts is preferred to a name by a decimal of the likelihood",
+        "a small likelihood difference prefers a product of parts to a name",
         f"{DIAGNOSE}/rules.py",
         "if case.product is None or case.ahead <= PARTS_ADVANTAGE:",
         "if case.product is None or case.ahead <= 0.0:",
@@ -466,7 +466,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "near_tie_is_won",
-        "a name wins over a product of parts by a decimal of the likelihood",
+        "a small likelihood difference prefers a name to a product of parts",
         f"{DIAGNOSE}/rules.py",
         "near_tie = stranger is not None and case.ahead > -NEAR_TIE",
         "near_tie = stranger is not None and case.ahead > 0.0",
@@ -474,7 +474,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "all_that_is_significant_matters",
-        "an effect is named however little it moves",
+        "an effect is named however small its contribution",
         f"{DIAGNOSE}/survey.py",
         "max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec",
         "max(item.size_arcsec.values(), default=0.0) >= 0.0",
@@ -482,7 +482,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_cut_run_is_a_gap",
-        "a run that was cut is taken for one whose last rows were dropped",
+        "a truncated run is taken for one whose last rows were dropped",
         f"{DIAGNOSE}/data_faults.py",
         "ends_in_gap = np.ceil(turns) - turns <= dropped",
         "ends_in_gap = np.ceil(turns) - turns <= 1.0",
@@ -491,7 +491,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "slow_noise_keeps_what_it_took",
-        "an effect of which the slow noise of the model without it holds most is not weighed",
+        "an effect that the slow noise of the smaller model mostly absorbs is not compared",
         f"{DIAGNOSE}/evidence.py",
         "    near |= {item.name for item in taken_by_noise(others, tried)}\n",
         "",
@@ -499,7 +499,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "an_effect_or_noise_is_noise",
-        "adequate is said where an effect and slow noise explain the rows alike",
+        "the verdict is adequate although an effect and slow noise explain the rows equally well",
         f"{DIAGNOSE}/coverage.py",
         "_p_beside_it(item, item.evidence.score, tests) < SIGNIFICANCE",
         "_p_beside_it(item, item.evidence.score, tests) < 0.0",
@@ -507,7 +507,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "noise_explains_itself",
-        "what the model leaves of a block by the noise of the angles counts as the block's own",
+        "a block's prediction error counts as its own although noise of the angles explains it",
         "sim/arctrue/workbench/inference/residuals.py",
         "    kept = shares > least\n",
         "    kept = shares > -1.0\n",
@@ -516,7 +516,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "every_constant_is_a_head_angle",
-        "a constant that the interpolation has by itself is named as a head that stands elsewhere",
+        "a constant caused by the interpolation is named as a displaced head",
         f"{DIAGNOSE}/survey.py",
         "            and not self.may_be_a_constant_of_the_model(item)\n",
         "",
@@ -525,7 +525,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "noise_beside_an_effect_is_known",
-        "noise that few rows tell beside many columns is taken for known",
+        "noise estimated from few rows with many columns is taken as known",
         f"{DIAGNOSE}/coverage.py",
         "item.trials, tests, item.freedom)",
         "item.trials, tests)",
@@ -533,7 +533,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "markup_is_obeyed",
-        "a title, a name or a sentence is markup in every page",
+        "titles, names and sentences are inserted as markup into every page",
         "sim/arctrue/report/html_templates.py",
         '"autoescape": True',
         '"autoescape": False',
@@ -541,7 +541,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "flask_escapes_by_itself",
-        "the live page leaves it to Flask, which does not know .html.j2",
+        "the live page relies on Flask's escaping, which does not cover .html.j2",
         "sim/arctrue/page/app.py",
         "    app.jinja_options = dict(HTML_OPTIONS)\n",
         '    app.jinja_options = {k: v for k, v in HTML_OPTIONS.items() if k != "autoescape"}\n',
@@ -557,7 +557,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "any_set_has_the_ranking",
-        "rows that are masked are no part of what a ranking depends on",
+        "the key of a ranking does not cover the masked rows",
         "sim/arctrue/page/ranking_key.py",
         '_of_file(mask) if mask.is_file() else ""',
         '""',
@@ -565,7 +565,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "blocks_are_not_asked",
-        "an effect that other blocks of the rows do not predict keeps its name",
+        "an effect that held-out blocks do not show keeps its name",
         f"{DIAGNOSE}/survey.py",
         "LEAST_HELD_OUT = 0.5",
         "LEAST_HELD_OUT = -1e9",
@@ -573,7 +573,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_name_may_make_it_worse",
-        "an effect is named after which more is left than before",
+        "an effect is named although the residual rises with it",
         f"{DIAGNOSE}/rules.py",
         "    if after.mean_log_ratio(before) <= RISES:\n",
         "    if after.mean_log_ratio(before) <= 1e9:\n",
@@ -581,7 +581,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_name_may_take_nothing",
-        "an effect is named that takes a hundredth of what is there",
+        "an effect is named that explains a hundredth of the residual",
         f"{DIAGNOSE}/rules.py",
         "        if share >= LEAST_TAKEN:\n",
         "        if share >= -1e9:\n",
@@ -589,7 +589,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "time_is_temperature",
-        "what grows with the time is named as heat where both went together",
+        "drift with time is named as heat although both rose together",
         f"{DIAGNOSE}/case.py",
         "return None if self.best is None else confounded_with(self.best, NEAR_TIE)",
         "return None",

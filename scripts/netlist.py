@@ -25,8 +25,8 @@ __all__ = [
     "write_netlist",
 ]
 
-# Entities that Yosys maps by themselves before it flattens the rest. Its mapper of look-up tables
-# (abc) saves area wherever a path has fewer levels than the deepest one of what it is given: given
+# Entities that Yosys maps separately before it flattens the design. Its look-up table mapper
+# (abc) saves area on each path that has fewer levels than the deepest path of its input: given
 # the whole core, it makes every path as deep as the worst.
 MAPPED_ALONE = (
     "cordic_rotation",

@@ -1,8 +1,8 @@
-"""Records what the diagnosis says of 40 benchmark sets: python -m scripts.record_verdicts.
+"""Records the diagnosis of 40 benchmark sets: python -m scripts.record_verdicts.
 
-A change that is meant to change no verdict is checked with ``--check``, which compares all sets and
-writes nothing. After a change that is meant to change verdicts the record is written anew, and the
-differences in it are what is reviewed.
+``--check`` compares all sets with the record and writes nothing, for a change that must not change
+verdicts. After a change that is meant to change verdicts, write the record anew and
+review its differences.
 """
 
 from __future__ import annotations

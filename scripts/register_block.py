@@ -1,9 +1,10 @@
-"""Generates the register block with a port that says which word is accessed, a bit for each word.
+"""Generates the register block with a port that has one select bit per word.
 
-The generator's own block decodes the address in the clock of the access, and chooses the word that
-is read after that decoder. Here the bits ``s_cpuif_word`` come decoded, and the word that is read
-has a register: only an OR of words lies between two registers. register_access.vhd makes these bits
-while it judges the access, so a read takes no clock more. All else stays the generator's.
+The generator's own block decodes the address in the clock of the access, and selects the read word
+after that decoder. Here the bits ``s_cpuif_word`` arrive decoded, and the read word
+has a register, so that only an OR of words lies between two registers. register_access.vhd makes
+these bits while it checks the access, so a read takes no additional clock. Everything else is the
+generator's.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ COMPARISON = re.compile(r"\(cpuif_addr = ([^()]+)\)")
 
 
 class _Words(ReadbackMuxGenerator):  # type: ignore[misc]
-    """Assigns each word that can be read to its place in an array, without a choice."""
+    """Assigns each readable word to its place in an array, without a selection."""
 
     def get_addr_compare_conditional(self, addr: str) -> str:
-        """What the generator would compare with the address: every word is always there."""
+        """Replace the generator's address comparison: every word is always present."""
         return "true"
 
     def get_readback_data_var(self, addr: str) -> str:
@@ -38,7 +39,7 @@ class _Words(ReadbackMuxGenerator):  # type: ignore[misc]
 
 
 class _DecodedPort(PassthroughCpuif):  # type: ignore[misc]
-    """The generator's port without a bus, and a bit for each word that says which is accessed."""
+    """The generator's port without a bus, and with one select bit per word."""
 
     @property
     def word_count(self) -> int:

@@ -1,7 +1,7 @@
-"""Writes a VHDL entity with a port a register, round the records of the register block.
+"""Writes a VHDL entity with one port per register, in place of the records of the register block.
 
-cocotb reaches no element of a record. The bench of the registers runs this entity; what it drives
-stands in ``tb/registers/register_access_harness.vhd``.
+cocotb cannot access elements of a record. The bench of the registers runs this entity; the units
+that drive it are in ``tb/registers/register_access_harness.vhd``.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-# LUT sites that a cell takes (UG474 for the memories in LUTs).
+# Number of LUT sites that a cell takes (UG474 for the memories in LUTs).
 LUTS = {
     **{f"LUT{inputs}": 1 for inputs in range(1, 7)},
     "INV": 1,
@@ -28,7 +28,7 @@ FLIP_FLOPS = re.compile(r"FD[RSCP]E(_1)?")
 LATCHES = re.compile(r"LD[CP]E|\$_?dlatch.*|\$_DLATCH.*", re.IGNORECASE)
 RAMB36 = {"RAMB36E1": 1.0, "RAMB18E1": 0.5}
 
-# Yosys writes one name or type a line: no need to hold the whole file.
+# Yosys writes one name or type per line, so the whole file need not be in memory.
 MODULE_LINE = re.compile(r'^    "([^"]+)": \{$')
 BOX_LINE = re.compile(r'^        "(?:blackbox|whitebox)": ')
 TYPE_LINE = re.compile(r'^          "type": "([^"]+)",?$')
@@ -36,7 +36,7 @@ TYPE_LINE = re.compile(r'^          "type": "([^"]+)",?$')
 
 @dataclass(frozen=True)
 class Resources:
-    """What a piece of the design takes of the chip; ``ramb36`` counts a RAMB18 as a half."""
+    """Resources of a part of the design; ``ramb36`` counts a RAMB18 as a half."""
 
     lut: int = 0
     ff: int = 0

@@ -1,7 +1,7 @@
-"""For mkdocs: links of the pages to files outside docs/ become the name of the file.
+"""For mkdocs: replaces links to files outside docs/ by the name of the file.
 
-The pages are read in three places: in the source tree, where such links lead to the sources, where
-the tree is browsed, and on the site, which has no sources.
+The pages are read in three places: in the source tree and on code hosts, where such links lead to
+the sources, and on the site, which has no sources.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""``make synth``: counts what the gateware takes of an XC7Z020 and checks it against the budget.
+"""``make synth``: counts the resources of the gateware on an XC7Z020 and checks the budget.
 
-GHDL makes a netlist, Yosys maps it twice: flattened, for the sum that the budget holds for, and
-unit by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md.
-With ``--folds 2 4 8`` the core is mapped once more for each, flattened, into one table beside that
-of FOLD = 1 (build/synth/folds.md and folds.json).
-Exit code 1 when a budget is exceeded, 2 when a tool is missing or fails.
+GHDL makes a netlist, Yosys maps it twice: flattened, for the sum that the budget limits, and unit
+by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md. With
+``--folds 2 4 8`` the core is also mapped with each of these folds, flattened; one table compares
+them with FOLD = 1 (build/synth/folds.md and folds.json). Exit code 1: a budget is exceeded. 2: a
+tool is missing or fails.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LANE_PARTS = ("phase_lane", "harmonic_lane")
 
 @dataclass(frozen=True)
 class Budget:
-    """The most that a part may take of one kind of resource."""
+    """Largest permitted use of one kind of resource by a part."""
 
     part: str
     kind: str
@@ -47,12 +47,12 @@ BUDGETS = (
 )
 
 
-# The table is there to make room: 10,000 LUT below the budget of the CORDIC.
+# The purpose of the table is to save resources: 10,000 LUT below the budget of the CORDIC.
 SAVED_BY_A_TABLE = 10_000
 
 
 def budgets_of(generics: Mapping[str, int | str]) -> tuple[Budget, ...]:
-    """Those of the rotation that is built."""
+    """Give the budgets of the rotation that is built."""
     if generics.get("ROTATION") != "table":
         return BUDGETS
     return tuple(
@@ -64,7 +64,7 @@ def budgets_of(generics: Mapping[str, int | str]) -> tuple[Budget, ...]:
 
 
 def lane_of(units: Design) -> Resources | None:
-    """One lane: a phase lane and the larger kind of harmonic lane; None where there is none."""
+    """Resources of a lane: phase lane and the larger kind of harmonic lane; None without lanes."""
     parts = []
     for part in LANE_PARTS:
         kinds = [
@@ -180,7 +180,7 @@ def fold_table(cores: dict[int, Resources], generics: Mapping[str, int | str]) -
 
 
 def wasted_folds(cores: dict[int, Resources]) -> list[str]:
-    """A sentence for every fold that takes as much of something as a smaller one."""
+    """Give a sentence for every fold that uses as much of a resource as a smaller fold."""
     faults = []
     for less, more in pairwise(sorted(cores)):
         for kind in ("lut", "dsp"):

@@ -1,11 +1,11 @@
 """``python -m scripts.timing``: estimates the longest paths of an entity.
 
 It reads the flat netlist of scripts/synth.py, or makes one, and gives for each of the longest
-paths its delay, its levels of logic and what that leaves of 10 ns (100 MHz) and 5 ns (200 MHz).
-Nothing is placed and no wire is known: see scripts/cell_delays.py. Beside the estimate it checks a
-rule that needs none: no path has more than one wide adder or DSP, but for the exceptions named
-here. Result: timing.md beside the netlist. Exit code 1 when the rule is broken or a path is longer
-than ``--limit``, 2 when a tool is missing or fails.
+paths its delay, its levels of logic and the slack at 10 ns (100 MHz) and 5 ns (200 MHz).
+Nothing is placed and wire delays are guessed: see scripts/cell_delays.py. It also checks a
+rule that needs no estimate: no path has more than one wide adder or DSP, except those listed
+here. Result: timing.md next to the netlist. Exit code 1: the rule is broken or a path is longer
+than ``--limit``. 2: a tool is missing or fails.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ TOP: Final = "arctrue_core"
 PERIODS_NS: Final = (10.0, 5.0)
 SHOWN: Final = 15
 
-# What may have more than one wide adder on a path: the register it ends in, and why.
+# Registers that may end a path with more than one wide adder, and the reason.
 EXCEPTIONS: Final[tuple[tuple[str, str], ...]] = ()
 
 
 def split_exceptions(
     crowded: list[Crowded], exceptions: tuple[tuple[str, str], ...] = EXCEPTIONS
 ) -> tuple[list[Crowded], list[tuple[Crowded, str]]]:
-    """What breaks the rule, and what may, with its reason."""
+    """Split the paths that break the rule from the permitted ones, which have a reason."""
     broken, excused = [], []
     for entry in crowded:
         reasons = [reason for pattern, reason in exceptions if re.search(pattern, entry.end)]
@@ -61,7 +61,7 @@ def table(paths: list[LongPath], shown: int = SHOWN) -> str:
 def report(
     netlist: Path, top: str, title: str, shown: int = SHOWN
 ) -> tuple[str, list[Crowded], float]:
-    """The text of timing.md, what breaks the rule, and the longest path in ns.
+    """Give the text of timing.md, the paths that break the rule, and the longest path in ns.
 
     Raises ValueError for an unknown cell.
     """

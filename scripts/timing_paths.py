@@ -1,7 +1,7 @@
 """Finds the longest paths between registers of a flat netlist, and the adders on each.
 
-Two questions are asked of every bit that enters a register: how long is the longest path to it, and
-what is the largest number of wide adders and DSPs on any path to it.
+For every bit that enters a register it determines the longest path to it, and
+the largest number of wide adders and DSPs on any path to it.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any, Final
 
 from scripts.cell_delays import Arc, timing_of, wire_ns
 
-# A carry chain of so many CARRY4 is that of a wide adder: 16 bits and more.
+# A carry chain of at least this many CARRY4 belongs to a wide adder: 16 bits and more.
 WIDE_CARRY4: Final = 4
 
-# Names that tools gave to a net; names of the source are preferred.
+# Names that tools gave to nets; names of the source are preferred.
 GIVEN_BY_TOOL: Final = re.compile(r"(^|\.)(n\d+(_\w)?$|\$)|\$(auto|abc|iopadmap|techmap)")
 
 
@@ -36,7 +36,7 @@ class LongPath:
 
 @dataclass(frozen=True)
 class Crowded:
-    """A register with a path through more than one wide adder or DSP, and how many there are."""
+    """A register with a path through more than one wide adder or DSP, and their number."""
 
     start: str
     end: str
@@ -45,7 +45,7 @@ class Crowded:
 
 @dataclass
 class _Reached:
-    """The longest way to a bit so far, and the one with the most adders."""
+    """The longest path to a bit so far, and the path with the most adders."""
 
     delay_ns: float = 0.0
     longest: Arc | None = None
@@ -55,7 +55,7 @@ class _Reached:
 
 @dataclass
 class Netlist:
-    """The flat module of a JSON file of Yosys, as bits with arcs between them."""
+    """The flat module of a Yosys JSON file, as bits connected by arcs."""
 
     names: dict[int, str] = field(default_factory=dict)
     begins: dict[int, tuple[float, int]] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class Netlist:
     arcs_from: dict[int, list[Arc]] = field(default_factory=lambda: defaultdict(list))
     fan_out: Counter[int] = field(default_factory=Counter)
     wide_bits: set[int] = field(default_factory=set)
-    """Outputs of carry chains of wide adders."""
+    """Outputs of the carry chains of wide adders."""
     carry_bits: set[int] = field(default_factory=set)
 
     @staticmethod
@@ -88,7 +88,7 @@ class Netlist:
         return netlist
 
     def _name_bits(self, netnames: dict[str, Any]) -> None:
-        """Each bit gets the best of its names: of the source, of few bits (no record), short."""
+        """Give each bit its best name: from the source, of few bits (no record), short."""
         rank: dict[int, tuple[bool, int, int]] = {}
         for name, net in netnames.items():
             quality = (bool(GIVEN_BY_TOOL.search(name)), len(net["bits"]), len(name))
@@ -98,7 +98,7 @@ class Netlist:
                     self.names[bit] = name
 
     def _name_of(self, cell: dict[str, Any]) -> str:
-        """A register is called like what it drives, a memory like its first named output."""
+        """Name a register after the net that it drives, a memory after its first named output."""
         directions = cell.get("port_directions", {})
         kind = str(cell["type"])
         for port, bits in cell["connections"].items():
@@ -140,7 +140,7 @@ class Netlist:
                         }
 
     def _wire_ns(self, arc: Arc, bit: int) -> float:
-        """No wire within a carry chain, nor from a LUT to the multiplexer beside it."""
+        """Give the wire delay: 0 within a carry chain, and from a LUT to its multiplexer."""
         if arc.is_direct:
             return 0.0
         if not arc.is_carry_entry and bit in self.carry_bits and arc.end in self.carry_bits:
@@ -148,7 +148,7 @@ class Netlist:
         return wire_ns(self.fan_out[bit])
 
     def reached(self) -> dict[int, _Reached]:
-        """For every bit that a register reaches: longest delay and most adders, with their arcs."""
+        """Give longest delay and most adders, with arcs, for every bit that a register reaches."""
         waiting: Counter[int] = Counter()
         for arcs in self.arcs_from.values():
             for arc in arcs:
@@ -177,7 +177,7 @@ class Netlist:
         return found
 
     def name(self, bit: int) -> str:
-        """The net's name, without the place in it."""
+        """Give the name of the net without its bit number."""
         return self.names.get(bit, "?")
 
 

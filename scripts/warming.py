@@ -1,8 +1,8 @@
 """Runs the thermal eccentricity of a warming table and writes its table into docs/hidden-effect.md.
 
-``python -m scripts.warming full`` at the paper's scale (2²⁴ counts, 32 lanes; half an hour of a
-core), ``python -m scripts.warming small`` at 2¹⁸; ``page`` only writes what is stored into the
-page, and ``check`` compares. Figures: docs/data/warming.json.
+``python -m scripts.warming full`` runs at the paper's scale (2²⁴ counts, 32 lanes; half an hour of
+a core), ``python -m scripts.warming small`` at 2¹⁸; ``page`` writes the stored figures into the
+page, and ``check`` compares them. Figures: docs/data/warming.json.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ RUNS: Final = {
 
 
 def measure(scale: str) -> dict[str, Any]:
-    """Order 1 of the corrected output, turn by turn, arcseconds."""
+    """Measure order 1 of the corrected output, turn by turn, arcseconds."""
     lines, interpolation, lanes, samples = SCALES[scale]
     settings = HiddenSettings.of_lines(lines, lanes, samples)
     revolution = dataclasses.replace(settings.revolution, interpolation=interpolation)
@@ -80,7 +80,7 @@ def section(stored: dict[str, Any]) -> str:
 
 
 def page(text: str, stored: dict[str, Any]) -> str:
-    """The page with the table of today. Raises ValueError where its place is missing."""
+    """Insert the present table into the page. Raises ValueError if its place is missing."""
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
@@ -98,7 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     wanted = parser.parse_args(arguments).what
     measured = {wanted: measure(wanted)} if wanted in SCALES else {}
-    # Read after the measurement: the other scale's may have come meanwhile.
+    # This is read after the measurement, because the other scale's results may have been added.
     stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}
     stored |= measured
     if measured:

@@ -1,1 +1,1 @@
-"""Bit-true models of the gateware: numpy integers, one module an entity, same names."""
+"""Bit-true models of the gateware: numpy integers, one module per entity, same names."""

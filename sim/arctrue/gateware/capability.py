@@ -1,4 +1,4 @@
-"""What a bitstream was built with beyond lanes, and what a coefficient file needs of it."""
+"""Generics of a bitstream beyond the lanes, and those that a coefficient file requires."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ HEADS_MOST: Final = 4
 
 @dataclass(frozen=True)
 class Capability:
-    """Generics of ``arctrue_core`` as the register ``capability`` gives them; the default build.
+    """Generics of ``arctrue_core`` as the register ``capability`` states them; default build.
 
-    The same structure says what a coefficient file needs: the least that loads it.
+    The same structure states the requirements of a coefficient file: the smallest build for it.
     """
 
     heads: int = 2
@@ -23,7 +23,7 @@ class Capability:
     failover: bool = False
 
     def lacking(self, needed: Capability) -> list[str]:
-        """Generics that ``needed`` asks for and this bitstream lacks, as ``"HEADS = 4"``."""
+        """List generics that ``needed`` requires and this bitstream lacks, as ``"HEADS = 4"``."""
         found = []
         for field in fields(self):
             wanted, built = getattr(needed, field.name), getattr(self, field.name)
@@ -34,4 +34,4 @@ class Capability:
 
 
 EVERYTHING: Final = Capability(HEADS_MOST, True, True, True, True, True)
-"""For a reader that only looks at a file and loads it nowhere."""
+"""The capability for a reader that only displays a file and loads it nowhere."""

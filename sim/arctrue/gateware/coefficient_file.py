@@ -1,8 +1,8 @@
 """The coefficient file: what ``arctrue calibrate`` writes and the gateware loads.
 
-TOML. The integer words are what is loaded; the values beside them say the same in arcseconds and
-degrees, and reading checks that they do. Lanes that are not listed have amplitude 0. What schema 3
-adds is described in docs/map-extensions.md.
+The format is TOML. The gateware loads the integer words; further values give the same in arcseconds
+and degrees, and the reader checks that they agree. Lanes that are not listed have amplitude 0.
+docs/map-extensions.md describes the additions of schema 3.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ from arctrue.generated.number_formats import LANES_MAX, PHASE_STEP_WIDTH, PHASE_
 
 SCHEMA = 1
 THERMAL_SCHEMA = 2
-"""Of a file with lanes that follow the temperature and no extension."""
+"""Schema of a file with lanes that follow the temperature and without extension."""
 EXTENDED_SCHEMA = 3
-"""Of a file with a part that needs a generic of the gateware; any other is of schema 1."""
+"""Schema of a file with a part that needs a generic of the gateware; other files have schema 1."""
 
-# How far a value for people may be from its word, in units of the word: half for the rounding
-# of a value that was typed in, and a little for the digits written.
+# Permitted difference between a value for people and its word, in units of the word: half for the
+# rounding of a typed value, and a little for the written digits.
 _AGREEMENT = 0.51
 
 
@@ -172,9 +172,9 @@ class CoefficientFileError(ValueError):
 
 
 def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: str = "") -> None:
-    """Write ``coefficients``, whole or not at all: a file that is there stays until the new one is.
+    """Write ``coefficients`` completely or not at all: an existing file stays until then.
 
-    Raises OSError where the folder cannot be written.
+    Raises OSError if the folder cannot be written.
     """
     write_whole_text(Path(path), coefficient_file_text(coefficients, title))
 
@@ -221,7 +221,7 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
 
 
 def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
-    """An array of tables called ``table``: lanes that hold something."""
+    """Format an array of tables called ``table`` with the lanes whose words are not all 0."""
     arcsec = ARCSEC_PER_TURN / coefficients.counts_per_rev
     thermal = coefficients.thermal
     extension = coefficients.extension or Extension()
@@ -264,7 +264,7 @@ def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
 
 
 def _extension_lines(extension: Extension | None) -> list[str]:
-    """The tables of schema 3 that stand before the lanes."""
+    """Format the tables of schema 3 that precede the lanes."""
     lines: list[str] = []
     if extension is None:
         return lines
@@ -306,7 +306,7 @@ def _extension_lines(extension: Extension | None) -> list[str]:
 
 
 def _without_lines(entry: Coefficients) -> list[str]:
-    """The prepared set for a missing head."""
+    """Format the prepared set for a missing head."""
     mean = entry.extension.mean if entry.extension else None
     assert mean is not None, "checked by Coefficients"
     return [
@@ -322,11 +322,11 @@ def _without_lines(entry: Coefficients) -> list[str]:
 
 
 def read_coefficient_file(path: Path | str, bitstream: Capability | None = None) -> Coefficients:
-    """Read and check a coefficient file that ``bitstream`` is to load; None: the default build.
+    """Read and check a coefficient file for ``bitstream``; None: the default build.
 
-    Raises CoefficientFileError for a file that is not there or not TOML, a key that is missing,
+    Raises CoefficientFileError for a missing file, wrong TOML, a key that is missing,
     unknown or of the wrong type, a word outside its format, words that contradict the values
-    beside them, or a part that the bitstream cannot hold, with the generic that builds it.
+    for people, or a part that the bitstream cannot hold, with the generic that builds it.
     """
     path = Path(path)
     try:
@@ -347,12 +347,12 @@ def read_coefficient_file(path: Path | str, bitstream: Capability | None = None)
 
 
 def _check_loadable(extension: Extension, bitstream: Capability) -> None:
-    """Raise ContentError where the bitstream lacks what the file needs."""
+    """Raise ContentError if the bitstream lacks a requirement of the file."""
     lacking = bitstream.lacking(extension.needs)
     if lacking:
         raise ContentError(
-            f"it needs a bitstream that is built with {', '.join(lacking)}; this one is not. Build "
-            "that one, or export without what needs it"
+            f"it needs a bitstream that is built with {', '.join(lacking)}; this one is not. Load "
+            "such a bitstream, or export without the parts that need it"
         )
 
 
@@ -378,7 +378,7 @@ def _coefficients(file: _File) -> Coefficients:
 def _lanes(
     listed: Sequence[_Lane], key: str, file: _File
 ) -> tuple[dict[int, _Lane], dict[int, tuple[int, ...]]]:
-    """Lanes by their number, and slopes by order; raises ContentError for what contradicts."""
+    """Give lanes by number, and slopes by order. Raises ContentError for contradictions."""
     lanes: dict[int, _Lane] = {}
     slopes: dict[int, tuple[int, ...]] = {}
     for number, lane in enumerate(listed, start=1):
@@ -523,7 +523,7 @@ def _thermal(table: _Temperature, slopes: Mapping[int, tuple[int, ...]]) -> Ther
 
 
 def _check_words(place: str, lane: _Lane, counts_per_rev: int) -> None:
-    """Raise ContentError where the words of a lane are not what its values say."""
+    """Raise ContentError if the words of a lane contradict its values."""
     if isinstance(lane, _ExtendedLane):
         _check_real_order(place, lane, counts_per_rev)
     else:
@@ -540,9 +540,9 @@ def _check_words(place: str, lane: _Lane, counts_per_rev: int) -> None:
 
 
 def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> None:
-    """Raise ContentError where phase step or turn step is not that of the order.
+    """Raise ContentError if phase step or turn step does not belong to the order.
 
-    The order is a number of 53 bits: a step may differ by its rounding and by a half.
+    The order has 53 bits: a step may differ by the rounding of the order and by a half.
     """
     turn = 1 << PHASE_STEP_WIDTH
     order = Fraction(lane.order)
@@ -560,7 +560,7 @@ def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> N
 
 
 def _real_order(step: int, turn_step: int, counts_per_rev: int) -> float:
-    """The order nearest to what the phase step says whose fraction the turn step gives."""
+    """Give the order nearest to the phase step with the fraction of the turn step."""
     turn = 1 << PHASE_STEP_WIDTH
     fraction = Fraction(turn_step, turn)
     return float(round(Fraction(step * counts_per_rev, turn) - fraction) + fraction)
@@ -573,15 +573,15 @@ def _check_slope(place: str, lane: _ThermalLane, counts_per_rev: int) -> None:
     for value, word in zip(said, lane.slope, strict=True):
         if abs(value - word * unit) > _AGREEMENT * unit + 1e-8 * abs(value):
             raise ContentError(
-                f"{place}.slope: found {word}, which is {word * unit:.9g}, but {value} beside "
-                "it; change both or neither"
+                f"{place}.slope: found {word}, which is {word * unit:.9g}, but the value {value}; "
+                "change both or neither"
             )
 
 
 def _agree(
     place: str, value: float, word_key: str, word: int, unit: float, turn: float = math.inf
 ) -> None:
-    """Raise ContentError where ``value`` is not ``word`` units, less whole ``turn``s."""
+    """Raise ContentError if ``value`` is not ``word`` units, modulo whole ``turn``s."""
     difference = value - word * unit
     if math.isfinite(turn):
         difference = math.remainder(difference, turn)

@@ -20,9 +20,9 @@ WORD_MASK = 2**32 - 1
 
 
 def bank_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
-    """The writes that load a bank: address (lane * 4 + word) and 32-bit data.
+    """Give the writes that load a bank: address (lane * 4 + word) and 32-bit data.
 
-    The offset is not among them: it has a register of its own.
+    They exclude the offset, which has its own register.
     """
     for lane in range(coefficients.lanes):
         step = int(coefficients.phase_steps[lane])
@@ -36,7 +36,7 @@ def bank_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
 class CoefficientMemory:
     """Both banks of ``lanes`` lanes, at the level of writes, read-backs and swaps.
 
-    That every angle meets one bank only is a matter of clocks; see ``compensation_pipeline``.
+    ``compensation_pipeline`` models the clocks, in which every angle meets one bank only.
     """
 
     def __init__(self, counts_per_rev: int, lanes: int = LANES_DEFAULT) -> None:
@@ -52,7 +52,7 @@ class CoefficientMemory:
         return self._active
 
     def write(self, address: int, data: int) -> None:
-        """Write a word of the idle bank; a lane that is not built keeps nothing.
+        """Write a word of the idle bank; a write to a lane that is not built is ignored.
 
         Raises ValueError for an address or a word that the bus cannot carry.
         """

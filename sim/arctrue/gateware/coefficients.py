@@ -32,7 +32,7 @@ ORDER_MAX = (1 << ORDER_WIDTH) - 1
 AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
 AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
 RANGE_STEPS = 32
-"""Of a range of temperature, where bounds over it are worked out; the firmware has as many."""
+"""Number of temperatures of a range at which bounds are computed; equal to the firmware's."""
 STEEPEST = STEEPEST_PERCENT / 100
 AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
 
@@ -43,9 +43,9 @@ class Coefficients:
 
     ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn a count; ``phase_offsets``: uint32 (lanes,),
     Φ in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count;
-    ``offset``: in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn that K was worked
-    out for; ``thermal``: how some of the lanes follow the temperature, which the firmware works
-    out; ``extension``: mean, conditions, real orders and table, where the gateware is built with
+    ``offset``: in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn for which K was
+    computed; ``thermal``: the lanes that follow the temperature, which the firmware
+    updates; ``extension``: mean, conditions, real orders and table, if the gateware is built with
     them. A lane with a turn step has a real order, of which ``orders`` holds the nearest whole one.
 
     Raises ValueError for a word that its format cannot hold.
@@ -108,7 +108,7 @@ class Coefficients:
             )
 
     def _check_extension(self) -> None:
-        """Raise ValueError where the extension names lanes or counts that are not there."""
+        """Raise ValueError if the extension names lanes or counts that do not exist."""
         if self.extension is None:
             return
         named = {lane for lane, _ in (*self.extension.modulators, *self.extension.turn_steps)}
@@ -143,7 +143,7 @@ class Coefficients:
         )
 
     def at(self, celsius: float) -> Coefficients:
-        """The bank at a temperature; itself where no lane follows it."""
+        """Give the bank at a temperature; itself if no lane follows the temperature."""
         if self.thermal is None:
             return self
         offsets, amplitudes = self.phase_offsets.copy(), self.amplitudes.copy()
@@ -158,11 +158,11 @@ class Coefficients:
         return dataclasses.replace(self, phase_offsets=offsets, amplitudes=amplitudes, thermal=None)
 
     def extent(self) -> tuple[float, float]:
-        """|dε/dR| at most and the largest amplitude of a lane in counts, at any temperature.
+        """Bounds of |dε/dR| and of the largest amplitude of a lane in counts, at any temperature.
 
-        Bounds over the range of ``thermal``: the largest value at RANGE_STEPS + 1 temperatures and
-        what a lane can be above the chord between two of them, c₂h²/4. Phases are not used:
-        Σ n·|c_n| is what all lanes together can reach somewhere in the turn.
+        The bounds are the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
+        most that a lane can exceed the chord between two of them, c₂h²/4. Phases are ignored:
+        Σ n·|c_n| bounds the sum of all lanes anywhere in the turn.
         """
         thermal, orders = self.thermal, self.orders.astype(np.float64)
         written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
@@ -190,7 +190,7 @@ class Coefficients:
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """The order of every lane, (lanes,), modulo counts_per_rev; whole counts see no more."""
+        """The order of every lane, (lanes,), modulo counts_per_rev: whole counts alias."""
         return np.array(
             [
                 ((2 * step * self.counts_per_rev + 2**PHASE_STEP_WIDTH) >> (PHASE_STEP_WIDTH + 1))
@@ -219,7 +219,7 @@ class Coefficients:
 
     @classmethod
     def zero(cls, counts_per_rev: int, lanes: int = LANES_DEFAULT) -> Coefficients:
-        """The bank that corrects nothing."""
+        """Give a bank without correction."""
         return cls.from_harmonics((), (), (), counts_per_rev, lanes)
 
     @classmethod

@@ -23,7 +23,7 @@ from arctrue.gateware.harmonic_unit import harmonic_unit
 from arctrue.gateware.phase_unit import phase_unit
 from arctrue.generated.number_formats import COSINE_WIDTH, PAIR_FRACTION
 
-# Angles worked on at a time: their phases and cosines then stay in the processor's cache.
+# Number of angles processed at a time: their phases and cosines then fit the processor's cache.
 _BLOCK = 2048
 
 
@@ -51,7 +51,7 @@ def compensate(
     cosine_width: int = COSINE_WIDTH,
     rotation: Rotation = "cordic",
 ) -> Subtracted:
-    """The settled outputs: compensation on, no ramp under way.
+    """Give the settled outputs: compensation on, no ramp active.
 
     ``angle``: counts, 0 <= angle < counts_per_rev, and ``position``: counts, both (readings,).
     Returns corrected angle and position in counts and the correction in 2⁻¹¹ count, int64.
@@ -79,11 +79,11 @@ def compensate_clocks(
 ) -> Compensated:
     """The outputs of consecutive clocks, with swaps, enable and bypass (latency left out).
 
-    ``bank``: which of ``banks`` the angle of each clock meets; ``swap_marker``: true with the
+    ``bank``: index into ``banks`` for the angle of each clock; ``swap_marker``: true with the
     first angle after each swap; ``apply`` as the port; all (clocks,). ``ramp_rate``: u8.24 in 2⁻¹¹
-    count a clock. ``state``: that of the clocks before, else that after reset. ``fold``: the angle
-    of the first clock is accepted and then one every ``fold`` clocks; what the others bring is not
-    used. The latency left out is 28 + ``fold`` clocks.
+    count per clock. ``state``: that of the clocks before, default: after reset. ``fold``: the angle
+    of the first clock is accepted and then one every ``fold`` clocks; the inputs of other clocks
+    are ignored. The omitted latency is 28 + ``fold`` clocks.
 
     Raises ValueError for an angle outside the turn, banks for different turns or lanes, or lanes
     that are no multiple of ``fold``.
@@ -102,7 +102,7 @@ def compensate_clocks(
         met = of_clock == index
         sums[met] = pair_sums(angles[met], entry, cosine_width, rotation)
     offsets = np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock]
-    # A reading stands until the next; a swap is one of its first clock.
+    # A reading is held until the next; a swap is active in its first clock.
     marker = np.zeros(clocks, dtype=np.bool_)
     marker[::fold] = np.asarray(swap_marker, dtype=np.bool_)[::fold]
     return error_compensation(
@@ -119,7 +119,7 @@ def compensate_clocks(
 
 
 def _held(accepted: NDArray[Any], fold: int, clocks: int) -> NDArray[Any]:
-    """Each of the (accepted, …) for ``fold`` clocks, (clocks, …)."""
+    """Repeat each of the (accepted, …) for ``fold`` clocks, (clocks, …)."""
     return accepted if fold == 1 else np.repeat(accepted, fold, axis=0)[:clocks]
 
 

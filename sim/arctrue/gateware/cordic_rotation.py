@@ -19,7 +19,7 @@ ITERATIONS = range(8, 25)
 
 @dataclass(frozen=True, eq=False)
 class RotationTables:
-    """What the entity works out at elaboration.
+    """Constants that the entity computes at elaboration.
 
     ``steps``: arctan 2⁻ⁱ in 2⁻ᶠ turn, f = ``angle_fraction``; ``x`` and ``y``: int32 (32,), after
     the tabulated iterations, in units of the last place of x; ``y_final``: the first iteration
@@ -84,11 +84,11 @@ def cordic_rotation(
     change = np.empty_like(z)
     index = np.zeros_like(z)
     for i in range(1, TABULATED_ITERATIONS):
-        # −1 where the rotation goes to the right, else 0.
+        # −1 if the rotation turns to the right, else 0.
         np.right_shift(z, 31, out=right)
         index += index
         index -= right
-        # step, or −step to the right: the complement and 1.
+        # step, or −step to the right: the complement plus 1.
         np.bitwise_xor(right, tables.steps[i], out=change)
         change -= right
         z -= change
@@ -99,7 +99,7 @@ def cordic_rotation(
     for i in range(TABULATED_ITERATIONS, iterations):
         np.right_shift(z, 31, out=right)
         if i < tables.y_final:
-            # Half a unit is added, then the rest cut off: rounded.
+            # Half a unit is added, then the lower bits are truncated: rounding.
             np.add(x, 1 << (i - 1), out=x_change)
             x_change >>= i
             x_change ^= right

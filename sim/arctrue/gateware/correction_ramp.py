@@ -19,7 +19,7 @@ VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
 TOTAL_MOST = 2**19
-"""Counts: so many, and more, the total s19.F does not hold."""
+"""Limit in counts: the total s19.F is below it."""
 HOLD = 3
 """Clocks for which a marker holds the total."""
 CATCH_AGE = 1
@@ -29,7 +29,7 @@ DECAY_START = 5
 
 @dataclass(frozen=True)
 class RampState:
-    """What the ramp remembers: the held total and r as it was caught last, in 2⁻ᶠ count.
+    """State of the ramp: the held total and r as last captured, in 2⁻ᶠ count.
 
     ``age``: clocks since the last marker.
     """
@@ -47,8 +47,8 @@ class RampState:
 class RampVelocity:
     """Model of the entity ``ramp_velocity``, one call of :meth:`clock` a clock.
 
-    ``velocity``: 2⁻⁵¹ count a clock; ``way``: what braking takes, 2⁻ᶠ count; ``excess``: -r of the
-    next total, which correction_ramp keeps; ``step``: what that gains.
+    ``velocity``: 2⁻⁵¹ count per clock; ``way``: braking distance, 2⁻ᶠ count; ``excess``: -r of the
+    next total, held by correction_ramp; ``step``: change of ``excess`` in a clock.
     """
 
     excess: int = 0
@@ -63,9 +63,9 @@ class RampVelocity:
     was_marker: bool = False
     is_stale: bool = False
     seen: tuple[int, bool, bool] = (0, True, False)
-    """Of the look: the size, whether it is 0, whether it moves away."""
+    """Sampled remainder: its size, whether it is 0, whether it grows."""
     fits: tuple[bool, bool] = (False, False)
-    """The way is long enough to go on faster, and as it is."""
+    """The braking distance permits a higher velocity, or the present one."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
         """One clock; ``excess`` is that of the clock before."""
@@ -87,7 +87,7 @@ class RampVelocity:
             enough = self.way + more + (more >> MARGIN_BITS), self.way + (whole >> MARGIN_BITS)
             self.fits = self.seen[0] >= enough[0], self.seen[0] >= enough[1]
         elif self.tick == DECIDE and (self.is_stale or marker):
-            # What is left is not known: it brakes.
+            # The remainder is unknown: the ramp brakes.
             velocity, self.way = velocity - acceleration, self.way - whole
             if velocity <= 0:
                 self.moves, velocity, self.way = False, 0, 0
@@ -110,13 +110,13 @@ class RampVelocity:
 def ramp_arcsec_s(ramp_rate: float, counts_per_rev: int) -> float:
     """The velocity of a ramp, ″/s of the gateware's clock, from the register's 2⁻³⁵ count a clock.
 
-    What the firmware's parameter of the same name is worked out back from.
+    The firmware computes its parameter of the same name back from this.
     """
     return ramp_rate / 2**35 * CLOCK_HZ * ARCSEC_PER_TURN / counts_per_rev
 
 
 def ramp_arcsec_s2(ramp_acceleration: float, counts_per_rev: int) -> float:
-    """The same of its acceleration, ″/s², from 2⁻⁵⁹ count a clock and clock."""
+    """Acceleration of a ramp, ″/s², from the register's 2⁻⁵⁹ count per clock and clock."""
     return ramp_acceleration / 2**59 * CLOCK_HZ**2 * ARCSEC_PER_TURN / counts_per_rev
 
 
@@ -140,11 +140,11 @@ def correction_ramp(
 ) -> RampResult:
     """The total correction of consecutive clocks.
 
-    ``correction``: ε in 2⁻ᶠ count, (clocks,); ``marker``: (clocks,), true where ε comes from
-    another origin than the clock before; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count a
-    clock. ``state``: that of the clocks before, else that after reset. ``inserted``: counts by
-    which the reading jumps in the clock of a marker, (clocks,); not looked at in others.
-    ``ramp_acceleration`` in 2⁻⁵⁹ count a clock and clock; 0: the velocity is the rate at once.
+    ``correction``: ε in 2⁻ᶠ count, (clocks,); ``marker``: (clocks,), true if ε has
+    another origin than in the clock before; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count
+    per clock. ``state``: that of the clocks before, default: after reset. ``inserted``: counts by
+    which the reading jumps in the clock of a marker, (clocks,); ignored in other clocks.
+    ``ramp_acceleration`` in 2⁻⁵⁹ count per clock and clock; 0: the velocity is the rate at once.
 
     Raises ValueError for a rate that u8.24, or an acceleration that 32 bits cannot hold.
     """
@@ -194,7 +194,7 @@ def correction_ramp(
 
 
 def _jumped(held: int, counts: int, limit: int) -> tuple[int, bool]:
-    """The held total after a jump, and whether it cannot hold that: it is then at its limit."""
+    """Give the held total after a jump, limited, and whether the limit was reached."""
     whole = (held >> PAIR_FRACTION) + counts
     fits = -TOTAL_MOST <= whole < TOTAL_MOST
     if not fits:
@@ -219,7 +219,7 @@ def _accelerated(
     state: RampState,
     inserted: NDArray[np.int64] | None,
 ) -> RampResult:
-    """Clock by clock: what the velocity becomes depends on r."""
+    """Compute clock by clock, because the velocity depends on r."""
     motion = replace(state.motion or RampVelocity())
     held, age, excess, top = state.held, state.age, state.excess_then, limit << PAIR_FRACTION
     jumps = np.zeros(correction.size, dtype=np.int64) if inserted is None else inserted

@@ -15,7 +15,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class CountedEdges:
-    """What the levels of A and B say. Shape (clocks,), known after that clock."""
+    """Steps of the levels of A and B. Shape (clocks,), known after that clock."""
 
     step: Ints
     """1 up, -1 down, else 0."""

@@ -22,7 +22,7 @@ LIMIT_MAX_COUNTS = (1 << (CORRECTION_WIDTH - 1 - CORRECTION_FRACTION)) - 1
 
 
 class Subtracted(NamedTuple):
-    """What leaves the gateware, int64: counts, counts, and 2⁻¹¹ count."""
+    """Outputs of the gateware, int64: counts, counts, and 2⁻¹¹ count."""
 
     corrected_angle: NDArray[np.int64]
     corrected_position: NDArray[np.int64]
@@ -42,7 +42,7 @@ class Compensated(NamedTuple):
 
 @dataclass(frozen=True)
 class CompensationState:
-    """What the entity remembers from clock to clock; the default is the state after reset."""
+    """Registers of the entity; the default is the state after reset."""
 
     applied: bool = False
     zero_moved: bool = False
@@ -51,7 +51,7 @@ class CompensationState:
 
 
 def correction_limit(counts_per_rev: int) -> int:
-    """The largest correction in counts: strictly below half a turn, and what s19.11 holds."""
+    """Give the largest correction in counts: below half a turn, and within s19.11."""
     return min((counts_per_rev - 1) // 2, LIMIT_MAX_COUNTS)
 
 

@@ -1,4 +1,4 @@
-"""What coefficients hold beyond plain lanes: the mean, conditions, real orders, a local table."""
+"""Parts of the coefficients beyond plain lanes: mean, conditions, real orders, local table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from arctrue.gateware.coefficients import Coefficients
 
 MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
-"""What a lane's amplitude is multiplied with; the place is the word of the lane."""
+"""Factors of a lane's amplitude; the index is the lane's word."""
 POINTS: Final = 4096
 POINT_LIMIT: Final = 1 << 17
 FRACTION_BITS: Final = (4, 6, 8, 10)
@@ -29,7 +29,7 @@ class Conditions:
     nominal_deg_per_s: float
 
     def __post_init__(self) -> None:
-        """Raise ValueError for what the registers cannot hold."""
+        """Raise ValueError for values outside the registers' range."""
         if not 1 <= self.width < 1 << 24:
             raise ValueError(f"width: word {self.width}, expected 1 to 2^24 - 1 (1/16 count)")
         if not 0 <= self.dead_zone_counts <= 255:
@@ -54,7 +54,7 @@ class LocalTable:
     fraction_bits: int
 
     def __post_init__(self) -> None:
-        """Raise ValueError for what the gateware cannot hold."""
+        """Raise ValueError for values outside the gateware's range."""
         if self.fraction_bits not in FRACTION_BITS:
             raise ValueError(f"fraction_bits: {self.fraction_bits}, expected 4, 6, 8 or 10")
         if len(self.starts_counts) not in (1, 2, 4):
@@ -75,7 +75,7 @@ class LocalTable:
 
 @dataclass(frozen=True)
 class Extension:
-    """The parts of a coefficient file of schema 3; a lane not in a mapping is as ever.
+    """The parts of a coefficient file of schema 3; lanes not in a mapping are plain.
 
     ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → ν, u0.48 turn a turn;
     ``without``: one set for each head that may fail, its mean in its own extension.
@@ -106,7 +106,7 @@ class Extension:
 
     @property
     def needs(self) -> Capability:
-        """The least bitstream that loads it."""
+        """Give the smallest bitstream that can load it."""
         sets = [entry.extension for entry in self.without if entry.extension is not None]
         return Capability(
             heads=self.mean.heads if self.mean else 2,

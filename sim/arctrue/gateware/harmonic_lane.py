@@ -13,9 +13,9 @@ from arctrue.gateware.table_rotation import table_rotation
 from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
 
 Rotation = Literal["cordic", "table"]
-"""How a lane finds its cosine, the generic ROTATION."""
+"""Values of the generic ROTATION, the method of the cosine."""
 
-# Phases worked on at a time: their arrays stay in the processor's cache.
+# Number of phases processed at a time: their arrays then fit the processor's cache.
 _BLOCK = 16384
 
 
@@ -44,7 +44,7 @@ def lane_cosine(
             rotated = table_rotation(folded)
         else:
             rotated = cordic_rotation(folded, cosine_width, iterations)
-        # The complement, rounded half up, is the negative of what is rounded half up.
+        # The rounded complement is the negative of the rounded value.
         rotated ^= negative
         rotated += 1 << (GUARD_WIDTH - 1)
         np.right_shift(rotated, GUARD_WIDTH, out=cosine[block])

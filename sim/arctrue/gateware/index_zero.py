@@ -20,10 +20,10 @@ from arctrue.gateware.latest import (
 from arctrue.generated.number_formats import INDEX_SKEW
 
 JUDGED_AFTER = 3
-"""Clocks from an index told to its judgement."""
+"""Clocks from the detection of an index to its check."""
 
 HEALED_MOST = 2**14
-"""Counts: a slip of so many and more is not put back."""
+"""Counts; a slip of this size or more is not put back."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -51,25 +51,25 @@ class IndexZeroTrace:
 
 
 def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
-    """The passages of the index, the ways, and where their zeros lie; each (clocks,)."""
+    """Give the passages of the index, their directions, and their zeros; each (clocks,)."""
     clocks = z.size
     index, index_up = np.zeros(clocks, dtype=np.bool_), np.zeros(clocks, dtype=np.bool_)
     offset = np.zeros(clocks, dtype=np.int64)
     at = np.flatnonzero(step)
     if not at.size:
         return index, index_up, offset
-    # The level of a step: so many clocks later, or just before the next step.
+    # The level of a step is sampled so many clocks later, or just before the next step.
     following = np.append(at[1:], clocks + INDEX_SKEW)
     is_cut = following <= at + INDEX_SKEW
     told = np.where(is_cut, following, at + INDEX_SKEW)
     level = z[np.minimum(np.where(is_cut, following - 1, told), clocks - 1)]
-    # That of the step before, or of the last clock of a reset between them.
+    # The level of the step before, or of the last clock of a reset between them.
     last_unsettled = latest(unsettled)
     begun = last_unsettled[at]
     is_first = begun > np.append(-1, at[:-1])
     before = np.where(is_first, z[begun], np.append(0, level[:-1]))
     settled = np.where(is_first, begun, np.append(-1, told[:-1]))
-    # What it was in the count before the step, where that lasted long enough.
+    # The level in the count before the step, if it lasted long enough.
     stays = at - settled > INDEX_SKEW
     within = np.where(stays, z[at - INDEX_SKEW - 1], before)
     up = step[at] > 0
@@ -85,7 +85,7 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
 
 @dataclass(frozen=True)
 class _Verdicts:
-    """What each mark that is judged says; all (clocks,), in the clock of the verdict."""
+    """Results of the check of each mark; all (clocks,), in the clock of the check."""
 
     is_judged: Bools
     misplaced: Bools
@@ -95,7 +95,7 @@ class _Verdicts:
     can_move: Bools
     forgotten: Bools
     told: Bools
-    """Clocks in which a mark is told."""
+    """Clocks in which a mark is detected."""
 
 
 def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
@@ -108,7 +108,7 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
     for clock in np.flatnonzero(judged).tolist():
         if last_forgotten[clock] >= in_doubt_since:
             in_doubt_since = -1
-        # No other mark since the one that is judged.
+        # No other mark has come since the checked one.
         follows = verdicts.told[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
         is_last = verdicts.is_judged[clock] and not follows and not verdicts.forgotten[clock]
         is_proven = (verdicts.agrees[clock] and in_doubt_since >= 0) or (
@@ -150,11 +150,11 @@ def index_zero(
     preload: Bools,
     reset: Bools,
 ) -> tuple[IndexZeroTrace, Bools]:
-    """The outputs, and the clocks in which a mark is told as misplaced; everything (clocks,).
+    """Give the outputs, and the clocks with a misplaced mark; everything (clocks,).
 
     ``position`` is that of edge_counter after each clock, which counts the same ``edges``.
 
-    Raises ValueError for a ``counts_per_rev`` outside 4 to 2**24 that is taken over.
+    Raises ValueError for a ``counts_per_rev`` outside 4 to 2**24 that is sampled.
     """
     clocks = np.arange(reset.size)
     taken_over = reset | preload | rearm
@@ -169,11 +169,11 @@ def index_zero(
     total = np.cumsum(moved)
     passed, passed_up, offset = _index(z, edges.step, preload | reset)
 
-    # The zero: where the last reset or rearm was, or the first index after it.
+    # The zero: the position of the last reset or rearm, or of the first index after it.
     forgotten = reset | rearm
     index = was(passed) & ~forgotten
     index_up = was(passed_up)
-    # From the zero to the position: the step of this clock comes after it.
+    # Counts from the zero to the position; the step of this clock follows.
     behind_zero = np.where(index, moved - earlier(offset), 0)
     last_forgotten = latest(forgotten)
     index_number = np.cumsum(index) - value_at(last_forgotten, np.cumsum(index), 0)
@@ -191,7 +191,7 @@ def index_zero(
     interval = np.where(repeated, wrapped(latched - latched_before), 0)
     size = np.abs(interval)
     deviation = np.minimum(size, np.abs(size - turn_in_force))
-    # Judged two clocks after it was latched, by the tolerance of that clock.
+    # The mark is checked two clocks after it was latched, with the tolerance of that clock.
     judged = was(was(repeated) & ~reset)
     misplaced = judged & (earlier(earlier(deviation)) > index_tolerance)
     of_a_turn = earlier(earlier(np.abs(size - turn_in_force)))
@@ -208,7 +208,7 @@ def index_zero(
     )
     moved_zero, trusted = _moved_zeros(verdicts)
     at = np.flatnonzero(moved_zero)
-    # That of the mark, told so many clocks before.
+    # Values of the mark, which was detected so many clocks before.
     zero[at] = zero[at - JUDGED_AFTER - 1]
     slip = np.zeros(clocks.size, dtype=np.int64)
     slip[at] = _slips(zero, at, forgotten | first_index, turn_in_force)

@@ -1,4 +1,4 @@
-"""How long an angle takes through the gateware, in clocks, from the latencies of its parts."""
+"""Clocks that an angle takes through the gateware, from the latencies of its parts."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from arctrue.generated.number_formats import PIPELINE_LATENCY
 
 
 def pipeline_clocks(fold: int = 1) -> int:
-    """From an accepted reading to its corrected angle, with FOLD lanes in one pipeline."""
+    """Give the clocks from an accepted reading to its corrected angle, with this FOLD."""
     return PIPELINE_LATENCY + fold - 1
 
 
 def pin_to_pin_clocks(fold: int = 1) -> tuple[int, int]:
-    """From an edge at the pins of head 1 to the edge at the output: least and most.
+    """Give the least and most clocks from an edge at head 1's pins to the output's edge.
 
-    With the shortest input filter, and nothing that holds the edge back at the output. The
-    pipeline accepts a reading every FOLD clocks, so that an edge waits up to FOLD − 1 for its turn.
+    This is for the shortest input filter and an edge that no rule delays at the output. The
+    pipeline accepts a reading every FOLD clocks, so that an edge waits up to FOLD − 1 clocks.
     """
     least = decoder_clocks() + pipeline_clocks(fold) + OUTPUT_CLOCKS
     return least, least + fold - 1

@@ -29,7 +29,7 @@ def earlier(values: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def was(event: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether the event was one clock ago."""
+    """Tell for each clock whether the event was one clock before."""
     return np.concatenate([[False], event[:-1]])
 
 

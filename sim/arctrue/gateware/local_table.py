@@ -1,4 +1,4 @@
-"""Model of the entity ``local_table``: points over the turn or over windows of it, with lines."""
+"""Model of the entity ``local_table``: points over the turn or its windows, joined by lines."""
 
 from __future__ import annotations
 

@@ -73,12 +73,12 @@ class MeanSet:
 
     @property
     def heads(self) -> int:
-        """How many heads the gateware must have."""
+        """Number of heads that the gateware must have."""
         return len(self.weights)
 
     @property
     def used(self) -> tuple[bool, ...]:
-        """Whether a head's index is waited for: all but the missing one."""
+        """Heads whose index is required: all except the missing one."""
         return tuple(head != self.missing for head in range(1, self.heads + 1))
 
     def words(self) -> list[int]:

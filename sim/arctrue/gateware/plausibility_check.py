@@ -11,13 +11,13 @@ from arctrue.gateware.edge_counter import CountedEdges
 from arctrue.gateware.latest import clock_before, earlier, latest, outputs, value_at, was
 
 COUNTER_MAX = 2**16 - 1
-"""The fault counters stop here."""
+"""Limit at which the fault counters saturate."""
 
 PERIOD = 4
 """Counts of a period of A and B."""
 
 SPACING_MAX = 2**16 - 1
-"""The spacing of edges is measured up to here, clocks."""
+"""Largest measured spacing of edges, in clocks."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -34,7 +34,7 @@ class PlausibilityTrace:
     overspeed: Ints
     overspeed_count: Ints
     swallowed: Ints
-    """The filter swallowed counts."""
+    """The filter suppressed counts."""
 
 
 def _edges_lost(
@@ -43,9 +43,9 @@ def _edges_lost(
     edges: CountedEdges,
     settling: Bools,
 ) -> Bools:
-    """Clocks in which the levels before the filter turn out to be a period ahead of the others.
+    """Find clocks in which the levels before the filter are a period ahead of the filtered ones.
 
-    ``levels``: A and B before the filter; ``settling``: clocks in which they are not looked at.
+    ``levels``: A and B before the filter; ``settling``: clocks in which they are ignored.
     """
     a, b = levels
     a_before, b_before = earlier(a), earlier(b)
@@ -53,7 +53,7 @@ def _edges_lost(
     moves = np.where(a_changes != b_changes, np.where(a != b_before, 1, -1), 0)
     still = np.minimum(np.arange(a.size) - latest(a_changes | b_changes) - 1, 255)
     quiet = ~(a_changes | b_changes) & (still >= filter_length)
-    # One clock later they are summed up.
+    # They are summed one clock later.
     moved, breaks = earlier(moves), was(a_changes & b_changes)
     filtered_moved, filtered_breaks = earlier(edges.step), was(edges.breaks_order)
     starts_anew = settling | was(quiet)

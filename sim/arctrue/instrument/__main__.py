@@ -1,4 +1,4 @@
-"""Builds one instrument and tells where it is: ``python -m arctrue.instrument``."""
+"""Builds one instrument and prints its path: ``python -m arctrue.instrument``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arctrue.instrument.errors import InstrumentError
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Exit code 1 where it cannot be built."""
+    """Exit code 1: it cannot be built."""
     parser = argparse.ArgumentParser(prog="arctrue.instrument", description=__doc__)
     parser.add_argument(
         "--lanes", type=int, default=LANES_DEFAULT, help=f"lanes of the core ({LANES_DEFAULT})"

@@ -1,6 +1,6 @@
-"""From the VHDL to a shared library: GHDL's netlist, Verilator's C++, the harness, the firmware.
+"""Builds a shared library: GHDL's netlist, Verilator's C++, the harness, the firmware.
 
-What was built lies in build/instrument, under a digest of everything that went into it: sources,
+Results are stored in build/instrument under a digest of all inputs: sources,
 generics, tools and flags. ``python -m arctrue.instrument`` builds the 32-lane core.
 """
 
@@ -32,15 +32,15 @@ FIRMWARE_FOLDERS = ("calibration", "application", "console")
 GENERATED_C = ROOT / "build" / "generated" / "c"
 OLDEST_VERILATOR = 5
 
-# Registers begin with what the VHDL says, which the netlist writes down, and with 0 otherwise.
+# Registers start with the values of the VHDL, which the netlist contains, and with 0 otherwise.
 VERILATOR_FLAGS = (
     *("--cc", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--no-assert"),
     *("-Wno-fatal", "-Wno-lint", "-Wno-style", "-Wno-SYMRSVDWORD"),
 )
 CXX_FLAGS = ("-std=gnu++17", "-O3", "-fPIC", "-fvisibility=hidden", "-fno-gnu-unique")
-# Of our own; Verilator's C++ is as it is.
+# These warnings apply to this project's sources only, not to Verilator's C++.
 CXX_WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
-# Runs once, at the start.
+# This code runs once, at the start.
 SLOW_CXX_FLAGS = ("-O0",)
 CXX_DEFINES = ("-DVM_COVERAGE=0", "-DVM_SC=0", "-DVM_TRACE=0")
 C_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror")
@@ -57,9 +57,9 @@ def _version(command: str) -> str:
 
 @cache
 def tool_versions() -> dict[str, str]:
-    """Version of GHDL, Verilator, g++ and gcc, by name.
+    """Give the versions of GHDL, Verilator, g++ and gcc, by name.
 
-    Raises InstrumentError that names everything that is missing at once.
+    Raises InstrumentError that names all missing tools.
     """
     if lack := lack_of_source_tree():
         raise InstrumentError(lack)
@@ -100,7 +100,7 @@ def verilator_include() -> Path:
 
 
 def digest(texts: Iterable[str], files: Iterable[Path]) -> str:
-    """Sixteen digits that change with any of them."""
+    """Digest with sixteen digits of all inputs."""
     made = hashlib.sha256()
     for text in texts:
         made.update(f"{text}\0".encode())
@@ -123,9 +123,9 @@ def run_tool(command: Sequence[str], log: Path, what: str) -> None:
 
 @contextmanager
 def building(target: Path, log: Path) -> Iterator[Path | None]:
-    """A folder that becomes ``target`` when all went well; None when ``target`` is there already.
+    """Give a folder that becomes ``target`` if the block succeeds; None if ``target`` exists.
 
-    Another process that wants the same one waits for this one.
+    A second process that builds the same target waits for the first.
     """
     if target.exists():
         yield None
@@ -243,9 +243,9 @@ def build(
     generics: Mapping[str, int | str] | None = None,
     report_step: ReportStep | None = None,
 ) -> Path:
-    """The shared library of an instrument, built unless it is there already.
+    """Give the shared library of an instrument; build it if it does not exist.
 
-    ``generics`` are further ones of arctrue_core. Raises InstrumentError.
+    ``generics``: further generics of arctrue_core. Raises InstrumentError.
     """
     report_step = report_step or (lambda _: None)
     versions = tool_versions()

@@ -1,4 +1,4 @@
-"""What the heads read, as curves over the clocks of the gateware."""
+"""Readings of the heads as curves over the clocks of the gateware."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.table import Motion, RotaryTable
 from arctrue.table.cause import SIGNALS, refuse_unhonoured
 
 INTERPOLATION_TOLERANCE_COUNTS = 1e-3
-"""How far the cubic between knots may lie from the table's geometry; checked in every piece."""
+"""Largest error of the cubic between knots against the geometry; checked in every piece."""
 _MOST_COUNTS_A_KNOT = 16.0
 _MOST_KNOT_CLOCKS = 4096
 _CHECKED_CLOCKS = 64
@@ -21,14 +21,14 @@ Curve = NDArray[np.float64]
 
 
 class Curves(Protocol):
-    """Readings of two to four heads and the true angle, wanted piece by piece in order of time."""
+    """Readings of two to four heads and the true angle, requested piece by piece in order of time."""
 
     counts_per_rev: int
     index_width_counts: int
     rounding_counts: float
     """Added before a reading is rounded down: 0 or 0.5."""
     clocks: int
-    """Length; after it the pins hold their levels."""
+    """Length in clocks; afterwards the pins hold their levels."""
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
         """Knots of a piece that begins ``first_clock`` clocks after the start.
@@ -40,7 +40,7 @@ class Curves(Protocol):
 
 
 class TableCurves:
-    """The exact geometry of a table in motion, worked out at knots.
+    """The exact geometry of a moving table, evaluated at knots.
 
     ``clock_hz`` is the number of clocks in a second of the table's time. Between knots the
     instrument interpolates with a cubic; where that misses the geometry by more than
@@ -102,7 +102,7 @@ class TableCurves:
             self._knot = knot // 2
 
     def _fits(self, first_clock: int, intervals: int, *curves: Curve) -> bool:
-        """Compare the cubic with the geometry at clocks that are no knots."""
+        """Compare the cubic with the geometry at clocks between the knots."""
         random = np.random.default_rng(first_clock)
         interval = random.integers(0, intervals, _CHECKED_CLOCKS)
         share = random.integers(1, self._knot, _CHECKED_CLOCKS) / self._knot
@@ -130,7 +130,7 @@ def _extended(values: Curve, before: int, number: int) -> Curve:
 
 
 def _cubic(curve: Curve, interval: NDArray[np.int64], share: Curve) -> Curve:
-    """Lagrange's cubic through four knots, in another form than that of the harness."""
+    """Lagrange's cubic through four knots, in a form independent of the harness."""
     result = np.zeros_like(share)
     places = (-1, 0, 1, 2)
     for place in places:

@@ -1,10 +1,10 @@
-"""What can go wrong with the instrument, in words for people."""
+"""Errors of the instrument, in words for people."""
 
 from __future__ import annotations
 
 
 class InstrumentError(RuntimeError):
-    """A tool is missing, a build failed, or the instrument cannot do what was asked."""
+    """A tool is missing, a build failed, or a request to the instrument cannot be fulfilled."""
 
 
 class BusError(InstrumentError):

@@ -18,7 +18,7 @@ _ANSWERS = ("", "is not a parameter of the firmware", "is out of range", "must b
 
 
 class Core(Protocol):
-    """What the firmware needs of the instrument on whose bus it is."""
+    """The interface of the instrument that the firmware needs."""
 
     library: Any
     handle: Any
@@ -30,17 +30,17 @@ class Core(Protocol):
 
     @property
     def ended(self) -> bool:
-        """What is before the heads has come to its end."""
+        """True when the stimulus has ended."""
 
     @property
     def message(self) -> str:
-        """What the harness said last."""
+        """Last message of the harness."""
 
     def run(self, clocks: int, *, stage: str = "") -> None:
-        """Let so many clocks pass."""
+        """Run for this number of clocks."""
 
     def read(self, path: str) -> int:
-        """One value: a register with a single field, or ``register.field``."""
+        """Read a register with a single field, or ``register.field``."""
 
 
 class Firmware:
@@ -58,13 +58,13 @@ class Firmware:
         self._processor = self._library.firmware_new(self._bus)
         self._view = ctypes.cast(self._bus, ctypes.POINTER(FirmwareBus)).contents
         self.telemetry: list[dict[str, Any]] = []
-        """What the console told of every turn so far."""
+        """Telemetry of all turns so far."""
         self.thermometer: Callable[[], float | None] | None = None
-        """What the table's thermometer shows now, °C; None as an answer: it does not answer."""
+        """Function that gives the thermometer's present value, °C; None as a value: no answer."""
         self.send("telemetry on")
 
     def close(self) -> None:
-        """Give the memory back."""
+        """Free the memory."""
         if self._processor:
             self._library.firmware_delete(self._processor)
             self._library.firmware_bus_delete(self._bus)
@@ -72,12 +72,12 @@ class Firmware:
 
     @property
     def accesses(self) -> int:
-        """Accesses of the bus so far."""
+        """Number of bus accesses so far."""
         return int(self._view.accesses)
 
     @property
     def calculation_clocks(self) -> int:
-        """Clocks that a calibration takes."""
+        """Clocks of one calibration."""
         return int(self._view.calculation_clocks)
 
     @calculation_clocks.setter
@@ -85,17 +85,17 @@ class Firmware:
         self._view.calculation_clocks = clocks
 
     def set(self, name: str, value: float) -> None:
-        """Set a parameter, as ``set`` on the console but without its re-arm.
+        """Set a parameter like ``set`` on the console, but without its re-arm.
 
-        Call :meth:`start` after those that the registers hold. Raises InstrumentError for a name
-        or value that the firmware refuses.
+        Call :meth:`start` after setting parameters that are registers. Raises InstrumentError for
+        a name or value that the firmware refuses.
         """
         answer = self._library.firmware_set(self._processor, name.encode(), float(value))
         if answer:
             raise InstrumentError(f"parameter {name} = {value:g}: {name} {_ANSWERS[answer]}")
 
     def start(self) -> None:
-        """Find the core and set it up; re-arms, so that the heads look for their index anew.
+        """Find the core, set it up and re-arm it, so that the heads wait for their index again.
 
         Raises InstrumentError when the firmware does not accept the core.
         """
@@ -105,18 +105,18 @@ class Firmware:
             raise InstrumentError("the firmware finds no core, or the core refused its set-up")
 
     def fault(self) -> None:
-        """The program begins anew after a fault; the core goes on meanwhile."""
+        """Restart the program as after a fault; the core keeps running."""
         self._library.firmware_fault(self._processor)
         self._check_bus()
 
     @property
     def flash(self) -> bytes:
-        """What ``save`` keeps over power-off."""
+        """Memory that ``save`` writes and power-off keeps."""
         size = int(self._library.firmware_flash_bytes())
         return ctypes.string_at(self._library.firmware_flash(self._processor), size)
 
     def power_on(self, flash: bytes) -> None:
-        """Begin as a board does whose flash holds this; nothing is typed. Instead of :meth:`start`.
+        """Start like a board with this flash content, without commands; replaces :meth:`start`.
 
         Raises InstrumentError for a flash of another size, or where no core is accepted.
         """
@@ -130,7 +130,7 @@ class Firmware:
             raise InstrumentError("the firmware finds no core, or the core refused its set-up")
 
     def step(self) -> str:
-        """One round of the main loop; what the console said, telemetry apart."""
+        """Run one round of the main loop; return the console's output without telemetry."""
         if self.thermometer is not None:
             celsius = self.thermometer()
             self._library.firmware_thermometer(
@@ -144,7 +144,7 @@ class Firmware:
         return self._said()
 
     def send(self, line: str) -> str:
-        """Type a line at the console; its answer."""
+        """Type a line at the console; return its answer."""
         self._library.firmware_type(self._processor, line.encode() + b"\r")
         self._check_bus()
         return self._said()
@@ -159,8 +159,8 @@ class Firmware:
     ) -> None:
         """Let time pass, with a round of the main loop every ``poll_clocks``.
 
-        Ends after ``clocks`` or when ``until`` says so, asked after every round. Raises
-        InstrumentError when ``until`` has not been met at the end of the stimulus.
+        Ends after ``clocks`` or when ``until`` is true, which is evaluated after every round.
+        Raises InstrumentError if ``until`` is not true at the end of the stimulus.
         """
         instrument = self._instrument
         last = None if clocks is None else instrument.clock + clocks
@@ -190,7 +190,7 @@ class Firmware:
         return self.active_bank(self._instrument.read("counts_per_rev_active"))
 
     def active_bank(self, counts_per_rev: int) -> Coefficients | None:
-        """The same for a known number of counts a turn, without an access of the bus."""
+        """Give the same for a known number of counts per turn, without a bus access."""
         steps = (ctypes.c_uint64 * LANES_MAX)()
         offsets = (ctypes.c_uint32 * LANES_MAX)()
         amplitudes = (ctypes.c_int32 * LANES_MAX)()

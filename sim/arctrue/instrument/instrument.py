@@ -1,4 +1,4 @@
-"""The instrument: the compiled core, a table before its heads, and the processor's side."""
+"""The instrument: the compiled core, a table at its inputs, and the processor's bus."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in rang
 SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
 HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, HEAD4_Z = (1 << pin for pin in range(8, 14))
 TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
-"""In the levels of :meth:`Instrument.traced`."""
+"""Bit number in the levels of :meth:`Instrument.traced`."""
 
 RESET_CLOCKS = 80
-"""Longer than the 64 clocks that arctrue_core asks for."""
+"""Reset length in clocks; arctrue_core requires at least 64."""
 _PIECE_CLOCKS = 1 << 18
 _SLICE_CLOCKS = 100_000
 _UNLIMITED_CLOCKS = 1 << 50
@@ -48,22 +48,22 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """How far a run of the instrument is, in clocks, on the table and in time left."""
+    """Progress of a run in clocks, turns of the table and time left."""
 
     stage: str
     clock: int
     clocks_per_s: float
-    """Clocks of the gateware in a second of the wall clock, since the last report."""
+    """Simulated clocks per second of wall time, since the last report."""
     true_angle_rad: float
-    """NaN without a table."""
+    """True angle; NaN without a table."""
     share: float = math.nan
-    """Of the motion that is before the heads; NaN without one."""
+    """Share of the present motion that is done; NaN without a motion."""
     seconds_left: float = math.nan
-    """Of the wall clock until that motion ends, at the present rate."""
+    """Wall time until that motion ends, at the present rate."""
 
     @property
     def words(self) -> str:
-        """One line for people."""
+        """Format one line for people."""
         table = ""
         if math.isfinite(self.true_angle_rad):
             table = f"table at {self.true_angle_rad / (2 * math.pi):.2f} turns, "
@@ -78,16 +78,16 @@ class RunProgress:
 
 
 ReportRun = Callable[[RunProgress], None]
-"""Gets how far a run has come, every few seconds."""
+"""Receives the progress of a run every few seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class PinFault:
-    """Something wrong on the wires between heads and core, from ``first_clock`` on.
+    """A fault on the wires between heads and core, from ``first_clock`` on.
 
-    ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD4_Z: pins that are turned over, or
-    held. With ``probability`` below 1 it acts in a random part of the clocks. SYNC_IN and PROBE_IN
-    are low but for this: ``high`` is a pulse of the instrument beside the table.
+    ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD4_Z: pins that are inverted or
+    held. With ``probability`` below 1 the fault acts in a random part of the clocks. SYNC_IN and
+    PROBE_IN are otherwise low: ``high`` gives a pulse on them.
     """
 
     first_clock: int
@@ -99,12 +99,12 @@ class PinFault:
 
 
 def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: float = 1.1) -> float:
-    """Clocks a second of the table's time at which a count lasts ``clocks_per_count`` clocks."""
+    """Clocks per second of table time at which a count lasts ``clocks_per_count`` clocks."""
     return abs(speed_rad_s) / (2 * math.pi) * counts_per_rev * clocks_per_count
 
 
 def _now(coroutine: Coroutine[Any, Any, _T]) -> _T:
-    """The result of a coroutine that never waits: the register map over this bus."""
+    """Return the result of a coroutine that never waits: the register map over this bus."""
     try:
         coroutine.send(None)
     except StopIteration as done:
@@ -114,7 +114,7 @@ def _now(coroutine: Coroutine[Any, Any, _T]) -> _T:
 
 
 class _Feeder:
-    """Hands the harness its curves, and works out the next piece while it runs."""
+    """Gives the harness its curves, and computes the next piece while the harness runs."""
 
     def __init__(self, instrument: Instrument, curves: Curves) -> None:
         self._instrument = instrument
@@ -154,8 +154,8 @@ class _Feeder:
 class Instrument:
     """One virtual instrument; built on first use. A context manager.
 
-    ``clock_hz`` is how many clocks the gateware makes in a second of the table's time: below the
-    real 100 MHz where the table is to be simulated in fewer clocks, see :func:`clock_hz_for`.
+    ``clock_hz``: clocks of the gateware per second of table time; below the
+    real 100 MHz the table is simulated in fewer clocks, see :func:`clock_hz_for`.
     """
 
     def __init__(
@@ -180,7 +180,7 @@ class Instrument:
         self._recorded_counts_per_rev = 0
         self._firmware: Firmware | None = None
         self.registers = RegisterMap(self._read_async, self._write_async)
-        """The registers by name, for ``await``; the methods here are the same without it."""
+        """The registers by name, for ``await``; this class has the same methods without it."""
         self.handle = self.library.instrument_new()
         self._bare_latency_clocks = self._measure_latency()
         self.library.instrument_delete(self.handle)
@@ -201,7 +201,7 @@ class Instrument:
         self.close()
 
     def close(self) -> None:
-        """Give the memory back; nothing can be done with it afterwards."""
+        """Free the memory; the instrument cannot be used afterwards."""
         if self._feeder is not None:
             self._feeder.close()
             self._feeder = None
@@ -226,18 +226,18 @@ class Instrument:
 
     @property
     def message(self) -> str:
-        """What the harness said last."""
+        """Last message of the harness."""
         return str(self.library.instrument_message(self.handle).decode())
 
     def reset(self, clocks: int = RESET_CLOCKS) -> None:
-        """Hold the core in reset, with a silent bus; the coefficient banks survive it."""
+        """Hold the core in reset with an idle bus; the coefficient banks keep their content."""
         self.library.instrument_hold_reset(self.handle, 1)
         self.run(clocks)
         self.library.instrument_hold_reset(self.handle, 0)
         self.run(5)
 
     def run(self, clocks: int, *, stage: str = "") -> None:
-        """Let so many clocks pass."""
+        """Run for this number of clocks."""
         self._run(clocks, stage=stage)
 
     def run_until(
@@ -249,7 +249,7 @@ class Instrument:
         at_most_clocks: int | None = None,
         stage: str = "",
     ) -> Reason:
-        """Run until the first of these comes; it is returned.
+        """Run until the first of these conditions is met; return it.
 
         The true angle must be passed (not wrapped, in either direction) while a table or curves
         are attached; ``interrupt`` is the level of the line. Without ``at_most_clocks`` the end
@@ -257,7 +257,7 @@ class Instrument:
         """
         if at_most_clocks is None and self._end is None:
             raise InstrumentError(
-                "run_until() with nothing before the heads would run for ever: attach a table, "
+                "run_until() without a stimulus would run for ever: attach a table, "
                 "or give at_most_clocks"
             )
         most = _UNLIMITED_CLOCKS if at_most_clocks is None else at_most_clocks
@@ -316,20 +316,21 @@ class Instrument:
         knot_clocks: int | None = None,
         may_jump: bool = False,
     ) -> None:
-        """Put a table before the heads; its motion begins at the present clock.
+        """Connect a table to the heads; its motion begins at the present clock.
 
-        Each pin has, in every clock, the level of the count that the head's reading is in. At the
-        end of the motion the pins hold. Where a head would make two counts in a clock the run
-        ends with InstrumentError, unless ``may_jump`` wants to see what comes of it.
-        The first clock may move A and B together, an illegal transition: attach before
-        ``reset()`` or ``firmware.start()``, which forget it. A real table is there before the
+        In every clock each pin has the level of the head's present count. At the
+        end of the motion the pins hold. If a head makes two counts in one clock the run
+        ends with InstrumentError, unless ``may_jump`` permits that.
+        In the first clock A and B may change together, an illegal transition: attach before
+        ``reset()`` or ``firmware.start()``, which clear it. A real table is connected before the
+        power comes. Raises UnhonouredCauseError for a cause that acts after the pins.
         power comes. Raises UnhonouredCauseError for a cause that acts after the pins.
         """
         curves = TableCurves(table, motion, self.clock_hz, knot_clocks)
         self.attach_curves(curves, may_jump=may_jump)
 
     def attach_curves(self, curves: Curves, *, may_jump: bool = False) -> None:
-        """Put readings of any origin before the heads; they begin at the present clock."""
+        """Connect arbitrary readings to the heads; they begin at the present clock."""
         self.detach()
         self._feeder = _Feeder(self, curves)
         self._begin, self._end = self.clock, self.clock + curves.clocks
@@ -355,7 +356,7 @@ class Instrument:
         )
 
     def detach(self) -> None:
-        """Take away what is before the heads; the pins hold their levels."""
+        """Disconnect the stimulus; the pins hold their levels."""
         self.library.instrument_detach(self.handle)
         if self._feeder is not None:
             self._feeder.close()
@@ -364,18 +365,18 @@ class Instrument:
 
     @property
     def ended(self) -> bool:
-        """What is before the heads has come to its end."""
+        """True when the stimulus has ended."""
         return self._end is not None and self.clock >= self._end
 
     @property
     def true_angle_rad(self) -> float:
-        """At the present clock, not wrapped; NaN without a table, and before its first clock."""
+        """True angle at the present clock, not wrapped; NaN without a table that has started."""
         return float(self.library.instrument_true_angle(self.handle))
 
     def disturb(self, *faults: PinFault, seed: int = 1) -> None:
-        """Lay faults over the head pins, in place of those given before; without any: none.
+        """Apply faults to the head pins, replacing earlier ones; no arguments remove all.
 
-        They act in their order. ``seed`` is that of the random ones.
+        They act in their order. ``seed`` is that of the random faults.
         """
         made = (Disturbance * max(1, len(faults)))(
             *(
@@ -389,7 +390,7 @@ class Instrument:
 
     @property
     def firmware(self) -> Firmware:
-        """The firmware's C as the processor, from the first use on."""
+        """The firmware's C as the processor, created at its first use."""
         if self._firmware is None:
             self._firmware = Firmware(self)
         return self._firmware
@@ -436,7 +437,7 @@ class Instrument:
         self.write_words(address, words)
 
     def read(self, path: str) -> int:
-        """One value: a register with a single field, or ``register.field``."""
+        """Read a register with a single field, or ``register.field``."""
         return _now(self.registers.read(path))
 
     def read_fields(self, path: str) -> dict[str, int]:
@@ -452,7 +453,7 @@ class Instrument:
         _now(self.registers.update(path, **values))
 
     def command(self, *names: str) -> None:
-        """Act once on each named bit of ``command``."""
+        """Pulse each named bit of ``command``."""
         _now(self.registers.command(*names))
 
     def snapshot(self) -> Snapshot:
@@ -460,11 +461,11 @@ class Instrument:
         return _now(self.registers.snapshot())
 
     def read_capture(self) -> CaptureBank:
-        """The bank that is ready, over the bus; ``command("capture_release")`` gives it back."""
+        """Read the ready bank over the bus; ``command("capture_release")`` returns it."""
         return _now(self.registers.read_capture())
 
     def write_coefficients(self, coefficients: CoefficientSet) -> None:
-        """Write the idle bank; it acts with ``command("swap")``."""
+        """Write the idle bank; ``command("swap")`` makes it active."""
         _now(self.registers.write_coefficients(coefficients))
 
     def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
@@ -475,21 +476,21 @@ class Instrument:
 
     @property
     def latency_clocks(self) -> float:
-        """From a change of head 1's pins to the same edge at the output, uncorrected.
+        """Clocks from a change of head 1's pins to the same edge at the output, uncorrected.
 
-        Measured on edges of its own when the instrument was made, and what the input filter adds.
+        Measured on separate edges when the instrument was created, plus the input filter's delay.
         """
         return self._bare_latency_clocks + max(1, self.read("filter_length")) - 1
 
     def record(
         self, *, bins: int = 0, every: int = 0, most: int = 20_000_000, turns: float = 0.0
     ) -> None:
-        """Begin a recording, in place of the one before.
+        """Begin a recording, replacing the one before.
 
-        Every ``every``-th edge is kept (1: all), up to ``most``; with ``bins`` every edge falls
-        into one of so many equal parts of the true angle. With ``turns`` it ends by itself, to
-        the edge, when the table has turned so far. Positions are in the counts a turn that are
-        in force.
+        Every ``every``-th edge is kept (1: all), up to ``most``; with ``bins`` every edge is
+        counted in one of so many equal parts of the true angle. With ``turns`` the recording ends
+        exactly when the table has turned so far. Positions are in the present counts per
+        turn.
         """
         self._recorded_counts_per_rev = self.read("counts_per_rev_active")
         self.library.instrument_record(
@@ -503,11 +504,11 @@ class Instrument:
         )
 
     def stop_recording(self) -> None:
-        """Leave the recording as it is."""
+        """End the recording; its data stay."""
         self.library.instrument_stop_recording(self.handle)
 
     def recording(self) -> Recording:
-        """What has been recorded up to now."""
+        """Give the data recorded so far."""
         if not self._recorded_counts_per_rev:
             raise InstrumentError("nothing was recorded: call record() first")
         output, illegal, index_clock = self._track(0)
@@ -535,11 +536,11 @@ class Instrument:
         return track, int(view.illegal), _array(view.index_clock, view.indices, np.int64)
 
     def trace(self, clocks: int) -> None:
-        """Begin to note the levels of all pins in each of so many clocks."""
+        """Begin to record the levels of all pins for this number of clocks."""
         self.library.instrument_trace(self.handle, clocks)
 
     def traced(self) -> NDArray[np.uint16]:
-        """Levels noted, shape ``(n,)``.
+        """Give the recorded levels, shape ``(n,)``.
 
         The six head pins, above them A, B and Z of the output, TRIGGER_OUT and COMPARE_OUT.
         """

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 NEED_PIECE = ctypes.CFUNCTYPE(c_int, c_void_p, c_int64)
-"""Called in the middle of a run: hand over the curves from this clock on. 0: done."""
+"""Called during a run: provide the curves from this clock on. 0: done."""
 
 
 class Disturbance(ctypes.Structure):
@@ -38,7 +38,7 @@ class Disturbance(ctypes.Structure):
 
 
 class TrackView(ctypes.Structure):
-    """See native/abi.cpp; the arrays stand until the next clock."""
+    """See native/abi.cpp; the arrays are valid until the next clock."""
 
     _fields_ = (
         *((name, c_int64) for name in ("position", "edges", "illegal", "dropped")),

@@ -1,7 +1,7 @@
-"""Allan deviation of a series: how much a mean over so many readings still wanders.
+"""Allan deviation of a series: the drift of means over a given number of readings.
 
-White noise falls as 1/√m with the number m of readings averaged; a drift of D a reading rises as
-D·m/√2. Where the two meet lies the longest average that is worth making (NIST SP 1065, 5.2).
+White noise falls as 1/√m with the number m of readings averaged; a drift of D per reading rises as
+D·m/√2. The average at the intersection is the longest useful one (NIST SP 1065, 5.2).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """An uncertainty budget in the form of EURAMET cg-23, calculated by JCGM 100:2008.
 
-The measurand is the error of indication of head 1 that is left after the correction, at any angle;
-uncertainties that change over the turn enter with their root mean square over it.
+The measurand is the error of indication of head 1 after the correction, at any angle;
+uncertainties that change over the turn enter with their root mean square.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ Float = NDArray[np.float64]
 COVERAGE = 2.0
 REVERSAL = "reversal error, half of it"
 BY_ANGLE_DEG: Float = np.arange(0.0, 360.0, 5.0)
-"""Readings at which the uncertainty is given."""
+"""Readings at which the uncertainty is given, in degrees."""
 CONFIDENCE = 0.9545
-"""Of a normal distribution within two standard deviations."""
+"""Probability of a normal distribution within two standard deviations."""
 DIVISORS = {"normal": 1.0, "rectangular": math.sqrt(3.0), "two values": 1.0}
-"""Of a standard deviation, a half-width, half the distance of two values."""
+"""Divisor by distribution, for a standard deviation, a half-width, half a difference of values."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Contribution:
 
     @property
     def divisor(self) -> float:
-        """From the size to a standard uncertainty."""
+        """Divisor that converts the size to a standard uncertainty."""
         return DIVISORS[self.distribution]
 
     @property
@@ -61,7 +61,7 @@ class Contribution:
         return abs(self.sensitivity) * self.size_arcsec / self.divisor
 
     def record(self) -> dict[str, object]:
-        """The line by the names of its columns; no number where the degrees are infinite."""
+        """Give the line by the names of its columns; infinite degrees of freedom become null."""
         finite = math.isfinite(self.degrees_of_freedom)
         return {
             "quantity": self.quantity,
@@ -81,16 +81,16 @@ class Budget:
     """Contributions to the error of indication after correction."""
 
     method: str
-    """How the correction was found, in words."""
+    """Description of the calibration."""
     contributions: tuple[Contribution, ...]
     missing: tuple[str, ...]
-    """Contributions whose size the set does not state: without them U is too small."""
+    """Contributions whose size the set does not state; U is too small without them."""
     not_evaluated: tuple[str, ...]
-    """What the set cannot show."""
+    """Effects that the set cannot show."""
     checks: tuple[str, ...]
-    """What the reference run says of the outcome."""
+    """Results of checks against the reference run."""
     u_by_angle_arcsec: Float | None = None
-    """Combined standard uncertainty every 5° of the reading, (72,); None: not known by angle."""
+    """Combined standard uncertainty every 5° of the reading, (72,); None if unknown."""
 
     @property
     def u_arcsec(self) -> float:
@@ -116,7 +116,7 @@ class Budget:
 
 
 def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> Budget:
-    """Of a calibration from two heads. The covariance of its estimate is parted by its causes."""
+    """Budget of a calibration from two heads; its covariance is divided by causes."""
     table = measurement.table
     assert table.counts_per_rev is not None
     estimate = calibration.estimate
@@ -184,7 +184,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
 
 
 def separation_slope(calibration: Calibration) -> float:
-    """RMS over the turn of what an arcsecond of α changes of the correction, arcseconds.
+    """RMS change of the correction over the turn per arcsecond of α, in arcseconds.
 
     E_n = D_n / (e^{jnα} − 1) gives dE_n/dα = −E_n · j n e^{jnα} / (e^{jnα} − 1).
     """
@@ -196,14 +196,14 @@ def separation_slope(calibration: Calibration) -> float:
 
 
 def reference_budget(measurement: MeasurementSet, correction: Correction) -> Budget:
-    """Of a correction that was fitted to the set's own reference run.
+    """Budget of a correction that was fitted to the set's own reference run.
 
     Raises ValueError for a set without a reference run, or fewer rows than the correction has
     coefficients.
     """
     reference = measurement.reference
     if reference is None:
-        raise ValueError("the set has no reference run: there is nothing to judge from")
+        raise ValueError("the set has no reference run, which this budget needs")
     if reference.mask is not None:
         reference = reference.where(~reference.mask)
     reading = reading_rad(reference, measurement.table.counts_per_rev)
@@ -241,8 +241,8 @@ def reference_budget(measurement: MeasurementSet, correction: Correction) -> Bud
         lines.insert(
             1,
             Contribution(
-                "what the correction leaves at the targets",
-                "means of each target and direction, repeatability taken off",
+                "remaining error at the targets after the correction",
+                "means of each target and direction, repeatability subtracted",
                 "A",
                 "normal",
                 math.sqrt(max(square, 0.0)),
@@ -253,7 +253,7 @@ def reference_budget(measurement: MeasurementSet, correction: Correction) -> Bud
         lines.insert(
             0,
             Contribution(
-                "what the correction leaves, and its scatter",
+                "remaining error after the correction, and its scatter",
                 f"{rows} rows, no target visited twice",
                 "A",
                 "normal",
@@ -286,11 +286,11 @@ def reference_budget(measurement: MeasurementSet, correction: Correction) -> Bud
         tuple(lines),
         tuple(missing),
         (
-            "errors between the targets, above the orders that they tell apart",
+            "errors between the targets, above the orders that the targets determine",
             "mounting of the reference on the table (coupling, eccentricity, pyramidal error)",
             "temperature other than that of the reference run",
         ),
-        (f"over the reference run {float(np.sqrt(np.mean(error**2))):.3f}″ RMS are left",),
+        (f"over the reference run the error is {float(np.sqrt(np.mean(error**2))):.3f}″ RMS",),
     )
 
 
@@ -339,7 +339,7 @@ def _separation_lines(
 
 
 def _reversal(reference: Reference, error: Float) -> list[Contribution]:
-    """Of errors that are left, (rows,): half the reversal error where both directions are there."""
+    """Half the reversal error of remaining errors (rows,), if the run has both directions."""
     if reference.direction is None:
         return []
     up, down = (error[reference.direction == way] for way in (1, -1))
@@ -357,7 +357,7 @@ def _reversal(reference: Reference, error: Float) -> list[Contribution]:
 
 
 def _check(lines: Sequence[Contribution], reference: Reference, error: Float) -> str:
-    """What an independent reference run leaves, beside what the budget and the run explain."""
+    """Compare the error of an independent reference run with the budget and the run's scatter."""
     repeat, freedom, _, _ = _repeats(reference, error)
     stated = reference.standard_uncertainty_arcsec or 0.0
     explained = math.sqrt(
@@ -370,8 +370,8 @@ def _check(lines: Sequence[Contribution], reference: Reference, error: Float) ->
         else "the budget lacks a contribution, arctrue diagnose looks for it"
     )
     return (
-        f"against the reference run {rms:.3f}″ RMS are left, where the budget, the reference and "
-        f"its scatter make {explained:.3f}″: {verdict}"
+        f"against the reference run the error is {rms:.3f}″ RMS; the budget, the reference and "
+        f"its scatter explain {explained:.3f}″: {verdict}"
     )
 
 
@@ -394,7 +394,7 @@ def _design(reading: Float, correction: Correction, direction: NDArray[np.generi
 
 
 def _repeats(reference: Reference, error: Float) -> tuple[float, int, Float, Float]:
-    """Pooled scatter of repeats and its degrees of freedom, means and visits of each station."""
+    """Give pooled scatter of repeats, its degrees of freedom, and mean and visits per station."""
     place = np.round(np.remainder(reference.target_deg, 360.0), 6)
     side = np.zeros(place.size) if reference.direction is None else reference.direction
     _, group = np.unique(np.stack([place, side]), axis=1, return_inverse=True)

@@ -1,4 +1,4 @@
-"""What a controller can take off the reading of head 1: by the reading and by the direction."""
+"""The correction that a controller can apply to head 1: by reading and by direction."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Correction:
     components_arcsec: Components
     """Cosine and sine of every order, (orders, 2)."""
     reversal_arcsec: float
-    """B, the error from below less that from above."""
+    """B, the error from below minus that from above."""
     left_out: tuple[str, ...]
-    """What of the model is not in the correction."""
+    """Parts of the model that the correction does not contain."""
     warnings: tuple[str, ...]
 
     @classmethod
@@ -45,7 +45,7 @@ class Correction:
         *,
         temperature_c: float | None,
     ) -> Correction:
-        """Of a fitted model: its significant orders, and its reversal error.
+        """Take the significant orders and the reversal error from a fitted model.
 
         Raises ValueError for a model without coefficients.
         """
@@ -69,19 +69,19 @@ class Correction:
         )
 
     def by_reading(self, reading_rad: Float) -> Float:
-        """g(R) alone, arcseconds, shape of ``reading_rad``."""
+        """Give g(R) alone, arcseconds, in the shape of ``reading_rad``."""
         phase = np.multiply.outer(reading_rad, self.orders.astype(np.float64))
         cosine, sine = self.components_arcsec.T
         return np.asarray(np.cos(phase) @ cosine + np.sin(phase) @ sine)
 
     def error_arcsec(self, reading_rad: Float, direction: Integer | int | None) -> Float:
-        """g(R) + d·B/2, arcseconds; ``direction`` 1 from below, −1 from above, None not known."""
+        """g(R) + d·B/2, arcseconds; ``direction``: 1 from below, −1 from above, None unknown."""
         values = self.by_reading(reading_rad)
         return values if direction is None else values + 0.5 * self.reversal_arcsec * direction
 
 
 def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
-    """Reading of head 1 at every row of a reference run, radians: as recorded, else R = θ + ε."""
+    """Give the reading of head 1 at every row, radians: as recorded, else R = θ + ε."""
     if reference.head1_counts is not None and counts_per_rev is not None:
         turn = 2.0 * np.pi / counts_per_rev
         return np.asarray(np.remainder(reference.head1_counts, counts_per_rev) * turn)

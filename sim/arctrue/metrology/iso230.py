@@ -1,7 +1,7 @@
-"""Accuracy and repeatability of positioning after ISO 230-2:2014, from a run at targets.
+"""Accuracy and repeatability of positioning according to ISO 230-2:2014.
 
-The symbols are those of clause 3 of the standard. A positioning deviation x is the actual position
-less the target: for a servo that follows head 1 it is the error of indication with the other sign.
+The symbols are those of clause 3 of the standard. A positioning deviation x is the actual minus the
+target position: for a servo that follows head 1, the error of indication with opposite sign.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LEAST_TARGETS = 8
-"""Of a rotary axis up to 360°."""
+"""Least number of targets of a rotary axis up to 360°."""
 LEAST_RUNS = 5
-"""Approaches to each target from each direction."""
+"""Least number of approaches to each target from each direction."""
 SAME_TARGET_DEG = 1e-6
 
 
@@ -57,10 +57,10 @@ class Direction:
 
 @dataclass(frozen=True)
 class Positioning:
-    """The figures of one run. Every angle but ``target_deg`` is in arcseconds.
+    """The figures of one run. All angles except ``target_deg`` are in arcseconds.
 
-    A figure is NaN where the run does not define it: the scatter needs two approaches to each
-    target, a reversal value both directions.
+    A figure is NaN if the run does not define it: the scatter needs two approaches to each
+    target, the reversal value both directions.
     """
 
     target_deg: Float
@@ -68,7 +68,7 @@ class Positioning:
     up: Direction
     down: Direction
     objections: tuple[str, ...]
-    """Why the figures are not by the standard, one sentence each; none: they are."""
+    """Reasons why the figures do not follow the standard, one sentence each; empty if they do."""
 
     @property
     def mean_arcsec(self) -> Float:
@@ -89,7 +89,7 @@ class Positioning:
 
     @property
     def approaches(self) -> int:
-        """The fewest approaches to a target, of the directions that the run has."""
+        """Least number of approaches to a target from a direction of the run."""
         fewest = [int(d.approaches.min()) for d in (self.up, self.down) if d.approaches.any()]
         return min(fewest)
 
@@ -118,13 +118,13 @@ class Positioning:
 def positioning(
     target_deg: Float, direction: Integer | None, deviation_arcsec: Float
 ) -> Positioning:
-    """The figures of positioning deviations, arrays (rows,); ``direction`` 1 up, −1 down.
+    """Compute the figures from positioning deviations (rows,); ``direction`` 1 up, −1 down.
 
-    Targets that are whole turns apart are the same target. Without ``direction`` all approaches
+    Targets that differ by whole turns are the same target. Without ``direction`` all approaches
     count as up. Raises ValueError for no rows or another direction.
     """
     if target_deg.size == 0:
-        raise ValueError("the reference run has no row that may be used")
+        raise ValueError("the reference run has no usable row")
     sides = np.ones(target_deg.size, dtype=np.int64) if direction is None else direction
     if not np.isin(sides, (-1, 1)).all():
         raise ValueError("the column direction of the reference run: expected 1 or -1")
@@ -144,9 +144,9 @@ def positioning(
 
 
 def of_reference(reference: Reference, correction_arcsec: Float | None = None) -> Positioning:
-    """The figures of a reference run; ``correction_arcsec`` (rows,) is taken off its errors.
+    """Compute the figures of a reference run minus ``correction_arcsec`` (rows,).
 
-    Rows with ``mask`` are not used. Nothing else is left out: the standard knows no outliers.
+    Masked rows are not used. No other row is left out: the standard has no rule for outliers.
     """
     error = reference.error_arcsec
     if correction_arcsec is not None:
@@ -158,10 +158,10 @@ def of_reference(reference: Reference, correction_arcsec: Float | None = None) -
 
 @dataclass(frozen=True)
 class Contributions:
-    """Standard uncertainties that enter the figures, arcseconds; None: not known.
+    """Standard uncertainties that enter the figures, arcseconds; None: unknown.
 
-    ``device``: of the reference at one angle, errors at different angles being independent;
-    ``environment``: of one approach, from what the environment does (drift).
+    ``device``: of the reference at one angle; errors at different angles are independent.
+    ``environment``: of one approach, caused by the environment (drift).
     """
 
     device_arcsec: float | None
@@ -174,11 +174,11 @@ class Contributions:
         return cls(device_arcsec, environment)
 
     def expanded(self, approaches: int) -> dict[str, float]:
-        """U with k = 2 of every figure, arcseconds; NaN where a contribution is not known.
+        """U with k = 2 of every figure, arcseconds; NaN if a contribution is unknown.
 
         The contributors are those of ISO/TR 230-9; the law of propagation (JCGM 100:2008,
         equation 10) is applied to the definitions above. A range of means is a difference at two
-        angles. The reference repeats itself at one angle, so that it does not enter R and B. The
+        angles. The reference repeats at the same angle, so that it does not enter R and B. The
         drift alone makes R↑ = 4 u: this bound is taken as expanded uncertainty.
         """
         device = math.nan if self.device_arcsec is None else self.device_arcsec
@@ -240,7 +240,7 @@ def _objections(
 
 
 def _span(high: Float, low: Float) -> float:
-    """Largest of ``high`` less smallest of ``low``; NaN where any is not defined."""
+    """Give the largest ``high`` minus the smallest ``low``; NaN if one is undefined."""
     return float(np.max(high) - np.min(low))
 
 

@@ -1,4 +1,4 @@
-"""Which orders of the error follow a trend, turn after turn, from what the device tells."""
+"""Detects trends of the error's orders over turns in the device's telemetry."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from scipy import stats
 Float = NDArray[np.float64]
 
 BLOCK_TURNS = 16
-"""Turns in a mean: more than the firmware's running average remembers (``keep`` 0.8: 5)."""
+"""Turns per mean: more than the firmware's running average covers (``keep`` 0.8: 5)."""
 BLOCKS = 8
-"""Means in the straight line that is judged."""
+"""Number of means in a line."""
 FALSE_ALARMS = 1e-3
-"""Chance that a line of means tells of a trend in any order where there is only noise."""
+"""Probability that a line reports a trend of any order although there is only noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +28,11 @@ class Trend:
     """Change of the coefficient of cos nθ over the turns of the line."""
     sine_arcsec: float
     u_arcsec: float
-    """Standard uncertainty of each of the two, by the scatter of the means about the line."""
+    """Standard uncertainty of each of the two, from the scatter of the means about the line."""
     turns: int
-    """From the first mean's middle to the last one's."""
+    """Turns from the middle of the first mean to that of the last."""
     chance: float
-    """That noise alone shows as much in this order."""
+    """Probability that noise alone shows as large a trend in this order."""
 
     @property
     def change_arcsec(self) -> float:
@@ -48,11 +48,11 @@ class Trend:
 
 
 class TrendWatch:
-    """Judges the latest ``BLOCKS`` means of ``BLOCK_TURNS`` turns whenever a mean is whole.
+    """Tests the latest ``BLOCKS`` means of ``BLOCK_TURNS`` turns whenever a mean is complete.
 
-    A line through the means of cosine and sine; F test of its slope against the scatter about it,
-    with 2 and 2·(BLOCKS − 2) degrees of freedom. The noise of a turn need not be known. A change
-    of less than ``matters_arcsec`` over the line is not told.
+    An F test compares the slope of a line through the means of cosine and sine with the scatter
+    about it, with 2 and 2·(BLOCKS − 2) degrees of freedom. The noise of a turn need not be known. A
+    change below ``matters_arcsec`` over the line is not reported.
     """
 
     def __init__(
@@ -73,17 +73,17 @@ class TrendWatch:
         self._means: list[tuple[float, dict[int, complex]]] = []
 
     def add(self, turn: int, harmonics: Sequence[Sequence[float]]) -> list[Trend]:
-        """Orders that move, the strongest first; none as long as no further mean is whole.
+        """Give the orders with a trend, strongest first; empty until a further mean is complete.
 
-        ``harmonics``: order, amplitude in arcsec and phase in radians first, as the telemetry has
-        them; none for a turn that was refused, which is passed over, as is one told again.
+        ``harmonics`` begins with order, amplitude in arcsec and phase in radians, as in the
+        telemetry. It is empty for a refused turn; such turns and repeated lines are skipped.
         """
         if not harmonics or turn == self._last:
             return []
         values = {int(h[0]): h[1] * np.exp(-1j * h[2]) for h in harmonics}
         known = self._turns or self._means
         if turn < self._last or (known and set(known[0][1]) != set(values)):
-            # A new start, or other orders than before: nothing to compare with.
+            # After a restart, or with other orders, earlier means cannot be compared.
             self._turns, self._means = [], []
         self._last = turn
         self._turns.append((float(turn), values))

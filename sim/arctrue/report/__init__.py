@@ -5,5 +5,5 @@ from arctrue.base.extras import installed
 if installed("matplotlib"):
     import matplotlib as mpl
 
-    # A title or a name may hold "$": it is text, no mathematics, and must not stop a figure.
+    # A "$" in a title or a name is text; matplotlib must not parse it as mathematics.
     mpl.rcParams["text.parse_math"] = False

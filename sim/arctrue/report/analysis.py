@@ -1,4 +1,4 @@
-"""A set with a fitted model, as the page and the report show it."""
+"""A set with a fitted model, in the form that the page and the report use."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ NAMES = {
     "electrical2": "electrical phase of head 2",
 }
 OWN_PHASE = "own_phase"
-"""Of the order or frequency that an effect has."""
+"""Key of the phase of the order or frequency that an effect has."""
 ROUND = ("angle", "electrical1", "electrical2", OWN_PHASE)
-"""Conditions that go round, radians."""
+"""Periodic conditions, in radians."""
 UNITS = {"speed": "deg/s", "time": "s", "temperature": "°C"}
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What a residual can be drawn against; ``values`` by channel, shape (rows,)."""
+    """A quantity against which a residual can be drawn; ``values`` by channel, (rows,)."""
 
     key: str
     name: str
@@ -44,7 +44,7 @@ class Condition:
 
     @property
     def goes_round(self) -> bool:
-        """True for an angle: values in radians."""
+        """True for an angle, whose values are radians."""
         return self.key in ROUND
 
 
@@ -61,17 +61,17 @@ class Analysis:
 
     @cached_property
     def residuals(self) -> Residuals:
-        """What the model leaves."""
+        """The residuals of the model."""
         return Residuals(self.solution)
 
     def rows(self, channel: str) -> CaptureRows | ReferenceRows:
-        """The conditions of the rows of a channel that was measured."""
+        """Conditions of the rows of a measured channel."""
         found = self.observations.capture if channel == "capture" else self.observations.reference
         assert found is not None
         return found
 
     def left(self, channel: str, *, whitened: bool = False) -> Float:
-        """Residual of every row: arcseconds, or whitened to a standard deviation of 1."""
+        """Residual of every row in arcseconds, or whitened to a standard deviation of 1."""
         residuals = self.residuals
         found = {
             ("capture", False): lambda: residuals.capture_arcsec,
@@ -83,18 +83,18 @@ class Analysis:
         return found
 
     def measured(self, channel: str) -> Float:
-        """R₂ − R₁ − α of every capture row, or ε of every reference row, arcseconds."""
+        """R₂ − R₁ − α of every capture row, or ε of every reference row, in arcseconds."""
         rows = self.rows(channel)
         return rows.difference_arcsec if isinstance(rows, CaptureRows) else rows.error_arcsec
 
     def angle_rad(self, channel: str) -> Float:
-        """Angle of the table of every row; a reference's is that of its target."""
+        """Angle of the table of every row; for a reference row that of its target."""
         rows = self.rows(channel)
         return rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
 
     @cached_property
     def conditions(self) -> dict[str, Condition]:
-        """Everything that varies in the set, by key."""
+        """Every quantity that varies in the set, by key."""
         found: dict[str, dict[str, Float]] = {}
         for channel in self.observations.channels:
             for key, values in _conditions_of(self.rows(channel)).items():
@@ -140,9 +140,9 @@ def analyse(
     effects: Mapping[str, type[Effect]],
     observations: Observations | None = None,
 ) -> Analysis:
-    """The model fitted to the set; a history begins where there is none yet.
+    """Fit the model to the set; begin a history if there is none.
 
-    ``observations``: the set's rows, where the caller has them already.
+    ``observations``: the rows of the set, if the caller has built them.
 
     Raises NotTestableError, ValueError for a model that the set cannot test.
     """
@@ -158,7 +158,7 @@ def analyse(
 
 
 def with_effect(before: Analysis, name: str, settings: dict[str, object]) -> Analysis:
-    """The set beside a model with one effect more. Raises what ``add_effect`` raises."""
+    """Add one effect to the model and fit it. Raises what ``add_effect`` raises."""
     grown, solution = add_effect(
         before.model, name, settings, before.observations, before.effects, before.title
     )
@@ -166,7 +166,7 @@ def with_effect(before: Analysis, name: str, settings: dict[str, object]) -> Ana
 
 
 def without_effect(before: Analysis, name: str) -> Analysis:
-    """The set beside a model with one effect less. Raises what ``drop_effect`` raises."""
+    """Drop one effect of the model and fit the others. Raises what ``drop_effect`` raises."""
     shrunk, solution = drop_effect(
         before.model, name, before.observations, before.effects, before.title
     )

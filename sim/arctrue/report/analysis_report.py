@@ -1,4 +1,4 @@
-"""An analysis of a set with a model as one HTML file, and its figures as SVG and PNG."""
+"""Writes an analysis as one HTML file, and its figures as SVG and PNG."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def write_analysis_report(
     measurement_set: Path,
     command: str,
 ) -> list[Path]:
-    """Write report.html, which needs no other file, and every figure beside it.
+    """Write report.html, which is self-contained, and every figure next to it.
 
-    ``command``: the command line that makes it again. Raises OSError.
+    ``command``: the command line that repeats the report. Raises OSError.
     """
     drawn: dict[str, Chart] = {}
     for name in FIGURES:

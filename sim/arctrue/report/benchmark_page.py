@@ -1,4 +1,4 @@
-"""The page of the benchmark: what came out, beside what it should be."""
+"""Makes the page of the benchmark: scores and their goals."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from arctrue.studies.campaign.store import told_state
 
 SETS_PAGE = "benchmark-sets.md"
 MOST_FAILURES = 12
-"""Of those that stand on the page, in the order of SEVEREST."""
+"""Number of outcomes listed on the page, in the order of SEVEREST."""
 SEVEREST = {FALSE_NAME: 0, FALSE_ADEQUATE: 1, FALSE_CLASS: 2}
 PICTURE_TOLD = "The same as a matrix, and how often a stated probability is right"
 RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"
 PROBABILITY_BELOW_RIGHT = 0.03
 MOST_CALIBRATION_ERROR = {SIMULATED: 0.03, INDEPENDENT: 0.05}
-"""Goals, as those of the scores: the shares of the probabilities are of the first generator's sets
-(within), and the second one's sets are scored with them (across)."""
+"""Goals of the scores. The probabilities are scored on the sets of the first generator (within)
+and of the second generator (across)."""
 TRUTH_PROBABILITY = "probability given to the truth in the catalogue"
 CALIBRATION_ERROR = "calibration error"
 LOG_SCORE = "log score over that of a constant"
 FIGURES = {CALIBRATION_ERROR: "calibration_error", LOG_SCORE: "log_score_gain"}
-"""Of stated probabilities, and their keys in what was scored."""
+"""Names of the scores of stated probabilities, and their keys in the scored data."""
 
 HEAD = """# How often the diagnosis is right
 
@@ -107,11 +107,11 @@ def benchmark_page(
     reasons: Mapping[str, Reason] | None = None,
     picture: str | None = None,
 ) -> str:
-    """The page as Markdown, from the header of the campaign and from what was scored.
+    """Compose the page in Markdown from the header of the campaign and the scores.
 
-    ``peers``: the scores of each subject over the frozen public sets. ``reasons``: what was found
-    by looking into failures, by the name of the set. ``picture``: the address of the confusion
-    matrix and the reliability curve, as the page would link them.
+    ``peers``: the scores of each program on the frozen public sets. ``reasons``: findings about
+    failures, by the name of the set. ``picture``: the address of the confusion matrix and the
+    reliability curve, as the page links it.
     """
     lines = [HEAD, "## Result", "", *_provenance(header, found), ""]
     lines += [*_rates(found), "", *_by_world(found)]
@@ -149,24 +149,24 @@ def _provenance(header: Mapping[str, Any], found: Mapping[str, Any]) -> list[str
 
 
 def _goals_met(found: Mapping[str, Any]) -> str:
-    """The goals over all sets in one sentence."""
+    """Name the goals met and missed over all sets, in one sentence."""
     met: list[str] = []
     missed: list[str] = []
     for score in SCORES:
         goal, data = goal_of(score, "all"), found["rates"][score.name]["all"]
         if goal == (None, None) or not data["of"]:
             continue
-        told = f"{score.name} ({100 * data['hits'] / data['of']:.1f} %, goal {_goal(*goal)})"
-        (missed if _missed(data, *goal) else met).append(told)
-    for name, value, goal_told, kept in _goals_of_probabilities(found):
-        (met if kept else missed).append(f"{name} ({value:.3f}, goal {goal_told})")
+        text = f"{score.name} ({100 * data['hits'] / data['of']:.1f} %, goal {_goal(*goal)})"
+        (missed if _missed(data, *goal) else met).append(text)
+    for name, value, goal_text, kept in _goals_of_probabilities(found):
+        (met if kept else missed).append(f"{name} ({value:.3f}, goal {goal_text})")
     return f"Goals over all sets, met: {'; '.join(met) or 'none'}. Missed: " + (
         f"{'; '.join(missed)}." if missed else "none."
     )
 
 
 def _goals_of_probabilities(found: Mapping[str, Any]) -> list[tuple[str, float, str, bool]]:
-    """Name, value, goal in words and whether it is kept; none where no probability is stated."""
+    """List name, value, goal and whether it is met; empty if no probability is stated."""
     stated = found["probability"]
     if stated is None:
         return []
@@ -219,20 +219,20 @@ def _rates(found: Mapping[str, Any]) -> list[str]:
         goal = goal_of(score, "all")
         cells = []
         for name in columns:
-            told = _percent(rates[name])
-            cells.append(f"**{told}**" if _missed(rates[name], *goal) else told)
+            text = _percent(rates[name])
+            cells.append(f"**{text}**" if _missed(rates[name], *goal) else text)
         lines.append(f"| {score.name} | {_goal(*goal)} | " + " | ".join(cells) + " |")
     return lines
 
 
 def _generators(found: Mapping[str, Any]) -> list[str]:
-    """The generators as columns, where there is more than one."""
+    """Compare the generators in columns, if there is more than one."""
     names: list[str] = found["generators"]
     return names if len(names) > 1 else []
 
 
 def _by_world(found: Mapping[str, Any]) -> list[str]:
-    """The rates that decide, by world; and how often each outcome came that should not."""
+    """Tabulate by world the deciding rates, and the number of wrong outcomes of each kind."""
     false, right = found["rates"][FALSE], found["rates"][RIGHT_FIRST]
     (first,) = (score for score in SCORES if score.name == RIGHT_FIRST)
     (false_goal,) = (score for score in SCORES if score.name == FALSE)
@@ -247,12 +247,12 @@ def _by_world(found: Mapping[str, Any]) -> list[str]:
         "|---|---|---|---|",
     ]
     for world, outcomes in found["outcomes"].items():
-        told = _percent(false[world])
+        text = _percent(false[world])
         wrong = ", ".join(
             f"{name} {outcomes[name]}" for name in OUTCOMES if name in outcomes and name not in GOOD
         )
         cells = [
-            f"**{told}**" if world in found["failed_worlds"] else told,
+            f"**{text}**" if world in found["failed_worlds"] else text,
             f"**{_percent(right[world])}**"
             if _missed(right[world], *goal_of(first, world))
             else _percent(right[world]),
@@ -296,15 +296,15 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
     stated = found["probability"]
     if stated is None:
         return ["The answers state no probability (schema 1), so none is scored."]
-    told, goals = {}, {}
+    text, goals = {}, {}
     for name, value, goal, kept in _goals_of_probabilities(found):
-        told[name], goals[name] = f"{value:.3f}" if kept else f"**{value:.3f}**", goal
+        text[name], goals[name] = f"{value:.3f}" if kept else f"**{value:.3f}**", goal
     truth = []
     if stated["mean_of_truth_where_visible"] is not None:
         truth.append(f"{stated['mean_of_truth_where_visible']:.3f} of all that the oracle sees")
     if TRUTH_PROBABILITY in goals:
         truth.append(
-            f"{told[TRUTH_PROBABILITY]} of that in the catalogue (goal "
+            f"{text[TRUTH_PROBABILITY]} of that in the catalogue (goal "
             f"{goals[TRUTH_PROBABILITY]}: the rate of right first less "
             f"{PROBABILITY_BELOW_RIGHT:g})"
         )
@@ -323,7 +323,7 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
         for figure, key in FIGURES.items():
             item, label = by_generator[key], f"{figure}, {name}"
             interval = f"{item['low']:.3f} … {item['high']:.3f}"
-            lines.append(f"| {label} | {goals[label]} | {told[label]} ({interval}) |")
+            lines.append(f"| {label} | {goals[label]} | {text[label]} ({interval}) |")
     lines += ["", "| largest probability, mean | right, percent |", "|---|---|"]
     lines += [
         f"| {item['mean_probability']:.3f} | {_percent(item)} |" for item in stated["reliability"]
@@ -336,8 +336,8 @@ def _held_out(found: Mapping[str, Any]) -> list[str]:
     ratios = found["held_out_over_floor"]
     if ratios is None:
         return []
-    told = ", ".join(f"{name} {value:.3f}" for name, value in ratios.items())
-    return [f"Held-out error over the noise that was put in, where the answer is right: {told}."]
+    text = ", ".join(f"{name} {value:.3f}" for name, value in ratios.items())
+    return [f"Held-out error over the noise that was put in, where the answer is right: {text}."]
 
 
 def _sizes(found: Mapping[str, Any]) -> list[str]:
@@ -357,27 +357,27 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """Each effect in a phrase: how many, and the largest that was not put first."""
-    told = []
+    """Give for each effect the number of sets, and the largest size that was not put first."""
+    text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]
         missed = "" if largest is None else f" ({largest:.3g})"
-        told.append(f"{name} {item['hits']} of {item['of']}{missed}")
+        text.append(f"{name} {item['hits']} of {item['of']}{missed}")
     return [
         f"Put first, by effect, and in brackets the largest that was not, in limits: "
-        f"{', '.join(told) or 'none'}."
+        f"{', '.join(text) or 'none'}."
     ]
 
 
 def said_words(item: Mapping[str, Any]) -> str:
-    """What was said of a failure: the name or verdict, a second name, the words of an error."""
+    """Describe the answer of a failure: verdict or name, a second name, or the error."""
     beside = f", and beside it {item['second_name']}" if item["second_name"] else ""
     error = f": {item['error']}" if item["error"] else ""
     return f"{item['said']}{beside}{error}"
 
 
 def reason_words(item: Mapping[str, Any], reasons: Mapping[str, Reason]) -> str:
-    """Why a failure is one, as far as somebody looked into it."""
+    """Give the reason of a failure, if somebody has found it."""
     reason = reasons.get(item["set"])
     if reason is None:
         return "Not looked into yet."

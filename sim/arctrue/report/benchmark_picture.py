@@ -1,4 +1,4 @@
-"""The picture of the benchmark's page: what was said of what, and how well probabilities hold."""
+"""Draws the benchmark's confusion matrix and the reliability of its probabilities."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from arctrue.report.svg import AFTER, INK, LIMIT, house_style
 
 PICTURE = "benchmark.svg"
 CLASSES_LAST = ("one of them", "adequate", "cannot_tell", "unknown", "bad_data", "error")
-"""Answers without a name stand at the right end, classes that a set cannot split before them."""
+"""Answers without a name are the last columns; unresolved classes come before them."""
 
 
 def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:
-    """The confusion matrix and, where probabilities are stated, the reliability curve.
+    """Draw the confusion matrix and, if probabilities are stated, the reliability curve.
 
     ``found`` is what ``arctrue benchmark score --json`` writes.
     """
@@ -39,9 +39,9 @@ def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:
 def confusion_matrix(
     confusion: Mapping[str, Mapping[str, int]],
 ) -> tuple[list[str], list[str], NDArray[np.int64]]:
-    """What is hidden, what was said, and how often: shape (hidden, said).
+    """Count answers by hidden cause: array (hidden, said).
 
-    A name that was said stands in the column of the same number as its row.
+    A correct name has the same column number as its row.
     """
     hidden = list(confusion)
     said = {answer for answers in confusion.values() for answer in answers}

@@ -1,4 +1,4 @@
-"""The page of the benchmark's sets: worlds of both generators, and how independent they are."""
+"""Makes the page of the benchmark's sets: worlds of both generators, and their independence."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ INDEPENDENCE = {
         "searched; the bracket is turned about the axis and the ray is exact."
     ),
 }
-"""Of every cause of the catalogue and every product of parts: what agreement with it shows."""
+"""For every cause of the catalogue and every product of parts: what an agreement proves."""
 NOISE_TOLD = """The strangers have no formula in the workbench. Noise is for the most part of the
 form that a diagnosis fits, which is white noise and up to seven relaxations (Ornstein–Uhlenbeck) of
 given time constants, with a scale a run and 36 scales around the turn: *ornstein_uhlenbeck* and
@@ -127,7 +127,7 @@ as the sensor shows it, and the speed from the angle and the time of the rows.
 
 
 def benchmark_sets_page() -> str:
-    """The page as Markdown, from the worlds' own words."""
+    """Compose the page in Markdown from the descriptions of the worlds."""
     lines = [MADE, "", "# The sets of the benchmark", "", WORLDS_TOLD.rstrip()]
     lines += [
         f"| {name} | {' '.join((make.__doc__ or '').split())} |" for name, make in WORLDS.items()
@@ -135,5 +135,5 @@ def benchmark_sets_page() -> str:
     lines += ["", SECOND_TOLD.rstrip()]
     lines += [f"| {name} | {world.told} |" for name, world in independent_worlds().items()]
     lines += ["", INDEPENDENCE_TOLD.rstrip()]
-    lines += [f"| `{name}` | {told} |" for name, told in INDEPENDENCE.items()]
+    lines += [f"| `{name}` | {text} |" for name, text in INDEPENDENCE.items()]
     return "\n".join([*lines, "", NOISE_TOLD])

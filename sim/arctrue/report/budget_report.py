@@ -1,4 +1,4 @@
-"""The uncertainty budget as a report for people."""
+"""Writes the uncertainty budget as a report for people."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEADINGS = ("quantity", "source", "type", "distribution", "size ″", "divisor",
 
 
 def budget_rows(budget: Budget) -> list[list[str]]:
-    """One row of text a contribution, by ``HEADINGS``."""
+    """Give one row of text per contribution, in the columns ``HEADINGS``."""
     return [
         [
             one.quantity,
@@ -37,12 +37,12 @@ def budget_rows(budget: Budget) -> list[list[str]]:
 
 
 def freedom(value: float) -> str:
-    """Degrees of freedom."""
+    """Format degrees of freedom."""
     return "∞" if math.isinf(value) else f"{value:.0f}"
 
 
 def outcome(budget: Budget) -> str:
-    """The combined and the expanded uncertainty in one sentence."""
+    """State the combined and the expanded uncertainty in one sentence."""
     lacking = "; at least, because contributions are not stated" if budget.missing else ""
     return (
         f"u = {budget.u_arcsec:.4f}″, νeff = {freedom(budget.degrees_of_freedom)}, "
@@ -52,7 +52,7 @@ def outcome(budget: Budget) -> str:
 
 
 def _by_angle(u_arcsec: NDArray[np.float64]) -> Figure:
-    """U over the reading, by the full covariance."""
+    """Draw U over the reading, from the full covariance."""
     with house_style():
         figure = Figure(figsize=(8.0, 3.0), layout="constrained")
         axes = figure.subplots()
@@ -72,7 +72,7 @@ def write_budget_report(
     blocks: list[Block] = [
         Text(
             "Measurand: the error of indication of head 1 after the correction, at any angle; "
-            "what changes over the turn enters with its root mean square."
+            "contributions that change over the turn enter with their root mean square."
         ),
         Rows("Budget", HEADINGS, budget_rows(budget), names=4),
         Text(outcome(budget) + "."),

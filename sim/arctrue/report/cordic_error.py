@@ -1,4 +1,4 @@
-"""How far the gateware's cosine is from the true one, and the bounds of the paper's appendix.
+"""Compares the gateware's cosine with the exact one and with the bounds of the paper's appendix.
 
 ``python -m arctrue.report.cordic_error [FILE.png]`` draws it.
 """
@@ -26,7 +26,7 @@ _BINS = 1024
 
 
 def swept_phases(bits: int = SWEEP_BITS) -> NDArray[np.int32]:
-    """All 2^``bits`` phases with as many bits, in 2⁻²⁴ turn."""
+    """Give all 2^``bits`` phases with that number of bits, in 2⁻²⁴ turn."""
     return np.arange(0, 1 << PHASE_WIDTH, 1 << (PHASE_WIDTH - bits), dtype=np.int32)
 
 
@@ -36,9 +36,9 @@ def cosine_error(
     bits: int = COSINE_WIDTH,
     iterations: int = CORDIC_ITERATIONS,
 ) -> NDArray[np.float64]:
-    """Cosine of the gateware less that of numpy, of the shape of ``phase`` (2⁻²⁴ turn).
+    """Give the gateware's cosine minus numpy's, in the shape of ``phase`` (2⁻²⁴ turn).
 
-    ``cosine``: what the gateware gave, ``bits`` − 2 fraction bits; without it, the model's.
+    ``cosine``: output of the gateware with ``bits`` − 2 fraction bits; default: the model's output.
     """
     if cosine is None:
         cosine = lane_cosine(phase, bits, iterations)
@@ -56,7 +56,7 @@ def draw_cordic_error(
 ) -> float:
     """Write a PNG: error over the phase, all 2²⁰ phases, with the bounds of the appendix.
 
-    ``simulated``: phases (2⁻²⁴ turn) and cosines that came out of the VHDL, drawn as dots. Makes
+    ``simulated``: phases (2⁻²⁴ turn) and cosines from the VHDL, drawn as dots. Makes
     the folder of ``path``. Returns the largest error of the model.
     """
     phase = swept_phases()
@@ -111,7 +111,7 @@ def draw_cordic_error(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Draw the picture and say how large the error is."""
+    """Draw the picture and print the largest error."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", nargs="?", type=Path, default=DEFAULT_FILE, help="picture to write")
     target = parser.parse_args(arguments).file

@@ -1,4 +1,4 @@
-"""The demo's page: one HTML file that needs no other."""
+"""Makes the demo's page: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def page_templates() -> Environment:
 
 
 def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> None:
-    """Render the result and write it, the folder included, with the error figure beside it.
+    """Render the result and write it with its error figure; make the folder if needed.
 
-    ``second_act``: the name of the page of the second act, where there is one.
+    ``second_act``: the name of the second act's page, if there is one.
     """
     environment = page_templates()
     error_figure = error_before_after(result)
@@ -42,15 +42,15 @@ def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> Non
         spectrum_figure=Markup(chart_svg(orders_before_after(result))),
     )
     write_whole_text(file, page)
-    # The README's picture, see `make docs`.
+    # This is the picture of README; `make docs` copies it.
     save_chart(error_figure, file.parent / "error_before_after.svg")
 
 
 def _signed(value: float, digits: int = 2) -> str:
-    """A number with a true minus sign."""
+    """Format a number with a true minus sign."""
     return f"{value:.{digits}f}".replace("-", "−")
 
 
 def _thousands(value: float) -> str:
-    """A whole number in groups of three."""
+    """Format a whole number in groups of three digits."""
     return f"{value:,.0f}"

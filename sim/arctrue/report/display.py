@@ -1,4 +1,4 @@
-"""How an analysis is drawn: the part of an address after the question mark."""
+"""Settings of the display of an analysis: the query part of an address."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FIGURES = (
     "ladder",
     "lanes",
 )
-"""In the order of the page."""
+"""The figures in the order of the page."""
 
 
 _HOTTEST_C = 200.0
@@ -38,7 +38,7 @@ _HOTTEST_C = 200.0
 
 @dataclass(frozen=True)
 class DisplaySettings:
-    """The reader's choices; "" means the best one that is known."""
+    """The reader's choices; "" selects the best known choice."""
 
     unit: Angle = ARCSEC
     whitened: bool = False
@@ -46,12 +46,12 @@ class DisplaySettings:
     along: Along = "order"
     finding: str = ""
     temperature_c: float | None = None
-    """At which the device would be corrected; None: as the set was measured."""
+    """Temperature for which the device would be corrected; None: that of the measurement."""
     reveal: bool = False
 
     @classmethod
     def of_query(cls, query: Mapping[str, str]) -> DisplaySettings:
-        """What an address says; what it says wrongly is left out."""
+        """Parse an address; invalid parts are ignored."""
         along = query.get("along", "order")
         return cls(
             unit=URAD if query.get("unit") == URAD else ARCSEC,
@@ -64,7 +64,7 @@ class DisplaySettings:
         )
 
     def query(self, **changes: Any) -> str:
-        """The part of the address for this display, with changes; empty for the first display."""
+        """Compose the query for this display with changes; empty for the default display."""
         other = replace(self, **changes)
         said = {
             "unit": other.unit if other.unit != ARCSEC else "",
@@ -88,17 +88,19 @@ def _temperature(text: str) -> float | None:
 
 
 def ranked_conditions(analysis: Analysis, ranking: Ranking | None) -> list[tuple[Condition, float]]:
-    """Every condition with the share of the residual that follows it, the largest first.
+    """Rank all conditions by the share of the residual that follows them, largest first.
 
-    With a ranking the share is that beyond what chance draws of the noise reach; before, that
-    beyond independent noise.
+    With a ranking the share is that beyond what draws of the fitted noise reach; before that it is
+    the share beyond independent noise.
     """
     shares: dict[str, float] = {}
     for key, condition in analysis.conditions.items():
         if ranking is not None and ranking["regressors"]:
             names = {condition.name, key}
-            told = [r["share"] for r in ranking["regressors"] if r["condition"] in names]
-            shares[key] = max(told, default=0.0)
+            shares_of_condition = [
+                r["share"] for r in ranking["regressors"] if r["condition"] in names
+            ]
+            shares[key] = max(shares_of_condition, default=0.0)
         else:
             shares[key] = max(
                 share_of_variance(condition, values, analysis.left(channel))
@@ -111,7 +113,7 @@ def ranked_conditions(analysis: Analysis, ranking: Ranking | None) -> list[tuple
 def chart_of(
     name: str, analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> Chart | None:
-    """One of :data:`FIGURES` in the reader's unit; None where there is nothing to draw yet.
+    """Make one of :data:`FIGURES` in the reader's unit; None if there is nothing to draw yet.
 
     Raises KeyError for another name.
     """

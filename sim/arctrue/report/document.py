@@ -18,11 +18,11 @@ from arctrue.report.svg import to_svg
 
 _A4_INCHES = (8.27, 11.69)
 _MARGIN = 0.06
-"""Of the width of a page."""
+"""Width of a picture as a share of the page."""
 COLUMNS = 110
-"""Characters of a line of a page."""
+"""Characters per line of a page."""
 LINES = 72
-"""Of a page."""
+"""Lines of a page."""
 _FONT_POINTS = 7.5
 
 
@@ -35,7 +35,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Rows:
-    """A table; the first ``names`` columns hold text, the rest numbers."""
+    """A table; the first ``names`` columns hold text, the others numbers."""
 
     title: str
     headings: Sequence[str]
@@ -45,7 +45,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of matplotlib."""
+    """A matplotlib figure."""
 
     title: str
     figure: Figure
@@ -56,7 +56,7 @@ Block = Text | Rows | Picture
 
 @dataclass(frozen=True)
 class Document:
-    """A report: title, what it is of (name and value), and its blocks in order."""
+    """A report: title, facts (name and value), and its blocks in order."""
 
     title: str
     facts: Sequence[tuple[str, str]]
@@ -95,7 +95,7 @@ def _cell(text: str) -> str:
 
 
 def _as_text(text: str) -> str:
-    """Markdown lets HTML through, and makes links and pictures of brackets."""
+    """Escape text: Markdown passes HTML through and makes links and pictures from brackets."""
     return one_line(text).replace("&", "&amp;").replace("<", "&lt;").replace("](", "]\\(")
 
 
@@ -144,7 +144,7 @@ def _write_pdf(document: Document, path: Path) -> None:
 
 
 def text_page(lines: Sequence[str]) -> Figure:
-    """A page of A4 with these lines, at most as many as fit."""
+    """Make an A4 page with these lines; they must fit."""
     page = Figure(figsize=_A4_INCHES)
     FigureCanvasPdf(page)
     page.text(
@@ -165,7 +165,7 @@ def _wrapped(text: str, indent: int) -> list[str]:
 
 
 def _table_lines(block: Rows) -> list[str]:
-    """Columns as wide as their text; text columns share what the numbers leave."""
+    """Format columns as wide as their text; text columns share the width left by the numbers."""
     numbers = [
         max(_width(row[i]) for row in (block.headings, *block.rows))
         for i in range(block.names, len(block.headings))
@@ -195,7 +195,7 @@ def _table_lines(block: Rows) -> list[str]:
 
 
 def _width(text: str) -> int:
-    """Characters on paper: the bar of x̄ takes no place of its own."""
+    """Count printed characters: the combining bar of x̄ has no width."""
     return len(text) - text.count("\u0304")
 
 

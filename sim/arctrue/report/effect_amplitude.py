@@ -1,10 +1,10 @@
-"""Amplitude of an effect in each bin of its condition: from the data, and as the effect predicts.
+"""Amplitude of an effect in each bin of its condition: measured, and as the effect predicts.
 
-The effect's own columns times their coefficients are c, the residual of the whole model r. What
-belongs to the effect is c + r (component plus residual). Over a condition x and a phase φ the wave
-w(φ) is that of the product a(x)·w(φ) nearest to c; the amplitude at x is the
-projection of the rows on w there, once of c + r (measured) and once of c (the effect). An effect
-that is a function of a phase alone is drawn over that phase.
+Let c be the columns of the effect times their coefficients, and r the residual of the whole model.
+The data of the effect are c + r (component plus residual). Over a condition x and a phase φ, the
+product a(x)·w(φ) nearest to c gives the wave w(φ). The amplitude at x is the projection of the rows
+on w there: of c + r (measured) and of c (the effect). An effect that is a function of a phase alone
+is drawn over that phase.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ Integer = NDArray[np.int64]
 
 _STEPS = 16
 _ROUNDS = 20
-"""Of the alternating least squares; they converge by the square of the smaller singular value."""
+"""Number of alternating least-squares steps; the smaller singular value sets the convergence."""
 _PHASE_BINS = 72
 PHYSICAL = ("temperature", "speed", "direction", "time")
-"""What can cause something, before what only goes along with it."""
+"""Conditions that can cause an effect; they precede conditions that only correlate with it."""
 _NEARLY = 0.8
 _OF_A_PHASE = 0.5
-"""An effect of which one phase takes more than this share is drawn over that phase."""
+"""An effect is drawn over a phase if that phase holds more than this share of it."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,11 @@ class AmplitudeCurve:
     name: str
     unit: str
     amplitude: bool
-    """True: of its wave; False: its value itself."""
+    """True: amplitude of the effect's wave; False: the effect's value itself."""
     share: float
-    """Of the effect's sum of squares that the drawn line holds."""
+    """Share of the effect's sum of squares that the drawn line holds."""
     variation: float
-    """Part of that share that a constant amplitude would not hold."""
+    """Part of that share beyond what a constant amplitude would hold."""
     x: Float
     measured: Float
     standard_error: Float
@@ -76,20 +76,20 @@ class AmplitudeCurve:
 
 @dataclass(frozen=True)
 class EffectAmplitude:
-    """An effect over every condition of the set, and the one that shows it best."""
+    """An effect over every condition of the set, and the condition that shows it best."""
 
     effect: str
     shown: list[AmplitudeCurve]
     best: str
-    """Key of a condition; empty where nothing can be drawn."""
+    """Key of that condition; empty if nothing can be drawn."""
 
     def over(self, condition: str) -> list[AmplitudeCurve]:
-        """Both channels over one condition."""
+        """Give the curves of both channels over one condition."""
         return [item for item in self.shown if item.condition == condition]
 
 
 def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
-    """The last effect of ``solution``, a model of the set of ``analysis``."""
+    """Analyse the last effect of ``solution``, a model of the set of ``analysis``."""
     term = solution.terms[-1]
     coefficients = solution.coefficients[solution.part(len(solution.terms) - 1)]
     residuals = Residuals(solution)
@@ -118,7 +118,7 @@ def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
 
 
 def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Condition]:
-    """The phase of the order or the frequency that a search of the effect has found."""
+    """Give the phase of the order or frequency that the effect's search has found."""
     order, hertz = nonlinear.get("order", 0.0), nonlinear.get("frequency", 0.0)
     found = []
     if order > 0.0:
@@ -136,14 +136,14 @@ def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Cond
 
 
 def _best(shown: list[AmplitudeCurve]) -> str:
-    """A phase that holds most of it, else the condition whose steps differ most.
+    """Choose a phase that holds most of the effect, else the condition whose steps differ most.
 
-    Conditions that change together hold nearly as much as one another: the first of
-    :data:`PHYSICAL` of these is taken, and before any number of a run.
+    Conditions that change together hold similar shares: then the first of :data:`PHYSICAL` is
+    chosen, and any condition before a run number.
     """
     phases = [item for item in shown if not item.amplitude and item.share >= _OF_A_PHASE]
     if phases:
-        # Many periods a turn fit into bins of the turn by accident: its own phase comes first.
+        # Bins of the turn can alias many periods per turn: the effect's own phase comes first.
         return max(phases, key=lambda item: (item.condition == OWN_PHASE, item.share)).condition
     held = {item.condition: item.variation for item in shown if item.amplitude}
     most = max(held.values(), default=0.0)
@@ -164,9 +164,9 @@ def _shown(
     if condition.goes_round:
         window = AngleWindow.over(values)
         seen = window.bins(values, own + left, _PHASE_BINS)
-        told = window.bins(values, own, _PHASE_BINS)
-        share = float(np.sum(told.rows * told.mean**2)) / float(own @ own)
-        lines = (told.centre, seen.mean, seen.standard_error, told.mean)
+        predicted = window.bins(values, own, _PHASE_BINS)
+        share = float(np.sum(predicted.rows * predicted.mean**2)) / float(own @ own)
+        lines = (predicted.centre, seen.mean, seen.standard_error, predicted.mean)
         return AmplitudeCurve(
             channel, condition.key, condition.name, "deg", False, share, share, *lines
         )
@@ -189,7 +189,7 @@ def _shown(
 
 
 def _steps(values: Float) -> Integer:
-    """Number of the step of every row: one for each value where there are few."""
+    """Number the steps of all rows: one per value if there are few values."""
     names, group = np.unique(values, return_inverse=True)
     if names.size <= _STEPS:
         return group.astype(np.int64)
@@ -199,9 +199,9 @@ def _steps(values: Float) -> Integer:
 
 
 def _wave(sums: Float, rows: Float) -> Float:
-    """w of the product a(x)·w(φ) nearest to the cell means, each weighed by its rows; RMS 1.
+    """Give w of the product a(x)·w(φ) nearest to the cell means, weighted by rows; RMS 1.
 
-    ``sums``, ``rows``: of each cell, shape (steps, bins). The leading singular vector, then
+    ``sums``, ``rows``: per cell, shape (steps, bins). The leading singular vector is the start of
     alternating least squares, because a step may cover a part of the turn only.
     """
     _, _, right = np.linalg.svd(sums / np.sqrt(np.maximum(rows, 1)), full_matrices=False)
@@ -216,7 +216,7 @@ def _wave(sums: Float, rows: Float) -> Float:
 def _along(
     own: Float, left: Float, values: Float, group: Integer, phase: Float | None
 ) -> tuple[float, float, Float, Float, Float, Float]:
-    """Share, variation, then x, measured, standard error and effect of each step with rows."""
+    """Give share, variation, then x, measured, standard error and effect of each step with rows."""
     bins = 1 if phase is None else _PHASE_BINS
     place = np.zeros(own.size, dtype=np.int64) if phase is None else turn_group(phase, bins)
     steps = int(group.max()) + 1
@@ -226,17 +226,17 @@ def _along(
     pattern = _wave(sums, rows)[place]
     square = np.bincount(group, pattern**2, steps)
     there = square > 0.0
-    if not there.any():  # no product of an amplitude and a wave holds anything of it
+    if not there.any():  # no product of an amplitude and a wave describes the effect
         nothing = np.zeros(0)
         return 0.0, 0.0, nothing, nothing, nothing, nothing
     safe = np.maximum(square, 1e-300)
-    told = np.bincount(group, pattern * own, steps) / safe
+    predicted = np.bincount(group, pattern * own, steps) / safe
     seen = np.bincount(group, pattern * (own + left), steps) / safe
-    # Each row counts for the place of the step as it does for the amplitude there.
+    # Each row has the same weight in the step's place as in its amplitude.
     at = np.bincount(group, pattern**2 * values, steps) / safe
     error = float(left.std()) / np.sqrt(safe)
     whole = float(own @ own)
-    share = float(np.sum(told**2 * square)) / whole
-    constant = float(np.sum(told * square)) / float(square.sum())
+    share = float(np.sum(predicted**2 * square)) / whole
+    constant = float(np.sum(predicted * square)) / float(square.sum())
     variation = share - constant**2 * float(square.sum()) / whole
-    return share, variation, at[there], seen[there], error[there], told[there]
+    return share, variation, at[there], seen[there], error[there], predicted[there]

@@ -1,4 +1,4 @@
-"""The page and the picture of ``arctrue error-sources``, from its result as plain values."""
+"""Makes the page and the picture of ``arctrue error-sources`` from its result."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
 
 
 def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
-    """How well the parts explain the whole."""
+    """Compare the sum of the parts with the whole."""
     shares, errors = [], []
     for name in TITLES:
         one = found["methods"][name]
@@ -248,7 +248,7 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
 
 
 def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
-    """Every source as a bar, and U over the angle."""
+    """Draw every source as a bar, and U over the angle."""
     path = folder / PICTURE
     own = found["methods"]["least_squares"]
     paper = found["methods"]["paper"]
@@ -267,7 +267,7 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         bars.set_yticks(place, [row["title"] for row in own["sources"]], fontsize=8)
         bars.invert_yaxis()
         bars.set_xlabel("RMS, ″; broken: all sources together")
-        bars.set_title("Every source alone")
+        bars.set_title("Each source alone")
         legend_below(bars, columns=2)
         for name, colour, label in (
             ("drawn", MUTED, "all sources, drawn"),
@@ -283,7 +283,7 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         curve.set_xticks(range(0, 361, 45))
         curve.set_xlabel("reading, °")
         curve.set_ylabel("2 u, ″")
-        curve.set_title("Uncertainty over the turn: all sources, and what the covariance knows")
+        curve.set_title("Uncertainty over the turn: all sources, and the covariance")
         legend_below(curve, columns=2)
         return save_picture(figure, path)
 
@@ -293,7 +293,7 @@ def _value(arcsec: float) -> str:
 
 
 def _with_u(one: Mapping[str, float]) -> str:
-    """With its standard error, where draws differ in the digits that are shown."""
+    """Format a value with its standard error if draws differ in the printed digits."""
     spread = one["u_rms_arcsec"]
     return _value(one["rms_arcsec"]) + (f" ± {spread:.4f}" if spread >= 5e-5 else "")
 
@@ -303,7 +303,7 @@ def _freedom(value: float | None) -> str:
 
 
 def summary(found: Mapping[str, Any]) -> Sequence[tuple[str, float, float]]:
-    """Title and RMS of every source: least squares, the paper's method."""
+    """Give title and RMS of every source: least squares, the paper's method."""
     own, paper = (found["methods"][name]["sources"] for name in TITLES)
     return [
         (ours["title"], ours["rms_arcsec"], theirs["rms_arcsec"])

@@ -1,4 +1,4 @@
-"""The page of ``arctrue heads``, from its result as plain values."""
+"""Makes the page of ``arctrue heads`` from its result."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def heads_page(found: Mapping[str, Any]) -> str:
-    """The page, Markdown."""
+    """Compose the page in Markdown."""
     balls, budget = found["ball_pass"], found["budget"]
     equal, unequal = found["hub_shift"]
     every, rest = found["error_function"]["rows"]
@@ -20,26 +20,29 @@ def heads_page(found: Mapping[str, Any]) -> str:
         [
             "# Four heads and their mean",
             "",
-            "The weighted mean of four heads, Σwᵢ = 1 and Σwᵢ·e^{jpᵢ} = 0, sees no translation of "
-            "the axis or of the disc's centre, at no order",
-            "and whether it repeats or not; what it sees of the disc is calibrated from the one "
-            "combination of four readings in which neither the",
-            "table's motion nor the axis' remains, and taken off by the lanes. `arctrue heads` "
-            "calibrates a simulated table once and reads it on other",
-            "turns, through the words of the gateware's mean; this page is made by it from "
+            "The weighted mean of four heads, Σwᵢ = 1 and Σwᵢ·e^{jpᵢ} = 0, is free of "
+            "translations of "
+            "the axis and of the disc's centre, at every order",
+            "and whether they repeat or not. The error of the disc in this mean is calibrated "
+            "from the one "
+            "combination of four readings that contains neither the",
+            "table's motion nor that of the axis; the lanes correct it. `arctrue heads` "
+            "calibrates a simulated table once and evaluates it on other",
+            "turns, through the number formats of the gateware's mean; it made this page from "
             "[heads.json](data/heads.json).",
             "",
             "```sh",
             ".venv/bin/arctrue heads --page docs/heads.md --json docs/data/heads.json",
             "```",
             "",
-            f"Four heads at {places} after head 1, two heads at 0°, 33°; mounted, and index marks "
-            "detected, ± 50″ off; the disc of",
-            f"[`arctrue revolution`](instrument.md); {found['samples_a_turn']:,} samples a turn, "
-            "0.1″ of noise on each reading, counts of 0.077″. *Asked for*: the goals that were set "
-            "before.",
+            f"Four heads at {places} after head 1, two heads at 0°, 33°; mounting and detection "
+            "of the index "
+            "marks off by up to ± 50″; the disc of",
+            f"[`arctrue revolution`](instrument.md); {found['samples_a_turn']:,} samples per turn, "
+            "0.1″ of noise on each reading, counts of 0.077″. *Goal*: set before the "
+            "study.",
             "",
-            "| Fresh turns, nothing fitted | Two heads | Four heads | Asked for |",
+            "| Other turns, nothing fitted | Two heads | Four heads | Goal |",
             "|---|---:|---:|---:|",
             "| Ball pass of 0.25 µm, axis at orders 2 and 3, calibrated with them: "
             f"attenuation of the balls | 1 | {balls['attenuation']:,.0f} | ≥ 500 |",
@@ -63,16 +66,18 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "| A head moves by 100″ between two turns, the axis by 2 µm: the zero is off by | "
             f"{wrong:.0f}″ until the head is found | {zero:.3f}″ after | ≤ 0.05″ |",
             "",
-            "Rows of the gateware (a head that dies, sticks or slips in motion; the revolution in "
+            "Rows of the gateware (a head that fails, sticks or slips in motion; the revolution in "
             "half-degree means of all edges) need its build with four",
-            "heads and are not shown here.",
+            "heads and are not part of this page.",
             "",
             "## One head missing",
             "",
-            "The same fresh turn through the set of all heads and through those that leave one "
-            "out, which the gateware holds ready. *Lanes*: RMS of",
-            "the disc's error that the set takes off; it differs between the sets, so that the "
-            "lanes change with the weights. *Zero*: mean of the output beside that of all heads.",
+            "One new turn, evaluated with the weights of all heads and with those that leave one "
+            "head out; the gateware stores all of them. *Lanes*: RMS of",
+            "the disc's error that the lanes correct; it differs between the sets of weights, so "
+            "that the "
+            "lanes change with the weights. *Zero*: mean of the output relative to that of all "
+            "heads.",
             "",
             "| Missing | Carrier | Weights | √Σwᵢ² | RMS, 0.1″ | without noise | Lanes | Zero |",
             "|---|---:|---|---:|---:|---:|---:|---:|",
@@ -87,10 +92,12 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "",
             "## A head that moved",
             "",
-            "A head that moves along the scale changes its own offset, an axis that moves those of "
-            "all. Four heads show three changes, and any one",
-            "head together with some motion of the axis explains them; only the true one does with "
-            "less than 5 µm (`arctrue.calibration.moved_head`).",
+            "A head that moves along the scale changes its own offset; an axis that moves "
+            "changes those of "
+            "all heads. Four heads give three differences, which the motion of any one",
+            "head together with some motion of the axis can explain. Only for the true head that "
+            "motion is "
+            "below 5 µm (`arctrue.calibration.moved_head`).",
             "",
             "| Moved by 100″ | Found | By | The mean's zero was off by | after |",
             "|---|---|---:|---:|---:|",
@@ -108,11 +115,14 @@ def heads_page(found: Mapping[str, Any]) -> str:
             f"counts and {found['samples_a_turn']:,} samples a turn, by the noise gain of every "
             f"order at {fine}, places chosen for this row (low gains over all orders);",
             f"measured with {every['turns']} turns: {every['left_2_sigma_arcsec']:.4f}″ and "
-            f"{rest['left_2_sigma_arcsec']:.4f}″ beside {every['expected_2_sigma_arcsec']:.4f}″ "
-            f"and {rest['expected_2_sigma_arcsec']:.4f}″, one draw each, whose scatter is 2 %. "
-            "What else makes the difference has not been found. TDR's published 0.006″ is",
-            "passed where a column says less; order 1 is left out, since the axis' forward "
-            "circle is in it and the mean does not see it.",
+            f"{rest['left_2_sigma_arcsec']:.4f}″, expected {every['expected_2_sigma_arcsec']:.4f}″ "
+            f"and {rest['expected_2_sigma_arcsec']:.4f}″; each is one draw, with a standard "
+            "deviation of 2 %. "
+            "The cause of the remaining difference is unknown. Values below TDR's published "
+            "0.006″ are",
+            "better than TDR. Order 1 is left out: it contains the forward circle of the axis, "
+            "and the mean "
+            "does not contain order 1.",
             "",
             "| Turns | " + " | ".join(every["by_turns"]) + " |",
             "|---|" + "---:|" * len(every["by_turns"]),
@@ -123,7 +133,7 @@ def heads_page(found: Mapping[str, Any]) -> str:
                 for one in (every, rest)
             ),
             "",
-            "## What each cause leaves on the mean",
+            "## Uncertainty of the mean by cause",
             "",
             "Standard uncertainties, one cause at a time.",
             "",
@@ -131,10 +141,12 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "|---|---:|",
             *(f"| {one['cause']} | {one['u_arcsec']:.4f}″ |" for one in budget),
             "",
-            "The output's rounding to whole counts is larger than the mean's own quantisation. "
-            "Radii are among the unknowns of the calibration: they are",
-            "found where the axis is known to make no backward circle once a turn, and else "
-            "measured radii are to be given.",
+            "The rounding of the output to whole counts exceeds the quantisation of the mean "
+            "itself. "
+            "The radii are unknowns of the calibration. It",
+            "finds them if the axis is known to make no backward circle once per turn; otherwise "
+            "give "
+            "measured radii.",
             "",
         ]
     )

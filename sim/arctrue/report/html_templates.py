@@ -1,4 +1,4 @@
-"""How every HTML page is made of its template: the live page, reports, the demo's pages."""
+"""Renders the templates of all HTML pages: the live page, reports, the demo's pages."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ HTML_OPTIONS: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
 }
-"""A title, a name or a sentence is text: whatever its template is called, no markup of it is
-obeyed. What is markup is a ``Markup``."""
+"""All text is escaped, whatever the template's name: titles, names and sentences contain no
+markup. Only a ``Markup`` value is inserted as it is."""
 
 
 def html_environment() -> Environment:
-    """The templates of this package."""
+    """Give the templates of this package."""
     return Environment(loader=PackageLoader("arctrue.report"), **HTML_OPTIONS)

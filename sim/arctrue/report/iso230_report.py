@@ -1,4 +1,4 @@
-"""The figures of ISO 230-2 as a report for people."""
+"""Writes the figures of ISO 230-2 as a report for people."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def write_iso230_report(
     """Write iso230.md, .html and .pdf; ``data`` is the command's JSON. Raises OSError."""
     states = [("measured", before), *([("corrected", after)] if after is not None else [])]
     verdict = (
-        "By ISO 230-2:2014."
+        "According to ISO 230-2:2014."
         if data["by_the_standard"]
-        else f"Not by the standard (ISO 230-2:2014): {'; '.join(data['not_by_the_standard'])}."
+        else f"Not according to ISO 230-2:2014: {'; '.join(data['not_by_the_standard'])}."
     )
     facts = [
         ("measurement set", data["set"]["title"]),

@@ -1,4 +1,4 @@
-"""A legend below its axes, where it hides no curve."""
+"""Places a legend below its axes, where it covers no curve."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import ScaledTranslation
 
 BELOW_AXES_POINTS = 36.0
-"""Room for the numbers and the label of the horizontal axis."""
+"""Space for the numbers and the label of the horizontal axis."""
 
 
 def legend_below(axes: Axes, *, columns: int) -> None:
-    """Put the legend under the label of the horizontal axis, in so many columns."""
+    """Put the legend below the label of the horizontal axis, in this number of columns."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     down = ScaledTranslation(0.0, -BELOW_AXES_POINTS / 72.0, figure.dpi_scale_trans)

@@ -1,4 +1,4 @@
-"""The page and the picture of ``arctrue long-run``, from its result as plain values."""
+"""Makes the page and the picture of ``arctrue long-run`` from its result."""
 
 from __future__ import annotations
 
@@ -138,14 +138,14 @@ def _model(found: Mapping[str, Any]) -> list[str]:
 
 
 def _part(found: Mapping[str, Any], name: str, *, first: bool) -> float:
-    """RMS of what is left in the learned part, or in the last hundred turns."""
+    """Give the RMS error in the turns of learning, or in the last hundred turns."""
     left = np.asarray(found["strategies"][name]["left_arcsec"], dtype=np.float64)
     part = left[2 : found["learned_turns"]] if first else left[-100:]
     return float(np.sqrt(np.mean(part**2)))
 
 
 def _worst(found: Mapping[str, Any]) -> list[str]:
-    """What is active in the worst turn of the single calibrations and in no good one."""
+    """List the orders that are active in the worst turn of the single calibrations only."""
     one = found["strategies"]["single"]
     orders = ", ".join(
         f"{order} ({amplitude:.0f}″)" for order, amplitude in one["largest_orders"].items()
@@ -203,7 +203,7 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
 
 
 RIGHT = 0.1
-"""Up to here the deviation of single turns is that of the stated noise."""
+"""Up to this difference the deviation of single turns equals the stated noise."""
 
 
 def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
@@ -220,7 +220,7 @@ def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
 
 
 def _off(allan: Mapping[str, Any]) -> float:
-    """Largest relative difference of the deviation of single turns from the stated u."""
+    """Give the largest relative difference of the deviation of single turns from the stated u."""
     ratios = [
         deviation[0] / allan["u_arcsec"][order]
         for order, deviation in allan["deviation_arcsec"].items()
@@ -285,7 +285,7 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
 
 
 def plot_long_run(found: Mapping[str, Any], folder: Path) -> Path:
-    """Temperature and error left over the turns; Allan deviation of the orders."""
+    """Draw temperature and error over the turns, and the Allan deviation of the orders."""
     path = folder / PICTURE
     turns = np.arange(1, found["turns"] + 1)
     with house_style():

@@ -1,4 +1,4 @@
-"""The page and the picture of ``arctrue methods``, from its result as plain values."""
+"""Makes the page and the picture of ``arctrue methods`` from its result."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ NOT_BUILT = (
      "the rows of four heads by least squares, whose output is head 1"),
     ("Polynomial fit [16]", "of linear encoders over temperature; a turn is periodic"),
 )  # fmt: skip
-"""Of the paper's introduction: what has no row of its own, and why."""
+"""Methods of the paper's introduction that have no row, and the reason."""
 
 
 def methods_page(found: Mapping[str, Any]) -> str:
-    """The page, Markdown."""
+    """Compose the page in Markdown."""
     given = found["settings"]
     raw = found["uncorrected"]
     rows = [
@@ -101,8 +101,8 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "balls of the bearing moved the axis by 0.25 µm (0.95″), some turns later.",
             f"Uncorrected: {_span(raw['span_arcsec'])}″, {raw['rms_arcsec']:.2f}″ RMS.",
             "",
-            "| Method | Heads | Output | Left, ″ | RMS, ″ | RMS, axis at rest, ″ | RMS, later, ″ "
-            "| Largest orders left, ″ |",
+            "| Method | Heads | Output | Error, ″ | RMS, ″ | RMS, axis at rest, ″ | RMS, later, ″ "
+            "| Largest remaining orders, ″ |",
             "|---|---:|---|---:|---:|---:|---:|---|",
             *rows,
             "",
@@ -138,7 +138,7 @@ def methods_page(found: Mapping[str, Any]) -> str:
 
 
 def _verdict(found: Mapping[str, Any]) -> list[str]:
-    """What the figures say of a third and a fourth head, and of the mean."""
+    """State what a third and a fourth head and the mean contribute."""
     by_name = {one["name"]: one for one in found["methods"]}
     two, three, four = (by_name[f"{n}_heads_least_squares"] for n in ("two", "three", "four"))
     pair, third = found["places"][:2]
@@ -185,7 +185,7 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
 
 
 def plot_methods(found: Mapping[str, Any], folder: Path) -> Path:
-    """Residual of every method by order, and the gain of two, three and four heads."""
+    """Draw the residual of every method by order, and the gain of two, three and four heads."""
     path = folder / PICTURE
     with house_style():
         figure = Figure(figsize=(9.6, 9.6), layout="constrained")

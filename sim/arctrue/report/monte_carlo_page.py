@@ -1,4 +1,4 @@
-"""The page of the coverage study: where the stated uncertainty holds and where not."""
+"""Makes the page of the coverage study: where the stated uncertainty holds and where not."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ READING = """## How to read it
 
 
 def monte_carlo_page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str:
-    """The page as Markdown, from the campaign's header and what was scored."""
+    """Compose the page in Markdown from the campaign's header and the scores."""
     plan, code = header["plan"], header["code"]
     libraries = ", ".join(f"{name} {code[name]}" for name in sorted(code) if name != "arctrue")
     number = max(case["trials"] for case in found.values())
@@ -133,12 +133,12 @@ def _alpha(of: Mapping[str, Any]) -> str:
 
 
 def where_off(found: Mapping[str, Any]) -> list[str]:
-    """One line for each case with a stated uncertainty that is off; one sentence where none is."""
+    """Give a line per case with a wrong stated uncertainty; one sentence if all are right."""
     lines = []
     for case, of in found.items():
         if "orders" not in of:
             continue
-        told = []
+        verdicts = []
         for verdict in ("too small", "too large"):
             orders = [
                 f"{order['order']} ({100 * order['rate']:.0f} %)"
@@ -146,21 +146,21 @@ def where_off(found: Mapping[str, Any]) -> list[str]:
                 if order["stated_uncertainty"] == verdict
             ]
             if orders:
-                told.append(f"{verdict} at order{'s' * (len(orders) > 1)} {', '.join(orders)}")
+                verdicts.append(f"{verdict} at order{'s' * (len(orders) > 1)} {', '.join(orders)}")
             for name, title in (
                 ("alpha", "α"),
                 ("turn", "the estimate over the turn"),
                 ("corrected", "the corrected angle"),
             ):
                 if of[name] is not None and of[name]["stated_uncertainty"] == verdict:
-                    told.append(
+                    verdicts.append(
                         f"{verdict} for {title}: coverage {100 * of[name]['rate']:.1f} %, "
                         f"deviation {of[name]['rms_deviation_arcsec']:.4f}″ RMS, "
                         f"stated {of[name]['rms_stated_arcsec']:.4f}″"
                     )
-        if told:
-            lines.append(f"- {_title(case)}: {'; '.join(told)}.")
-    return lines or ["Nowhere: each coverage agrees with 95 % within its chance."]
+        if verdicts:
+            lines.append(f"- {_title(case)}: {'; '.join(verdicts)}.")
+    return lines or ["Nowhere: each coverage agrees with 95 % within chance."]
 
 
 def _orders(found: Mapping[str, Any]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Numbers in reports."""
+"""Formats numbers in reports."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any
 
 
 def decimal(value: float | None, digits: int = 3) -> str:
-    """A number with a true minus sign; a dash where there is none."""
+    """Format a number with a true minus sign; a dash for None."""
     if value is None or not math.isfinite(value):
         return "–"
     return f"{value:.{digits}f}".replace("-", "−")
 
 
 def plain(value: Any) -> Any:
-    """numpy numbers as numbers, NaN and infinity as null."""
+    """Convert numpy numbers to numbers, NaN and infinity to null."""
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,6 +1,6 @@
-"""The paper's figures 1 and 3 to 9 as drawings of this implementation; Fig. A.1 and A.2.
+"""Draws the paper's figures 1, 3 to 9, A.1 and A.2 for this implementation.
 
-Numbers in them are the constants of the number formats. Figures 2 and 10 are photographs.
+Their numbers are the constants of the number formats. Figures 2 and 10 are photographs.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ _SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _GATEWARE, _SOFTWARE, _OUTSIDE = "#e4eff7", "#fbeedd", "#f1f3f5"
 
 Box = tuple[float, float, float, float, str, str]
-"""Left, bottom, width, height in units of the drawing, text, colour."""
+"""Left, bottom, width and height in units of the drawing, text, colour."""
 Arrow = tuple[tuple[float, float], tuple[float, float], str]
 
 
 def _boxes(axes: Axes, boxes: Sequence[Box], arrows: Sequence[Arrow]) -> None:
-    """Boxes and arrows on an empty page, 100 units wide, with room for the boxes' outlines."""
+    """Draw boxes and arrows on an empty page, 100 units wide, with a margin for the outlines."""
     axes.set_axis_off()
     axes.set_xlim(-1, 101)
     for left, bottom, width, height, text, colour in boxes:
@@ -313,12 +313,12 @@ DRAWINGS: dict[str, tuple[str, tuple[float, float], Callable[[Axes], None]]] = {
 
 
 def drawing_name(number: str) -> str:
-    """File of a figure."""
+    """Give the file name of a figure."""
     return f"paper_fig_{number.lower()}.svg"
 
 
 def draw_figures(folder: Path) -> list[Path]:
-    """Write all of them; the folder is made."""
+    """Write all drawings; make the folder if needed."""
     paths = []
     for number, (title, size, draw) in DRAWINGS.items():
         path = folder / drawing_name(number)

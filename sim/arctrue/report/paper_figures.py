@@ -1,4 +1,4 @@
-"""Fig. 11 of the paper, drawn anew from a run of its experiment on the virtual instrument."""
+"""Draws Fig. 11 of the paper from its experiment on the virtual instrument."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from arctrue.report.charts.matplotlib_chart import save_chart
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 DEVIATION_SCALE = 300
-"""The paper's own, so that deviations can be seen beside 150″."""
+"""Scale of the deviations in the paper's figure, which makes them visible next to 150″."""
 
 
 def figure_11_name(found: Mapping[str, Any]) -> str:
-    """File of Fig. 11: that of a run with coarser counts has its interpolation in the name."""
+    """Give the file name of Fig. 11; with coarser counts it contains the interpolation."""
     interpolation = found["settings"]["revolution"]["interpolation"]
     return "paper_fig_11.png" if interpolation == 1024 else f"paper_fig_11_x{interpolation}.png"
 
@@ -38,7 +38,7 @@ def plot_experiment(found: Mapping[str, Any], folder: Path) -> Path:
 
 
 def experiment_chart(found: Mapping[str, Any]) -> Chart:
-    """(a) error at every face, and corrected, enlarged; (b) its orders."""
+    """Draw (a) the error at every face, and corrected, enlarged; (b) its orders."""
     published = found["published"]
     faces, cycles = published["faces"], found["settings"]["cycles"]
     whole = Panel(
@@ -82,7 +82,7 @@ def _errors(errors: Mapping[str, Any], colour: str, name: str, scale: float) -> 
 
 
 def expected_order_arcsec(published: Mapping[str, Any]) -> float:
-    """RMS amplitude of an order that independent errors of the faces of u₁ and u₂ have."""
+    """RMS amplitude of an order that results from independent errors u₁, u₂ of the faces."""
     budget = published["budget"]
     face_arcsec = np.hypot(budget["polygon_arcsec"], budget["autocollimator_arcsec"])
     return float(2.0 * face_arcsec / np.sqrt(published["faces"]))

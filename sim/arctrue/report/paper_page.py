@@ -1,4 +1,4 @@
-"""The page of ``arctrue paper``: every equation, table and figure of the paper beside this tree."""
+"""Makes the page of ``arctrue paper``: equations, tables and figures, published and repeated."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROUNDING_DIVISOR = math.sqrt(12.0)
 
 
 def paper_page(found: Mapping[str, Any]) -> str:
-    """Markdown; ``found`` as :func:`arctrue.studies.paper.page_items.paper_items` gives it."""
+    """Compose the page; ``found`` is from :func:`arctrue.studies.paper.page_items.paper_items`."""
     lines = [
         "# The paper, point by point",
         "",
@@ -128,7 +128,7 @@ def _experiment(found: Mapping[str, Any]) -> list[str]:
 
 
 def _finest(one: Mapping[str, Any]) -> list[str]:
-    """Said where no run has the paper's size."""
+    """State it if no run has the paper's size."""
     if _interpolation(one) == FULL:
         return []
     return ["This page's runs are coarser than the paper's 2²⁴ counts a turn.", ""]
@@ -140,7 +140,7 @@ def _lanes_option(one: Mapping[str, Any]) -> str:
 
 
 def _minutes(runs: list[Mapping[str, Any]]) -> str:
-    """By the clocks of the runs: what the wall showed depends on other work."""
+    """Give the time from the clocks of the runs: the wall time depends on other work."""
     seconds = sum(
         one["clocks"]
         / CLOCKS_A_SECOND.get(
@@ -152,7 +152,7 @@ def _minutes(runs: list[Mapping[str, Any]]) -> str:
 
 
 CLOCKS_A_SECOND = {8: 630_000, 32: 287_000}
-"""Of the compiled core, by its lanes (docs/instrument.md)."""
+"""Clocks per second of the compiled core, by its number of lanes (docs/instrument.md)."""
 
 
 def _remarks(found: Mapping[str, Any]) -> list[str]:

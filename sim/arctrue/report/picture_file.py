@@ -1,4 +1,4 @@
-"""Writes a figure of matplotlib as a file."""
+"""Writes a matplotlib figure to a file."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from arctrue.base.whole_file import whole_file
 
 
 def save_picture(figure: Figure, path: Path, *, dots_per_inch: int = 150) -> Path:
-    """Write the figure in the format that the name ends in; the folder is made.
+    """Write the figure in the format of the file ending; make the folder if needed.
 
-    Date and program are not written: the same figure gives the same file. A figure in the style
-    of the house is saved within ``house_style``.
+    Date and program are left out, so that the same figure gives the same file. Save a figure in
+    the house style within ``house_style``.
     """
     kind = path.suffix.removeprefix(".")
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
-"""What is missing, where the model fails and what a device would get: the slow half of an analysis.
+"""The slow part of an analysis: missing effects, misfit by condition, coefficients for a device.
 
-It runs beside the page or before a report, and its outcome is JSON.
+It runs in parallel to the page, or before a report; its result is JSON.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Ranking = dict[str, Any]
 ``device``."""
 
 SEED = 1
-"""Of the draws that say what chance alone explains, as in ``arctrue compare``."""
+"""Number of draws that determine what chance alone explains, as in ``arctrue compare``."""
 
 
 def ranked(
@@ -36,7 +36,7 @@ def ranked(
     *,
     seed: int = SEED,
 ) -> Ranking:
-    """Diagnosis, finding, findings and lanes; ``partly`` gets the diagnosis before the rest."""
+    """Rank effects, conditions and lanes; ``partly`` receives the diagnosis before the others."""
     result = diagnose(
         analysis.observations, list(analysis.solution.terms), analysis.effects, progress=report_step
     )
@@ -49,20 +49,20 @@ def ranked(
         "device": None,
     }
     partly(found)
-    report_step("where the model fails")
+    report_step("following the residual over the conditions")
     compared = compare(analysis.solution, seed)
     found["findings"] = [asdict(item) for item in compared.findings]
     found["regressors"] = [
         {"channel": item.channel, "condition": item.condition, "share": item.excess_share}
         for item in compared.maps
     ]
-    report_step("what the gateware would get")
+    report_step("computing the coefficients of the gateware")
     found["device"] = device_data(analysis)
     return found
 
 
 def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
-    """Of what is named, of the first that is not told apart, or of what was added last."""
+    """Draw the named effect, else the first of the class, else the effect that was added last."""
     first = result.named or result.described
     if first is None and result.effect_class:
         first = next(
@@ -71,7 +71,7 @@ def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
     after = None if first is None else result.left.get(first.name)
     solution = analysis.solution if first is None else first.solution
     if after is not None:
-        # As it is added: what the page promises is what the button gives.
+        # Fit it as the button Add does, so that the page's figures agree with the result.
         solution = after.solution
     if first is None and len(solution.terms) < 2:
         return None
@@ -85,17 +85,17 @@ def _finding(analysis: Analysis, result: Diagnosis) -> dict[str, Any] | None:
 
 
 def effect_amplitude_from(data: dict[str, Any]) -> EffectAmplitude:
-    """The finding of a ranking that was kept as JSON."""
+    """Restore the effect amplitude of a ranking that was stored as JSON."""
     return EffectAmplitude(
         data["effect"], [AmplitudeCurve.of_data(item) for item in data["shown"]], data["best"]
     )
 
 
 def device_data(analysis: Analysis, temperature_c: float | None = None) -> dict[str, Any]:
-    """Lanes, what they leave, what speaks against them, and the file; or why there is none.
+    """Give lanes, remaining error, objections and the file, or the reason why there is none.
 
-    Of effects that depend on the temperature: at ``temperature_c``, or at that of the set's rows
-    in the middle.
+    Effects that depend on the temperature are evaluated at ``temperature_c``; default: the median
+    temperature of the set's rows.
     """
     if temperature_c is None and analysis.observations.has_temperature:
         temperature_c = round(analysis.observations.reference_temperature_c, 2)

@@ -1,4 +1,4 @@
-"""The picture of one revolution on the virtual instrument."""
+"""Draws one revolution on the virtual instrument."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from arctrue.studies.revolution import (
 
 
 def plot_revolution(result: RevolutionResult, file: Path) -> None:
-    """Error before and after; below, the same after compensation enlarged. Kind by the suffix."""
+    """Draw the error before and after; below, the corrected error enlarged. Format by suffix."""
     with house_style():
         figure = Figure(figsize=(9.6, 5.6), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])

@@ -1,4 +1,4 @@
-"""The page of the demo's second act: one HTML file that needs no other."""
+"""Makes the page of the demo's second act: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from arctrue.workbench.model.noise_floor import with_one_floor
 
 
 def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> None:
-    """Render it and write it, the folder included, with the three curves beside it.
+    """Render the page and write it with its three curves; make the folder if needed.
 
-    ``first_act``: the name of the page of the first act, where there is one.
+    ``first_act``: the name of the first act's page, if there is one.
     """
     result = act.result
     turn_figure = three_curves(result)
@@ -50,5 +50,5 @@ def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> No
         )
     )
     write_whole_text(file, page)
-    # The picture of docs/hidden-effect.md.
+    # This is the picture of docs/hidden-effect.md.
     save_chart(turn_figure, file.parent / "hidden_effect.svg")

@@ -1,6 +1,6 @@
-"""The text of each section of the page, in the page's order, for a template.
+"""The texts of the sections of the page, in the page's order, for a template.
 
-The set, measurement and model, where it fails, the finding, what is missing, ladder, device.
+The sections: set, measurement and model, misfit, finding, missing effects, ladder, device.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ Float = NDArray[np.float64]
 MOST_RUNS = 24
 MOST_MASKED = 5
 CARDS, LEAST_CARDS = 6, 2
-"""Candidates drawn as cards, at most and at least; the others stand in a table below."""
+"""Greatest and least number of candidates drawn as cards; the others are in a table."""
 LEAST_SHARE = 0.005
-"""Probability from which a candidate has a card."""
+"""A candidate of at least this probability has a card."""
 _SHOWN_SHARE = 0.005
-"""AmplitudeCurve as 1 % or more beside the name of a condition."""
+"""Shares of 1 % and more are printed next to the name of a condition."""
 NAMED_P = 0.01
-"""As in :mod:`arctrue.workbench.diagnose.diagnosis`: above it nothing is named."""
+"""No effect is named above this p value, as in :mod:`arctrue.workbench.diagnose.diagnosis`."""
 
 
 def words(name: str) -> str:
-    """The name of an effect as it is read."""
+    """Give the name of an effect as words."""
     return name.replace("_", " ")
 
 
 def angle_text(display: DisplaySettings, value: float | None, digits: int = 3) -> str:
-    """A small angle in the reader's unit; an en dash where there is none."""
+    """Format a small angle in the reader's unit; an en dash for None."""
     if value is None or not math.isfinite(value):
         return "–"
     if display.unit == "urad":
@@ -52,7 +52,7 @@ def angle_text(display: DisplaySettings, value: float | None, digits: int = 3) -
 
 
 def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
-    """Runs, speeds, temperatures, faults, masked rows, and what the set cannot see."""
+    """List runs, speeds, temperatures, faults, masked rows, and orders that the set cannot see."""
     table = analysis.measurement.table
     facts = [
         ("counts a turn", None if table.counts_per_rev is None else f"{table.counts_per_rev:,}"),
@@ -111,7 +111,7 @@ def _signed(value: float, digits: int) -> str:
 
 
 def model_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, Any]]:
-    """Every effect of the model with its parameters; the last of its name can be dropped."""
+    """List the effects of the model with their parameters; the last of a name can be dropped."""
     found = []
     for entry in analysis.model.effects:
         parameters = [
@@ -140,7 +140,7 @@ def _unit(unit: str) -> str:
 
 
 def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, str]]:
-    """How far the model is from each channel."""
+    """Give the residual of each channel."""
     last = with_one_floor(analysis.model.history)[-1]
     return [
         {
@@ -158,7 +158,7 @@ def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[
 def where_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any]:
-    """The ranked conditions, the one that is drawn, and the findings in words."""
+    """Give the ranked conditions, the drawn one, and the findings in words."""
     conditions = ranked_conditions(analysis, ranking)
     keys = [condition.key for condition, _ in conditions]
     return {
@@ -176,11 +176,11 @@ def where_section(
 
 
 def _lacking(ranking: Ranking | None) -> list[str]:
-    """Channels that the model does not fit, whatever it is that the residual follows."""
-    told = {} if ranking is None else ranking["diagnosis"]["lack_of_fit"]
+    """Name the channels that the model does not fit, whichever condition the residual follows."""
+    tests = {} if ranking is None else ranking["diagnosis"]["lack_of_fit"]
     return [
         channel
-        for channel, item in told.items()
+        for channel, item in tests.items()
         if item["p_value"] is not None and item["p_value"] < NAMED_P
     ]
 
@@ -188,7 +188,7 @@ def _lacking(ranking: Ranking | None) -> list[str]:
 def finding_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any] | None:
-    """The effect that is drawn, and over what it can be."""
+    """Give the drawn effect, and the conditions over which it can be drawn."""
     if ranking is None or ranking["finding"] is None or not ranking["finding"]["best"]:
         return None
     found = ranking["finding"]
@@ -205,7 +205,7 @@ def finding_section(
 def missing_section(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any] | None:
-    """Verdict, cards, what was not tested and why; None before the diagnosis."""
+    """Give verdict, cards, untested effects and reasons; None before the diagnosis."""
     if ranking is None:
         return None
     diagnosis = ranking["diagnosis"]
@@ -292,7 +292,7 @@ def _card(
 
 
 def evidence_in_words(p_value: float, delta_bic: float) -> str:
-    """How rare such a gain is by chance, all that was tried charged for."""
+    """State how rarely chance alone gives such a gain; p includes the look-elsewhere effect."""
     if p_value < 1e-9:
         said = "Chance alone would do this in less than one of a thousand million such sets"
     elif p_value < 1e-6:
@@ -317,7 +317,7 @@ def _round(value: float) -> int:
 
 
 def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, Any]]:
-    """A row a step and channel, as ``arctrue history`` prints it, with its date."""
+    """Give a row per step and channel as ``arctrue history`` prints it, with its date."""
     rows = []
     for number, step in enumerate(with_one_floor(analysis.model.history), start=1):
         for place, channel in enumerate(step.rms_arcsec):
@@ -337,7 +337,7 @@ def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[st
 
 
 def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[str, Any] | None:
-    """Lanes, what they leave out, and what speaks against them; None before it is known."""
+    """Give lanes, what they leave uncorrected, and objections; None before they are known."""
     device = None if ranking is None else ranking["device"]
     if device is None or "refused" in device:
         return device
@@ -368,6 +368,6 @@ def report_sections(
 
 
 def addable(analysis: Analysis) -> Sequence[str]:
-    """Effects that ``add`` takes: those that are not there, and those with a search."""
+    """List the effects that ``add`` accepts: absent ones, and those with a search."""
     absent = absent_effects(analysis.effects, analysis.model.names(), analysis.observations)
     return [name for name, effect in analysis.effects.items() if name in absent or effect.search]

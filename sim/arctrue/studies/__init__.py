@@ -1,5 +1,5 @@
-"""Studies: each builds a simulated table, measures it, and judges what the project makes of it.
+"""Studies: each measures a simulated table and evaluates the result of the project on it.
 
-A study takes settings, runs, and gives a result that ``report`` can draw. Studies bring the
-simulated table, gateware, firmware and workbench together; none of these imports a study.
+A study takes settings, runs, and returns a result that ``report`` can draw. Studies combine
+simulated table, gateware, firmware and workbench; none of these imports a study.
 """

@@ -1,6 +1,6 @@
-"""The rotary table as a thing of physics: what the heads of a real one would put out.
+"""The rotary table as a physical object: it gives the signals that real heads would give.
 
-Independent of the calibration: it knows points, rays and lines, and no Fourier series.
+It is independent of the calibration: it computes points, rays and lines, and no Fourier series.
 """
 
 from arctrue.table.cause import Cause

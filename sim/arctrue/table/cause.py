@@ -1,4 +1,4 @@
-"""What a physical cause can act on: axis, disc, heads, lines, counters, noise, instrument."""
+"""Quantities on which a physical cause can act: axis, disc, heads, lines, counters, noise."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ Points = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True)
 class Stations:
-    """Where a reference instrument is read; arrays ``(n,)``."""
+    """Stations at which a reference instrument is read; arrays ``(n,)``."""
 
     conditions: Conditions
     face: NDArray[np.int64]
-    """Which face of the polygon the autocollimator sees."""
+    """Number of the polygon's face that the autocollimator sees."""
     turned_rad: NDArray[np.float64] | float = 0.0
-    """By how much the instrument was turned on the table when it was put on."""
+    """Angle by which the instrument was turned on the table when it was mounted."""
 
 
 class Cause:
-    """Base of every cause: each method returns what happens there; the default is nothing.
+    """Base of every cause: each method returns one quantity; the default is no effect.
 
-    The table adds what its causes return, each in the frame named by the method. A cause
-    says what happens, never what a reading becomes: that follows from the geometry.
+    The table adds the results of its causes, each in the frame that the method states. A cause
+    describes a displacement, never a reading: the reading follows from the geometry.
     """
 
     def axis_shift_m(self, state: TableState) -> Points | complex:
@@ -52,29 +52,29 @@ class Cause:
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """What the lines at a disc angle say too much; period one turn."""
+        """Error of the lines at a disc angle; period one turn."""
         return 0.0
 
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """What the signal of head 0, 1, … adds to the lines that it sees."""
+        """Error that the signal of head 0, 1, … adds to the lines that it sees."""
         return 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> Angles | float:
-        """How far the disc is turned against the top of the table, on which the reference sits."""
+        """Angle by which the disc is turned against the table top, which carries the reference."""
         return 0.0
 
     def sampling_delay_s(self, head: int) -> float:
-        """How old the reading of head 0, 1, … is when it is latched."""
+        """Age of the reading of head 0, 1, … when it is latched."""
         return 0.0
 
     def gained_counts(self, head: int, conditions: Conditions) -> NDArray[np.int64] | int:
-        """What the counter of head 0, 1, … has gained (or lost, negative) by then."""
+        """Counts gained by the counter of head 0, 1, … (lost: negative) up to each instant."""
         return 0
 
     def instrument_error_rad(self, stations: Stations, deviation_rad: Angles) -> Angles | float:
-        """What the instrument adds to ``deviation_rad``, the true reading less true angle."""
+        """Error of the instrument on ``deviation_rad``, the true reading minus the true angle."""
         return 0.0
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise | None:
@@ -88,11 +88,11 @@ class Cause:
     def struck_rad(
         self, head: int, conditions: Conditions, random: np.random.Generator
     ) -> Angles | None:
-        """What single rows of head 0, 1, … are off; 0 in the rows that are not struck."""
+        """Errors of single rows of head 0, 1, …; 0 in all other rows."""
         return None
 
     def index_shift_counts(self, random: np.random.Generator) -> int:
-        """How many counts off one head takes its index in one run."""
+        """Offset in counts with which a head detects its index in one run."""
         return 0
 
     def index_variance_counts2(self) -> float:
@@ -100,17 +100,17 @@ class Cause:
         return 0.0
 
     def shown_temperature_c(self, course: TemperatureCourse, time_s: Angles) -> Angles | None:
-        """What the temperature sensor shows in place of the true temperature."""
+        """Temperature that the sensor shows instead of the true temperature."""
         return None
 
     def kept_rows(
         self, conditions: Conditions, random: np.random.Generator
     ) -> NDArray[np.bool_] | None:
-        """Which rows are recorded."""
+        """True for each row that is recorded."""
         return None
 
     def driven(self, motion: Motion) -> Motion:
-        """The motion that the drive makes of the one that it was asked for."""
+        """The motion that the drive makes of the requested motion."""
         return motion
 
 
@@ -123,11 +123,11 @@ GEOMETRY = frozenset(
         "signal_error_rad",
     }
 )
-"""What moves points and lines, and draws no random numbers."""
+"""Methods that move points and lines, and draw no random numbers."""
 READING = GEOMETRY | {"disc_turn_rad", "sampling_delay_s", "gained_counts"}
-"""What :meth:`arctrue.table.rotary_table.RotaryTable.reading_rad` honours."""
+"""Methods that :meth:`arctrue.table.rotary_table.RotaryTable.reading_rad` applies."""
 SIGNALS = READING - {"gained_counts"}
-"""What stands before the counter: the edges of a head."""
+"""Methods that act before the counter: the edges of a head."""
 CAPTURE = READING | {
     "head_noise",
     "struck_rad",
@@ -136,11 +136,11 @@ CAPTURE = READING | {
     "kept_rows",
     "driven",
 }
-"""What the recorded runs of the heads honour."""
+"""Methods that recorded runs of the heads apply."""
 REFERENCE = SIGNALS | {"instrument_error_rad", "instrument_noise", "head_noise", "struck_rad"}
-"""What a recorded reference run honours."""
+"""Methods that a recorded reference run applies."""
 RECORD = frozenset(name for name in vars(Cause) if not name.startswith("_"))
-"""Everything that a cause can act on."""
+"""All methods of a cause."""
 
 
 def acts_on(cause: Cause | type[Cause]) -> frozenset[str]:
@@ -151,11 +151,11 @@ def acts_on(cause: Cause | type[Cause]) -> frozenset[str]:
 
 
 class UnhonouredCauseError(ValueError):
-    """A cause acts on something that its consumer does not have."""
+    """A cause acts on a quantity that its consumer does not simulate."""
 
 
 def refuse_unhonoured(causes: Iterable[Cause], honoured: frozenset[str], consumer: str) -> None:
-    """Raise UnhonouredCauseError for a cause of which ``consumer`` would drop a part unsaid."""
+    """Raise UnhonouredCauseError if ``consumer`` would silently ignore a part of a cause."""
     for cause in causes:
         left = sorted(acts_on(cause) - honoured)
         if left:

@@ -1,4 +1,4 @@
-"""Under which conditions the table is read: its state, and what only some causes ask for."""
+"""Conditions under which the table is read: its state, and quantities that some causes need."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from arctrue.table.state import TableState
 
 USUAL_TEMPERATURE_C = 20.0
-"""Temperature at which the table was adjusted: what is thermal is zero there."""
+"""Temperature of adjustment, at which all thermal effects are zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,13 +19,13 @@ class Conditions(TableState):
 
     temperature_c: NDArray[np.float64]
     direction: NDArray[np.float64]
-    """+1 or −1: from which side the angle was reached; 0: unknown."""
+    """+1 or −1: side from which the angle was reached; 0: unknown."""
     run: NDArray[np.int64]
     since_run_start_s: NDArray[np.float64]
     travelled_rad: NDArray[np.float64] | None = None
-    """How far the table has turned since it was set up, in either direction; None: not known."""
+    """Travel in both directions since the table was set up; None: unknown."""
     since_reversal_rad: NDArray[np.float64] | None = None
-    """How far it has turned since it last changed its direction; None: not known."""
+    """Travel since the last reversal; None: unknown."""
 
     def turned(self, angle_rad: NDArray[np.float64]) -> Conditions:
         """The same conditions at other angles."""

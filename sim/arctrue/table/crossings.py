@@ -19,12 +19,12 @@ def solve_brackets(
     tolerance: float,
     iterations: int = 100,
 ) -> NDArray[np.float64]:
-    """Where ``function`` meets ``target`` between ``lower`` and ``upper``, shape ``(n,)``.
+    """Find where ``function`` meets ``target`` between ``lower`` and ``upper``, shape ``(n,)``.
 
-    One root a bracket, at which ``function − target`` changes its sign. Illinois variant of
-    the false position (the retained end's value is halved), a bisection every fourth step, until
-    |function − target| <= ``tolerance``. Raises ArithmeticError where a bracket holds no change
-    of sign, or where ``iterations`` do not suffice.
+    Each bracket holds one root, at which ``function − target`` changes its sign. The method is the
+    Illinois variant of the false position (the value of the retained end is halved), with a
+    bisection every fourth step, until |function − target| <= ``tolerance``. Raises ArithmeticError
+    if a bracket holds no change of sign, or if ``iterations`` do not suffice.
     """
     low, high = lower.astype(np.float64), upper.astype(np.float64)
     value_low, value_high = function(low) - target, function(high) - target

@@ -1,4 +1,4 @@
-"""How a cause of the simulated table declares itself: its values, and how it is drawn."""
+"""Declaration of a cause of the simulated table: its values, and how it is drawn."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from arctrue.table.cause import Cause
 
 MICROMETRE_M = 1e-6
 STROKE_DEG = 1.0
-"""Travel after a reversal in which a bearing's friction goes over, where none is given."""
+"""Default stroke of travel after a reversal in which a bearing's friction changes over."""
 TURNS, NYQUIST_HZ, ROWS = 12, 125.0, 24_000
-"""Turns, half the row rate and rows of the full experiment, through which a search goes."""
+"""Turns, half the row rate and rows of the full experiment: the range of a search."""
 
 Random = np.random.Generator
 Order = Annotated[int, Meta(ge=1)]
@@ -25,7 +25,7 @@ HeadNumber = Annotated[int, Meta(ge=1, le=4)]
 Half = Annotated[float, Meta(ge=-0.5, le=0.5)]
 
 Kind = Literal["catalogue", "parts", "stranger", "noise"]
-"""An effect of the catalogue; a product of parts; neither of both; noise, which is no effect."""
+"""Kinds: effect of the catalogue, product of parts, neither, or noise, which is no effect."""
 
 
 class Given(Struct, frozen=True, forbid_unknown_fields=True):
@@ -40,11 +40,11 @@ class Given(Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Occasion:
-    """What a draw may know of the measurement: its runs."""
+    """What a draw may know about the runs of the measurement."""
 
     starts_s: tuple[float, ...]
     durations_s: tuple[float, ...]
-    """Of each run of the capture."""
+    """One entry per run of the capture."""
     speeds_rad_s: tuple[float, ...]
 
     @property
@@ -73,31 +73,31 @@ class Recipe:
     """A range of sizes, as they have been seen on real tables, in which a cause is drawn."""
 
     name: str
-    """Of the effect, as the catalogue has it."""
+    """Name of the effect in the catalogue."""
     unit: str
-    """Of the size."""
+    """Unit of the size."""
     low: float
     high: float
     draw: Draw
     rank: int
-    """Place in the pools from which the benchmark draws; a new recipe takes the next number."""
+    """Position in the pools from which the benchmark draws; a new recipe takes the next number."""
     coefficients: int = 0
-    """Of the true form, for the ideal test; 0: noise, for which there is none."""
+    """Degrees of freedom of the true form, for the ideal test; 0 for noise."""
     places: float = 1
     """Orders, frequencies, instants, places on the disc or time constants to search through."""
     kind: Kind = "catalogue"
     parts: tuple[str, ...] = ()
-    """Of a product of parts: its factors."""
+    """Factors of a product of parts."""
     cause: str = ""
-    """Name of the cause's file; the registry fills it in."""
+    """Name of the cause's file, set by the registry."""
 
     @property
     def in_catalogue(self) -> bool:
-        """The workbench knows an effect of this name."""
+        """True if the workbench has an effect of this name."""
         return self.kind == "catalogue"
 
     def draw_size(self, random: Random) -> float:
-        """Draw a size between low and high, as likely in each octave."""
+        """Draw a size between low and high, log-uniformly."""
         return float(np.exp(random.uniform(np.log(self.low), np.log(self.high))))
 
 
@@ -107,12 +107,12 @@ class Declaration:
 
     kind: type[Cause]
     values: type[Given] | None = None
-    """Values that somebody may give; None: it is only drawn."""
+    """Values that a scenario may give; None: the cause is only drawn."""
     recipes: tuple[Recipe, ...] = ()
 
 
 def rising(key: str, instants_s: tuple[float, ...], least: int) -> None:
-    """Raise ValueError where fewer than ``least`` instants are given, or they do not rise."""
+    """Raise ValueError for fewer than ``least`` instants, or instants that do not rise."""
     if len(instants_s) < least or list(instants_s) != sorted(set(instants_s)):
         expected = "rising instants" if least == 1 else "two or more rising instants"
         raise ValueError(f"{key}: expected {expected}, found {list(instants_s)}")

@@ -1,4 +1,4 @@
-"""Random numbers that several causes are drawn with."""
+"""Random draws that several causes share."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def sign(random: Random) -> float:
 
 
 def log_uniform(low: float, high: float, random: Random) -> float:
-    """Draw a number between two limits, as likely in each octave."""
+    """Draw a number between two limits, log-uniformly."""
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
 

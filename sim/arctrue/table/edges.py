@@ -1,4 +1,4 @@
-"""When each count of a head changes: the edges of its A, B and Z wires."""
+"""Finds the instants at which a head's count changes: the edges of its A, B and Z wires."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.table.rotary_table import RotaryTable
 from arctrue.table.state import TableState
 
 TOLERANCE_COUNTS = 1e-7
-"""How exactly an edge is found. A turn of 2^24 counts in float64 resolves 4e-9 counts."""
+"""Tolerance of an edge in counts. A turn of 2^24 counts in float64 resolves 4e-9 counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +78,8 @@ def _displaced(
     time_s: NDArray[np.float64],
     random: np.random.Generator,
 ) -> NDArray[np.float64]:
-    # The reading passes a level that lies off by the noise: to first order the edge comes
-    # noise / speed later. Noise is far below a count, over which speed hardly changes.
+    # Noise shifts the level that the reading crosses: to first order the edge comes
+    # noise / speed later. Noise is far below a count, and the speed hardly changes within a count.
     speed = np.abs(motion.state(time_s).speed_rad_s)
     slowest = np.maximum(speed, 1e-3 * speed.max())
     shifted = time_s + random.normal(0.0, table.noise_rad, time_s.shape) / slowest
@@ -89,9 +89,9 @@ def _displaced(
 def angle_of_reading(
     table: RotaryTable, head: int, reading_counts: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The true angle at which the table, turning slowly, shows each reading, shape ``(n,)``.
+    """Find the true angle at which the slowly turning table shows each reading, shape ``(n,)``.
 
-    Only for effects that do not depend on time or speed. Raises ArithmeticError where the
+    This needs effects that do not depend on time or speed. Raises ArithmeticError if the
     reading errs by more than a tenth of a turn.
     """
     nominal = reading_counts * table.count_rad + table.heads[head].angle_rad

@@ -1,4 +1,4 @@
-"""How the table is driven: a speed profile with ramps, pauses and reversals, a ripple, and heat."""
+"""The motion of the table: a speed profile with ramps, pauses and reversals, and a ripple."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.table.temperature import TemperatureCourse
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A speed that runs straight from knot to knot, and a ripple of the angle on top.
+    """A speed that is linear between knots, with a ripple of the angle.
 
     With the smooth angle s(t), the integral of the profile from ``start_rad``, the true angle is
 
@@ -34,16 +34,16 @@ class Motion:
     ripple_order: int = 1
     ripple_phase_rad: float = 0.0
     temperature: TemperatureCourse = field(default_factory=TemperatureCourse)
-    """Over the time of the surroundings, from ``start_s`` on."""
+    """Temperature over the time of the surroundings, from ``start_s`` on."""
     surroundings_s: tuple[float, ...] | None = None
-    """Time of the surroundings at each knot, where a pause counts in full of which a part is run;
-    None: that of the motion."""
+    """Time of the surroundings at each knot; it counts pauses in full, also if only a part is run.
+        None: that of the motion."""
     start_s: float = 0.0
     """Time of the measurement at which the motion begins."""
     run: int = 0
-    """Which run of the measurement it is."""
+    """Number of the run within the measurement."""
     travelled_rad: float = 0.0
-    """How far the table has turned before, in either direction."""
+    """Travel of the table before the motion, in either direction."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be driven."""
@@ -96,7 +96,7 @@ class Motion:
 
     @property
     def duration_s(self) -> float:
-        """From the first to the last knot."""
+        """Time from the first to the last knot."""
         return self.knot_times_s[-1]
 
     def turning_times_s(self) -> NDArray[np.float64]:
@@ -172,12 +172,12 @@ class _Travel:
     travelled_rad: NDArray[np.float64]
     """At each instant."""
     side: NDArray[np.float64]
-    """Of each piece, +1 or −1: a table that stands keeps the side from which it came."""
+    """Sign of each piece, +1 or −1: a standing table keeps the direction of its last motion."""
     turned_back_rad: NDArray[np.float64]
     """The travel at the last reversal before each piece."""
 
     def at(self, time_s: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """The piece that each instant lies in, and the travel until then; same shape."""
+        """Give the piece that contains each instant, and the travel until then; same shape."""
         piece = np.clip(
             np.searchsorted(self.times_s, time_s, side="right") - 1, 0, self.side.size - 1
         )

@@ -1,4 +1,4 @@
-"""Gaussian noise over time: what a cause says of it, its draws, and its covariance."""
+"""Gaussian noise over time: its description by a cause, its draws, and its covariance."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Noise:
 
         cov(i, l) = white_i²·δ_il + Σ_j sigma_j²·Π_{i < m ≤ l} decay_jm.
 
-    Each process is carried from row to row (no Fourier series), so a run's end has nothing to do
-    with its beginning.
+    Each process is computed from row to row (no Fourier series), so that the end of a run is
+    independent of its beginning.
     """
 
     white_rad: Float
@@ -52,7 +52,7 @@ class Noise:
         return found
 
     def rows(self, kept: NDArray[np.bool_]) -> Noise:
-        """The noise of some of the rows: correlations multiply over those left out."""
+        """Give the noise of some rows: correlations multiply over the rows left out."""
         at = np.flatnonzero(kept)
         running = np.cumsum(np.log(np.maximum(np.abs(self.decay), 1e-300)), axis=1)
         signs = np.cumprod(np.where(self.decay < 0, -1.0, 1.0), axis=1)

@@ -77,11 +77,11 @@ def clocked_pins(
     clock_hz: float,
     index_width_counts: int = 1,
 ) -> PinEvents:
-    """The wires of all heads as a clocked input sees them, head 1 in the lowest bits.
+    """Sample the wires of all heads by a clock, head 1 in the lowest bits.
 
-    An edge is seen at the first clock at or after it. Raises TooFastError, naming head and
-    time, where two edges of one head fall on one clock: the electronics could not tell them
-    from an illegal transition.
+    An edge appears at the first clock at or after it. Raises TooFastError, naming head and
+    time, if two edges of one head fall on one clock: the electronics could not distinguish
+    them from an illegal transition.
     """
     first_levels = 0
     clocks, owners, levels = [], [], []

@@ -1,7 +1,7 @@
 """Every cause of the simulated table, found by its file in :mod:`arctrue.table.causes`.
 
-The one registry: captures, edges, polygon runs, scenarios, hidden effects, ``simulate`` and the
-benchmark take their causes from here. What a consumer cannot honour it refuses, see
+Captures, edges, polygon runs, scenarios, hidden effects, ``simulate`` and the benchmark take their
+causes from this registry. A consumer refuses causes that it does not simulate, see
 :func:`arctrue.table.cause.refuse_unhonoured`.
 """
 

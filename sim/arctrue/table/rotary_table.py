@@ -1,4 +1,4 @@
-"""The table: an axis, a disc on it, two to four heads that read it, and what disturbs them."""
+"""The table: an axis, a disc on it, two to four heads that read it, and causes of errors."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from arctrue.table.head import Head
 from arctrue.table.state import TableState
 
 DISC_RADIUS_M = 107.95e-3 / 2
-"""MicroE PurePrecision disc (section 4 of the paper; its lines may be nearer: docs/errata.md)."""
+"""MicroE PurePrecision disc (section 4 of the paper; docs/errata.md discusses its radius)."""
 HEAD_SEPARATION_RAD = float(np.deg2rad(33.0))
 """α of docs/architecture.md, "Head geometry"."""
 GRATING_LINES = 16384
-"""Of the paper's disc."""
+"""Number of lines of the paper's disc."""
 
 TURN_RAD = 2 * np.pi
 
@@ -36,9 +36,9 @@ HEAD_PLACES_DEG: Mapping[int, tuple[float, ...]] = {
     3: (0.0, 33.0, 223.5),
     4: (0.0, 33.0, 162.5, 300.5),
 }
-"""By the number of heads: places after head 1, head 2 as in the paper. Of three heads the third
-stands where the worst gain of orders 1 to 64 is least while their mean is quieter than one head;
-the four are those of docs/methods.md."""
+"""Places after head 1 by the number of heads; head 2 is that of the paper. With three heads the
+third minimises the worst gain of orders 1 to 64 while their mean has less noise than one head;
+the four places are those of docs/methods.md."""
 
 
 def heads_at(
@@ -48,7 +48,7 @@ def heads_at(
 ) -> tuple[Head, ...]:
     """Heads at the stator angles −p for places p after head 1.
 
-    ``radii_m``: None: the disc's for all; ``late_counts``: how late each takes the index mark.
+    ``radii_m``: None selects the disc's radius for all; ``late_counts``: delay of each index mark.
     """
     radii = [DISC_RADIUS_M] * len(places_rad) if radii_m is None else radii_m
     late = [0] * len(places_rad) if late_counts is None else late_counts
@@ -86,7 +86,7 @@ class RotaryTable:
     index_mark_rad: float = 0.0
     """Disc angle of the index mark."""
     index_width_counts: int = 1
-    """How many counts long Z stays high."""
+    """Width of Z in counts."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be built."""
@@ -137,7 +137,7 @@ class RotaryTable:
         return reading
 
     def index_count(self, head: int) -> int:
-        """The count of the graduation at which head 0, 1, … takes the index mark."""
+        """Count of the graduation at which head 0, 1, … detects the index mark."""
         mark = np.array([self.index_mark_rad])
         reading = self._disc_reading_rad(mark, TableState.at_rest(mark))
         counts = self.round_counts(reading / self.count_rad)
@@ -146,7 +146,7 @@ class RotaryTable:
     def reading_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
         """Reading of head 0, 1, … from the index mark: continuous, without noise, shape ``(n,)``.
 
-        A late reading shows where the table was: back by delay × speed, which is exact at one
+        A late reading shows an earlier place: back by delay × speed, which is exact at constant
         speed and on a ramp off by acceleration × delay²/2.
         """
         timed = [cause for cause in self.causes if acts_on(cause) - GEOMETRY]
@@ -172,14 +172,14 @@ class RotaryTable:
         return reading - self.index_count(head) * self.count_rad
 
     def round_counts(self, reading_counts: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Whole counts of a continuous reading in counts, same shape."""
+        """Round a continuous reading in counts to whole counts, same shape."""
         half = 0.5 if self.rounding == "nearest" else 0.0
         return np.floor(reading_counts + half).astype(np.int64)
 
     def counts(
         self, head: int, state: TableState, random: np.random.Generator | None = None
     ) -> NDArray[np.int64]:
-        """What the counter of head 0, 1, … shows, from its index, not wrapped, shape ``(n,)``.
+        """Give the counter of head 0, 1, … from its index, not wrapped, shape ``(n,)``.
 
         Noise is added where ``random`` is given. Raises UnhonouredCauseError for a cause that acts
         on more than the reading: a row that is missing, an instrument, noise of its own.

@@ -1,4 +1,4 @@
-"""Where the table is, at a row of instants."""
+"""State of the table at a series of instants."""
 
 from __future__ import annotations
 

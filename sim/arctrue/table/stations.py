@@ -1,4 +1,4 @@
-"""A table that stands at one station after another, as a reference instrument finds it."""
+"""Conditions of a table that stands at one station after another, for a reference instrument."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
 
 OVERRUN_RAD = float(np.deg2rad(5.0))
-"""How far the table is driven past a station at which it turns back."""
+"""Distance by which the table overshoots a station at which it reverses."""
 NO_RUN = -1
 """The stations belong to no run of the capture."""
 
@@ -19,10 +19,10 @@ def stations(
     direction: NDArray[np.int64] | NDArray[np.float64],
     speed_rad_s: NDArray[np.float64] | float = 0.0,
 ) -> Conditions:
-    """The conditions at stations, arrays ``(n,)``, each reached from its ``direction``.
+    """Give the conditions at stations, arrays ``(n,)``, each reached from its ``direction``.
 
-    At the usual temperature, long after the start; the first station after a reversal is driven
-    past by five degrees and approached anew, as the procedure asks.
+    The table is at the usual temperature, long after the start. At the first station after a
+    reversal it overshoots by five degrees and approaches anew, as the procedure requires.
     """
     travelled_rad, since_rad = _travel(target_rad, np.asarray(direction, dtype=np.float64))
     return Conditions(
@@ -43,7 +43,7 @@ def _travel(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Travel until each station in either direction, and since the direction changed."""
     steps = np.abs(np.diff(target_rad, prepend=target_rad[:1]))
-    # From the last face to the first one of the next pass it is one step on.
+    # The last face and the first face of the next pass are one step apart.
     turns = np.minimum(steps, np.abs(2 * np.pi - steps))
     changed = np.diff(direction, prepend=0.0) != 0
     travel = np.cumsum(np.where(changed, 0.0, turns))

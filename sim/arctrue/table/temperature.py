@@ -1,4 +1,4 @@
-"""The temperature of the table over time, and what a slow sensor shows of it."""
+"""The temperature of the table over time, and its display by a slow sensor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TemperatureCourse:
-    """Temperatures at instants that rise; straight in between, constant outside.
+    """Temperatures at rising instants; linear in between, constant outside.
 
     Raises ValueError where the instants do not rise or the two differ in number.
     """
@@ -37,7 +37,7 @@ class TemperatureCourse:
         return np.asarray(np.interp(time_s, self.times_s, self.temperatures_c))
 
     def lagging(self, time_s: Float, constant_s: float) -> Float:
-        """What a sensor of first order with this time constant shows, °C, same shape.
+        """Give the temperature shown by a first-order sensor of this time constant, °C, same shape.
 
         Solves T_s′ = (T − T_s)/τ exactly on each straight piece, from T_s = T before the first.
         """

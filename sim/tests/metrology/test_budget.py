@@ -125,7 +125,7 @@ def test_a_reference_alone(tmp_path: Path) -> None:
     # Even stations: every coefficient has the mean leverage, nine of them over 288 rows.
     assert repeat["sensitivity"] == pytest.approx(math.sqrt(9 / 288), rel=1e-3)
     assert lines["reversal error, half of it"]["u_arcsec"] == pytest.approx(1.0, abs=0.05)
-    assert lines["what the correction leaves at the targets"]["u_arcsec"] < 0.1
+    assert lines["remaining error at the targets after the correction"]["u_arcsec"] < 0.1
     assert lines["reference instrument"]["u_arcsec"] == 0.12
     assert data["u_arcsec"] == pytest.approx(
         math.sqrt(sum(one["u_arcsec"] ** 2 for one in lines.values()))

@@ -242,7 +242,7 @@ def test_what_is_not_judged_yet_is_not_denied(
     session.write_ranking(1, partly)
     where = section(client.get(first).text, "where")
     assert FOLLOWS_NONE not in where
-    assert "follows the diagnosis" in where
+    assert "diagnosis will show" in where
 
     # Judged: nothing beyond chance, then a share that is shown, and too small for a sentence.
     quiet = [{**item, "share": 0.0} for item in whole["regressors"]]
@@ -252,7 +252,7 @@ def test_what_is_not_judged_yet_is_not_denied(
     session.write_ranking(1, {**whole, "findings": [], "regressors": some})
     where = section(client.get(first).text, "where")
     assert "24 %" in where
-    assert f"{FOLLOWS_NONE} below closely enough to be said" in where
+    assert f"{FOLLOWS_NONE} below closely enough to name it" in where
 
 
 def test_a_set_that_is_opened_again_is_not_ranked_again(

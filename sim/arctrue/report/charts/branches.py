@@ -49,7 +49,7 @@ def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
         noise = noise_arcsec.get("reference", 0.0)
         panels.append(_stations(reference, residuals.reference_arcsec, noise))
     return Chart(
-        "branches", "What the model leaves over the angle, by run and by direction.", panels
+        "branches", "Residual of the model over the angle, by run and by direction.", panels
     )
 
 
@@ -68,9 +68,7 @@ def _runs(rows: CaptureRows, left: Float, noise: float) -> Panel:
         dash = _DASHES[place // len(COLOURS) % len(_DASHES)]
         layers.append(Curve(mean.centre, mean.mean, name, colour, dash=dash, width=1.2))
     layers.insert(0, _noise_band(window, 2.0 * noise / np.sqrt(max(each, 1.0))))
-    title = (
-        f"Capture: what the model leaves in each run, mean each {window.span_deg / TURN_BINS:.2g}°"
-    )
+    title = f"Capture: residual of each run, mean each {window.span_deg / TURN_BINS:.2g}°"
     if rows.runs > _MOST_RUNS:
         title += f" (the first {_MOST_RUNS} of {rows.runs} runs)"
     return Panel(window.axis(), Axis("R₂ − R₁ less the model", ARCSEC), layers, title)
@@ -98,7 +96,7 @@ def _stations(rows: ReferenceRows, left: Float, noise: float) -> Panel:
                 size=4.0,
             )
         )
-    title = "Reference run: what the model leaves at each station"
+    title = "Reference run: residual at each station"
     x = window.axis()
     if x.reach is not None:
         edge = _EDGE * window.span_deg

@@ -45,5 +45,5 @@ def heat_map(analysis: Analysis) -> Chart:
                 f"{channel.capitalize()}: angle × {word}",
             )
         )
-    words = "Mean of what the model leaves over the angle, one line a run."
+    words = "Mean residual over the angle, one line per run."
     return Chart("heat_map", words, panels, panel_height=2.2)

@@ -46,17 +46,17 @@ def ladder(history: Sequence[HistoryStep]) -> Chart:
         panels.append(
             Panel(
                 Axis("step", ticks=ticks, reach=(-0.5, max(len(history), 2) - 0.5)),
-                Axis("RMS of what is left", ARCSEC, logarithmic=every.size > 0, reach=reach),
+                Axis("RMS of the residual", ARCSEC, logarithmic=every.size > 0, reach=reach),
                 layers,
                 channel.capitalize(),
             )
         )
-    told = "; ".join(
+    changes = "; ".join(
         f"{name} from {history[0].rms_arcsec[name]:.3f}″ to {history[-1].rms_arcsec[name]:.3f}″"
         for name in channels
         if name in history[0].rms_arcsec and name in history[-1].rms_arcsec
     )
-    return Chart("ladder", f"How the error fell: {told}.", panels, columns=2, panel_height=3.2)
+    return Chart("ladder", f"How the error fell: {changes}.", panels, columns=2, panel_height=3.2)
 
 
 def _name(step: HistoryStep, number: int) -> str:

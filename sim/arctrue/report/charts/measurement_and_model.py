@@ -46,7 +46,7 @@ def _panel(analysis: Analysis, channel: str, whitened: bool) -> Panel:
     angle = analysis.angle_rad(channel)
     colour = CHANNEL_COLOUR[channel]
     window = AngleWindow.over(angle)
-    seen, told = window.bins(angle, measured, _BINS), window.bins(angle, model, _BINS)
+    seen, predicted = window.bins(angle, measured, _BINS), window.bins(angle, model, _BINS)
     what = "R₂ − R₁ − α" if channel == "capture" else "error of head 1"
     layers: list[Band | Curve] = []
     if measured.size <= _MOST_POINTS:
@@ -64,10 +64,18 @@ def _panel(analysis: Analysis, channel: str, whitened: bool) -> Panel:
     else:
         layers.append(Band(seen.centre, seen.low, seen.high, "measured, lowest to highest", colour))
         layers.append(Curve(seen.centre, seen.mean, "measured, mean", colour, width=1.2))
-    layers.append(Curve(told.centre, told.mean, "model", "#1c2530", dash="dash", width=1.4))
-    if channel == "reference" and told.centre.size < _BINS // 3:
+    layers.append(
+        Curve(predicted.centre, predicted.mean, "model", "#1c2530", dash="dash", width=1.4)
+    )
+    if channel == "reference" and predicted.centre.size < _BINS // 3:
         layers[-1] = Curve(
-            told.centre, told.mean, "model", QUIET, kind="both", dash="dash", marker="hollow"
+            predicted.centre,
+            predicted.mean,
+            "model",
+            QUIET,
+            kind="both",
+            dash="dash",
+            marker="hollow",
         )
     return Panel(
         window.axis(),

@@ -47,14 +47,14 @@ def residual_against(analysis: Analysis, condition: Condition) -> Chart:
         panels.append(
             Panel(
                 _axis(condition, values),
-                Axis("mean of what is left", ARCSEC),
+                Axis("mean residual", ARCSEC),
                 layers,
                 title=channel.capitalize(),
             )
         )
     return Chart(
         "residual_against",
-        f"Mean of what the model leaves against {condition.name}.",
+        f"Mean residual against {condition.name}.",
         panels,
         columns=2,
         panel_height=3.0,

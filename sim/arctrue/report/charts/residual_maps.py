@@ -37,7 +37,7 @@ def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
         for item in maps
         if item.channel == channel
     ]
-    words = "Mean of what the model leaves, against each condition."
+    words = "Mean residual against each condition."
     return Chart("residual_maps", words, panels, columns=_COLUMNS, panel_height=2.3)
 
 

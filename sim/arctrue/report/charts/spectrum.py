@@ -40,7 +40,7 @@ _MOST_POINTS = 2000
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
     """Amplitude of a line at every place, each channel that shows any; see :func:`all_spectra`."""
     panels = [_panel(residuals, channel, along) for channel in residuals.observations.channels]
-    words = f"Amplitude of lines in what the model leaves, by {ALONG[along]}."
+    words = f"Amplitude of lines in the residual, by {ALONG[along]}."
     return Chart("spectrum", words, panels, panel_height=2.5)
 
 
@@ -55,7 +55,7 @@ def all_spectra(residuals: Residuals) -> Chart:
         for channel in residuals.observations.channels
         for along in ALONG
     ]
-    words = "Amplitude of lines in what the model leaves, by order, frequency and period."
+    words = "Amplitude of lines in the residual, by order, frequency and period."
     return Chart("spectra", words, panels, columns=len(ALONG), panel_height=2.6)
 
 
@@ -79,7 +79,7 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
         Curve(
             places[shown],
             found.amplitude_arcsec[shown],
-            "what is left",
+            "residual",
             CHANNEL_COLOUR[channel],
             width=1.0,
         ),

@@ -1,8 +1,8 @@
 """Runs many independent tasks on the cores of this machine, on a Dask cluster, or as shards.
 
-A *task* is a mapping that JSON can hold; the *work* is a function ``module:function`` that turns
-it into a result of the same kind. Results are lines in a folder, keyed by the task's content, so a
-campaign can be stopped, resumed, split and merged, and says the same whoever computed it.
+A *task* is a mapping that JSON can hold; the *work* is a function ``module:function`` that converts
+it to a result, also JSON. Results are lines in a folder, keyed by the content of the task, so a
+campaign can be stopped, resumed, split and merged; its results do not depend on the machine.
 """
 
 from arctrue.studies.campaign.campaign import Campaign, Interrupted, Speed

@@ -1,4 +1,4 @@
-"""A campaign: the tasks, where they are run, and what happens when a worker or the user stops."""
+"""Runs a campaign: distributes its tasks, and handles dead workers and interrupts."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""In a row, without a result between them: then a task itself kills its worker."""
+"""Number of consecutive dead workers without a result that ends the campaign."""
 
 
 STOP_POLL_S = 0.5
 PARENT_POLL_S = 2.0
 STOPS = (signal.SIGINT, signal.SIGTERM)
-"""Ctrl-C, and what a batch system sends to a job whose time is over."""
+"""Ctrl-C, and the signals that a batch system sends to a job at its time limit."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
-    """The user stopped the campaign; what was done is on the disk."""
+    """The user stopped the campaign; finished results are on the disk."""
 
     def __init__(self, done: int, total: int) -> None:
-        """How many tasks are done."""
-        super().__init__(f"{done} of {total} are done; the same command goes on from there")
+        """Store the number of finished tasks."""
+        super().__init__(f"{done} of {total} are done; the same command continues from there")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +58,11 @@ class Speed:
     done: int
     total: int
     tasks_per_s: float
-    """Of this run."""
+    """Rate of this run."""
 
     @property
     def seconds_left(self) -> float:
-        """At this speed; infinite before the first task is done."""
+        """Estimate from this speed; infinite before the first task is done."""
         left = self.total - self.done
         if not left:
             return 0.0
@@ -78,11 +78,11 @@ class Campaign:
     tasks: Sequence[Task]
     folder: Path
     facts: Mapping[str, Any]
-    """What else the header says; a run with other facts does not go into the same folder."""
+    """Further facts in the header; a run with other facts may not use the same folder."""
     batch: int = 1
-    """Tasks that a worker takes at once: more for tasks that are short beside a message."""
+    """Number of tasks that a worker takes at once; use more for short tasks."""
     sources: Sources = WHOLE_PACKAGE
-    """What the results depend on."""
+    """The sources on which the results depend."""
 
     def header(self) -> dict[str, Any]:
         """Work, tasks, state and commit of the code, and the facts."""
@@ -103,11 +103,11 @@ class Campaign:
         shard: tuple[int, int] | None = None,
         progress: Callable[[Speed], None] | None = None,
     ) -> int:
-        """Do what is not done yet; how many tasks of this shard are done in the end.
+        """Do all tasks without a result; return the number of finished tasks of this shard.
 
-        ``scheduler``: the address of a Dask scheduler in place of a pool of ``workers``
-        processes. ``shard`` (i, n): every n-th task from the i-th, 1 ≤ i ≤ n. Raises Interrupted
-        after Ctrl-C, CampaignError when workers die again and again or have other code, StoreError
+        ``scheduler``: the address of a Dask scheduler, instead of a pool of ``workers``
+        processes. ``shard`` (i, n): every n-th task from the i-th on, 1 ≤ i ≤ n. Raises Interrupted
+        after Ctrl-C, CampaignError if workers die repeatedly or have other code, StoreError
         for a folder of another campaign.
         """
         mine = list(self.tasks)
@@ -154,12 +154,12 @@ def _of_one_state(finished: Iterator[Done]) -> Iterator[Done]:
 def pool(
     do: DoBatch, batches: Sequence[Batch], workers: int, stopping: Callable[[], bool]
 ) -> Iterator[Done]:
-    """Batches as they are finished by processes of this machine.
+    """Yield batches as processes of this machine finish them.
 
-    A killed worker breaks the pool: what it and the others held is done again in a new one. Once
-    ``stopping()`` is true no batch is begun, and those under way are still handed out.
+    A killed worker breaks the pool: a new pool repeats all unfinished batches. Once
+    ``stopping()`` is true no batch is begun, and the present batches are still yielded.
     """
-    # Read by numpy in the workers: sums of one thread are the same on every number of cores.
+    # numpy reads this in the workers: sums of one thread are equal on any number of cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left = dict(enumerate(batches))
     broken = 0
@@ -174,7 +174,7 @@ def pool(
         running: dict[Future[Results], int] = {}
         try:
             while True:
-                # Few are handed out ahead, so that a stop waits for few.
+                # Few batches are submitted ahead, so that a stop waits for few.
                 while not stopping() and len(running) < workers + 1:
                     number = next(waiting, None)
                     if number is None:
@@ -192,8 +192,8 @@ def pool(
             broken += 1
             if broken >= MOST_BROKEN_POOLS:
                 raise CampaignError(
-                    f"workers were killed {broken} times and nothing was finished between; "
-                    "is there too little memory? Results so far are kept"
+                    f"workers were killed {broken} times without a result in between; "
+                    "is there too little memory? Finished results are kept"
                 ) from error
         finally:
             executor.shutdown(cancel_futures=True)
@@ -201,7 +201,7 @@ def pool(
 
 @contextmanager
 def _interrupts() -> Iterator[Callable[[], bool]]:
-    """Whether the program was asked to stop; asked a second time it ends at once."""
+    """Tell whether the program was asked to stop; a second request ends it at once."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set
@@ -221,7 +221,7 @@ def _interrupts() -> Iterator[Callable[[], bool]]:
 
 
 def _serve_the_parent(parent: int) -> None:
-    """Leave interrupts to the parent, and end when it is gone."""
+    """Ignore interrupts, which the parent handles, and end when the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:

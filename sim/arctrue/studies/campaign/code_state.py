@@ -1,4 +1,4 @@
-"""Which state of the code makes a result: its source files and the numerical libraries."""
+"""Identifies the state of the code that makes a result: source files and libraries."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ GIT_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """What a result depends on."""
+    """The sources on which a result depends."""
 
     modules: tuple[str, ...] = ()
-    """These and all that they import from the package; empty: the whole package."""
+    """Modules that count, together with all their imports; empty: the whole package."""
     libraries: tuple[str, ...] = ()
-    """That calculate, beside LIBRARIES."""
+    """Numerical libraries that count, in addition to LIBRARIES."""
 
     def state(self, package: Path = PACKAGE) -> dict[str, str]:
-        """SHA-256 over the Python files, and the versions of the libraries."""
+        """Give SHA-256 over the Python files, and the versions of the libraries."""
         whole = hashlib.sha256()
         files = (
             import_closure(self.modules, package) if self.modules else sorted(package.rglob("*.py"))
@@ -43,11 +43,11 @@ WHOLE_PACKAGE = Sources()
 
 
 def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path]:
-    """Files of the package that these modules import, directly or not, and their own; sorted.
+    """List the files of the package that these modules import, directly or not, and their own.
 
-    Read from the import statements wherever they stand in a file; of a package whose ``__path__``
-    a file reads, every module counts. A module that is imported by a name in a string is not seen.
-    Raises ModuleNotFoundError for a module that is not there.
+    The search reads all import statements of a file; if a file reads the ``__path__`` of a package,
+    every module of that package counts. It does not find modules imported by a string.
+    Raises ModuleNotFoundError for a module that does not exist.
     """
     waiting, found = list(modules), set[Path]()
     for name in waiting:
@@ -59,7 +59,7 @@ def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path
         if file is None or file in found:
             continue
         found.add(file)
-        # Python runs the __init__ of every package on the way first.
+        # Python first runs the __init__ of every parent package.
         waiting.append(name.rpartition(".")[0])
         waiting += _imports(file, package)
     return sorted(found)
@@ -80,7 +80,7 @@ def _imports(file: Path, package: Path) -> list[str]:
         if isinstance(node, ast.Import):
             found += [item.name for item in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            # A name that is imported from a package may be a module of it.
+            # A name that is imported from a package may be one of its modules.
             found += [node.module, *(f"{node.module}.{item.name}" for item in node.names)]
         elif isinstance(node, ast.Attribute) and node.attr == "__path__":
             listed.add(ast.unparse(node.value))
@@ -92,7 +92,7 @@ def _imports(file: Path, package: Path) -> list[str]:
 
 
 def commit(package: Path = PACKAGE) -> str | None:
-    """The commit of the source tree, ``-dirty`` after it where files differ; None without git."""
+    """Give the commit of the source tree, with ``-dirty`` if files differ; None without git."""
     command = ["git", "-C", str(package), "describe", "--always", "--dirty", "--abbrev=10"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=GIT_S, check=False)

@@ -1,4 +1,4 @@
-"""A campaign on a Dask cluster; needs the optional extra ``cluster``."""
+"""Runs a campaign on a Dask cluster; needs the optional extra ``cluster``."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ CONNECT_S = 5.0
 def cluster(
     do: partial[Results], batches: Sequence[Batch], scheduler: str, stopping: Callable[[], bool]
 ) -> Iterator[Done]:
-    """Batches as they are finished by the workers of the scheduler at this address.
+    """Yield batches as the workers of the scheduler at this address finish them.
 
-    A batch whose worker dies is done again by another one. Once ``stopping()`` is true, the next
-    batch that is finished is the last. Raises CampaignError where the library
+    Another worker repeats the batch of a dead worker. Once ``stopping()`` is true, the next
+    finished batch is the last. Raises CampaignError if the library
     is missing, the scheduler does not answer, or a batch kills four workers.
     """
     try:
@@ -36,7 +36,7 @@ def cluster(
     except OSError as error:
         raise CampaignError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     try:
-        # A name of its own: a scheduler that serves two campaigns must not mix them.
+        # A name of its own: a scheduler must not mix the batches of two campaigns.
         futures = {
             client.submit(
                 do,

@@ -1,4 +1,4 @@
-"""The folder of a campaign: a header, one JSON line a result, and timings apart from them."""
+"""The folder of a campaign: a header, one JSON line per result, and separate timings."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from arctrue.studies.campaign.task import Task, canonical, task_key
 
 HEADER = "campaign.json"
 COMMIT = "commit"
-"""Told, not compared: another commit may have the same source."""
+"""Facts that are recorded but not compared: another commit may have the same source."""
 
 
 class StoreError(ValueError):
-    """The folder holds something else, or results that contradict each other."""
+    """The folder holds another campaign, or contradictory results."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One task and what came out."""
+    """One task and its result."""
 
     key: str
     task: Task
     result: Mapping[str, Any]
 
     def line(self) -> str:
-        """As one line of a file."""
+        """Format as one line of a file."""
         return canonical({"key": self.key, "task": self.task, "result": self.result})
 
 
@@ -40,14 +40,14 @@ class Store:
     """Appends results of one shard to a campaign's folder; use it as a context."""
 
     def __init__(self, folder: Path, header: Mapping[str, Any], shard: str = "") -> None:
-        """Opens or creates the folder.
+        """Open or create the folder.
 
-        Raises StoreError where it belongs to another campaign or another state of the code.
+        Raises StoreError if it belongs to another campaign or another state of the code.
         """
         folder.mkdir(parents=True, exist_ok=True)
         _check_header(folder, header)
         self.folder = folder
-        # Bytes after the last whole line are of a line that was cut by a crash.
+        # Bytes after the last complete line belong to a line that a crash cut off.
         self._results = _open(folder / f"results{shard}.jsonl")
         self._timings = _open(folder / f"timings{shard}.jsonl")
         self.done = {item.key for item in read_results([folder])}
@@ -67,7 +67,7 @@ class Store:
         self._timings.close()
 
     def add(self, task: Task, result: Mapping[str, Any], seconds: float) -> None:
-        """One result, on the disk when this returns. A second one of a key is not written."""
+        """Write one result to the disk before returning; ignore a second result of a key."""
         key = task_key(task)
         if key in self.done:
             return
@@ -81,7 +81,7 @@ class Store:
 def _check_header(folder: Path, header: Mapping[str, Any]) -> None:
     path = folder / HEADER
     text = json.dumps(header, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-    # Written whole under another name and linked: of two shards that begin at once one wins.
+    # The header is written under another name and then linked: of two simultaneous shards one wins.
     mine = folder / f".{HEADER}.{os.getpid()}"
     write_whole_text(mine, text)
     try:
@@ -104,7 +104,7 @@ def _short(value: object) -> str:
 
 
 def read_header(folder: Path) -> dict[str, Any]:
-    """The header of a campaign's folder. Raises StoreError where there is none."""
+    """Read the header of a campaign's folder. Raises StoreError if there is none."""
     path = folder / HEADER
     try:
         return read_json(path, dict[str, Any])
@@ -115,7 +115,7 @@ def read_header(folder: Path) -> dict[str, Any]:
 
 
 def told_state(header: Mapping[str, Any]) -> str:
-    """Which state of the code made the results, in words."""
+    """Describe the state of the code that made the results."""
     made_by = header.get(COMMIT)
     words = f"Commit `{made_by}`" if made_by else "No commit known"
     return f"{words}, source `{header['code']['arctrue']}`"
@@ -135,7 +135,7 @@ def _open(path: Path) -> Any:
 
 
 def read_results(folders: Iterable[Path]) -> list[Result]:
-    """All results of the folders (shards of one campaign), by key.
+    """Read all results of the folders (shards of one campaign), by key.
 
     Raises StoreError where folders have different headers, or one key two results.
     """
@@ -160,7 +160,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
         text = path.read_text(encoding="utf-8")
         for number, line in enumerate(text.splitlines(keepends=True), start=1):
             if not line.endswith("\n"):
-                # Cut by a crash: computed again.
+                # A crash cut this line off: the task is done again.
                 continue
             try:
                 yield path, number, typed_json(line, Result, f"{path}, line {number}")
@@ -169,9 +169,9 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
 
 
 def merge(folders: Iterable[Path], into: Path) -> int:
-    """One folder with one file, its lines in the order of their keys; how many there are.
+    """Merge folders into one with one file, its lines ordered by key; return their number.
 
-    The bytes of the file do not depend on who computed what, or when.
+    The bytes of the file do not depend on which machine computed which result, or when.
     """
     listed = list(folders)
     results = read_results(listed)

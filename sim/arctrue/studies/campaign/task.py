@@ -1,4 +1,4 @@
-"""What is to be done: a task, its key, and the function that does it."""
+"""A task of a campaign, its key, and the function that does it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def find_work(name: str) -> Work:
 
 
 class CampaignError(RuntimeError):
-    """The campaign cannot go on; what was done is on the disk."""
+    """The campaign cannot continue; finished results are on the disk."""
 
 
 class OtherCodeError(RuntimeError):
@@ -56,7 +56,7 @@ def do_batch(
 ) -> list[tuple[Mapping[str, Any], float]]:
     """Result and seconds of each task, one after the other; runs in a worker.
 
-    Raises OtherCodeError where the state of the worker's code is not ``code``.
+    Raises OtherCodeError if the state of the worker's code is not ``code``.
     """
     if _state(sources) != code:
         raise OtherCodeError(
@@ -73,5 +73,5 @@ def do_batch(
 
 @cache
 def _state(sources: Sources) -> dict[str, str]:
-    """Once a worker, before it imports the work."""
+    """Give the state of the code, computed once per worker before the work is imported."""
     return sources.state()

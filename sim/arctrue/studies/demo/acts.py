@@ -1,4 +1,4 @@
-"""Both acts of the demo at once: one simulates in GHDL, the other in the compiled gateware."""
+"""Runs both acts of the demo in parallel: one in GHDL, one in the compiled gateware."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ _LOOK_S = 0.5
 
 
 class Beside(Generic[_T]):
-    """Work in a thread of its own, begun at once.
+    """Starts work at once in its own thread.
 
-    The thread ends with the process: an interrupted demo does not go on.
+    The thread ends with the process, so that an interrupted demo stops.
     """
 
     def __init__(self, work: Callable[[], _T]) -> None:
-        """``work`` may raise; :meth:`wait` hands it on."""
+        """``work`` may raise; :meth:`wait` raises the same."""
         self._work = work
         self._results: list[_T] = []
         self._error: Exception | None = None
@@ -31,9 +31,9 @@ class Beside(Generic[_T]):
             self._error = error
 
     def wait(self) -> _T:
-        """The result of the work; raises what the work raised."""
+        """Return the result of the work; raise what the work raised."""
         while self._thread.is_alive():
-            # A join without end cannot be interrupted on every system.
+            # A join without timeout cannot be interrupted on every system.
             self._thread.join(_LOOK_S)
         if self._error is not None:
             raise self._error

@@ -1,4 +1,4 @@
-"""The stage that the test bench is in, in a file that the demo reads while it simulates."""
+"""The present stage of the test bench, in a file that the demo reads during simulation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.base.whole_file import write_whole_text
 
 @dataclass(frozen=True, slots=True)
 class BenchStage:
-    """What the test bench is doing, and the clock of the gateware at which it said so."""
+    """Activity of the test bench, and the gateware's clock at its beginning."""
 
     stage: str
     clock: int

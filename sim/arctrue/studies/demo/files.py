@@ -1,4 +1,4 @@
-"""The files through which the demo and the simulator talk to each other."""
+"""The files by which the demo and the simulator exchange data."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class DemoFiles:
 
     @property
     def capture(self) -> Path:
-        """The first turn that the firmware read, counts (2, n)."""
+        """The first turn as the firmware read it, counts (2, n)."""
         return self.folder / "capture.npy"
 
     @property
     def run(self) -> Path:
-        """What the firmware did: :class:`ProcessorRun`."""
+        """Record of the firmware: :class:`ProcessorRun`."""
         return self.folder / "run.json"
 
     @property
@@ -48,13 +48,13 @@ class DemoFiles:
 
     @property
     def progress(self) -> Path:
-        """How far the simulation is."""
+        """Progress of the simulation."""
         return self.folder / "progress.json"
 
 
 @dataclass(frozen=True, slots=True)
 class ConsoleLine:
-    """A line of the firmware's console, at the clock at which it was typed or told."""
+    """A line typed or printed on the firmware's console, with its clock."""
 
     clock: int
     typed: bool
@@ -63,13 +63,13 @@ class ConsoleLine:
 
 @dataclass(frozen=True, slots=True)
 class ProcessorRun:
-    """What the firmware did and said. Clocks count as those of the played edges."""
+    """Actions and messages of the firmware, in clocks of the played edges."""
 
     settled_clock: int
-    """The swap's remainder has decayed: from here the output is fully corrected."""
+    """Clock at which the ramp of the swap has ended: from here the output is fully corrected."""
     end_clock: int
     words_moved: int
-    """Words that the firmware read and wrote over AXI4-Lite."""
+    """Number of words that the firmware read and wrote over AXI4-Lite."""
     console: list[ConsoleLine]
 
     def write(self, file: Path) -> None:

@@ -1,4 +1,4 @@
-"""The recorded output edges against the true angle of the table."""
+"""Compares the recorded output edges with the true angle of the table."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ class RecordingError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class OutputRecording:
-    """What left the output pins, decoded; arrays ``(n,)``."""
+    """The decoded signals of the output pins; arrays ``(n,)``."""
 
     clock: NDArray[np.int64]
     count: NDArray[np.int64]
     """Count after each edge, from an arbitrary zero."""
     index_edge: NDArray[np.int64]
-    """Which edges raise Z, shape ``(k,)``."""
+    """Numbers of the edges that raise Z, shape ``(k,)``."""
 
 
 def decode_recording(output: PinEvents) -> OutputRecording:
     """Decode A, B and Z of the recorded output.
 
-    Raises RecordingError where A and B change together.
+    Raises RecordingError if A and B change together.
     """
     step, illegal = decode_quadrature(output.first_levels, output.levels)
     if illegal.size:
@@ -50,8 +50,8 @@ def decode_recording(output: PinEvents) -> OutputRecording:
 def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: OutputRecording) -> int:
     """Clocks from an edge at the pins of head 1 to the same edge at the output pins.
 
-    Measured on the uncorrected run-up before the first index, where every input edge is followed
-    by one output edge. Raises RecordingError where the delay is not the same for all.
+    Measured on the uncorrected run-up before the first index, where every input edge causes
+    one output edge. Raises RecordingError if the delay varies.
     """
     first = np.ceil(scene.heads[0].time_s * settings.clock_hz).astype(np.int64)
     run_up = np.flatnonzero(scene.heads[0].count < 0)
@@ -76,11 +76,11 @@ def output_score(
     first_clock: int,
     latency_clocks: int,
 ) -> TurnScore:
-    """The score of the output over one turn of true angle from ``first_clock`` on.
+    """Score the output over one turn of true angle from ``first_clock`` on.
 
-    An edge seen at clock d was made by the table between d − latency − 1 and d − latency;
-    the middle of that clock is the instant it is compared at. Raises RecordingError where the
-    recording does not hold a whole turn.
+    The table made an edge seen at clock d between d − latency − 1 and d − latency; the edge is
+    compared with the true angle at the middle of that clock. Raises RecordingError if the
+    recording does not contain a whole turn.
     """
     time_s = ((output.clock - latency_clocks - 0.5) / settings.clock_hz).astype(np.float64)
     usable = (output.clock >= first_clock) & (time_s >= 0) & (time_s <= scene.motion.duration_s)
@@ -101,10 +101,10 @@ def output_score(
 def index_offset_counts(
     scene: Scene, settings: DemoSettings, output: OutputRecording, latency_clocks: int
 ) -> float:
-    """How far the last Z of the output lies from the zero of the corrected angle, counts.
+    """Distance of the output's last Z from the zero of the corrected angle, counts.
 
     Two heads cannot see the mean of the error, so the zero lies at the mean of R₁ − θ. Raises
-    RecordingError where Z never rises.
+    RecordingError if Z never rises.
     """
     if not output.index_edge.size:
         raise RecordingError("the output never raised Z")
@@ -120,7 +120,7 @@ def index_offset_counts(
 
 
 def faults(after: TurnScore, index_offset: float, settings: DemoSettings) -> list[str]:
-    """What the judgement finds wrong with the corrected output; empty if it passes."""
+    """List the limits that the corrected output exceeds; empty if it passes."""
     found = []
     peak_counts = after.edges_reach_arcsec / settings.arcsec_per_count
     if not peak_counts <= settings.peak_limit_counts:
@@ -136,7 +136,7 @@ def faults(after: TurnScore, index_offset: float, settings: DemoSettings) -> lis
     amplitude_counts = after.amplitude_arcsec / settings.arcsec_per_count
     too_large = np.flatnonzero(~(amplitude_counts <= settings.order_limit_counts))
     found += [
-        f"order {index + 1} is left with {amplitude_counts[index]:.3f} counts, "
+        f"order {index + 1} keeps {amplitude_counts[index]:.3f} counts, "
         f"the limit is {settings.order_limit_counts:g}"
         for index in too_large
     ]

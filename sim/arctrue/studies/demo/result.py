@@ -1,4 +1,4 @@
-"""Everything that the demo found, as the page and the terminal show it."""
+"""The results of the demo, for the page and the terminal."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.studies.demo.telemetry import ToldTurn
 
 @dataclass(frozen=True, slots=True)
 class UnitLatency:
-    """Latency of one unit: as measured in the VHDL, and as Table 1 of the paper has it."""
+    """Latency of one unit: measured in the VHDL, and according to Table 1 of the paper."""
 
     unit: str
     measured_clocks: int
@@ -21,7 +21,7 @@ class UnitLatency:
 
 @dataclass(frozen=True, slots=True)
 class LoadedHarmonic:
-    """One lane as it was written to the gateware, beside the disc it was measured on."""
+    """One lane as written to the gateware, and the order of the disc that it corrects."""
 
     order: int
     amplitude_counts: float
@@ -42,10 +42,10 @@ class DemoResult:
     latencies: tuple[UnitLatency, ...]
     pin_to_pin_clocks: int
     index_offset_counts: float
-    """How far Z of the output lies from the zero of the corrected angle."""
+    """Distance of the output's Z from the zero of the corrected angle."""
     harmonics: tuple[LoadedHarmonic, ...]
     turns: tuple[ToldTurn, ...]
-    """What the firmware told of each turn; the first is that of the coefficients."""
+    """Telemetry of the firmware for each turn; the first is that of the coefficients."""
     console: tuple[ConsoleLine, ...]
     words_moved: int
     """Words that the firmware read and wrote over AXI4-Lite."""
@@ -57,5 +57,5 @@ class DemoResult:
 
     @property
     def passed(self) -> bool:
-        """Whether the judgement found nothing wrong."""
+        """True if no limit is exceeded."""
         return not self.faults

@@ -1,4 +1,4 @@
-"""The demo from the first edge to the page."""
+"""Runs the demo from the first edge to the page."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ _PROGRESS_EVERY_S = 5.0
 
 
 def run_demo(settings: DemoSettings, folder: Path, report_step: ReportStep) -> DemoResult:
-    """Run everything, intermediate files in ``folder``; ``report_step`` takes the lines for people.
+    """Run everything with intermediate files in ``folder``; ``report_step`` gets lines for people.
 
-    Raises DemoError where the demo cannot run, and RecordingError where the output of the
-    gateware cannot be judged.
+    Raises DemoError if the demo cannot run, and RecordingError if the output of the
+    gateware cannot be scored.
     """
     check_source_tree()
     started = time.monotonic()
@@ -133,7 +133,7 @@ def _follow(
     settings: DemoSettings,
     report_step: ReportStep,
 ) -> None:
-    # Stand-in for the end, which the firmware decides: the run-in, two turns and the read-out.
+    # This is a preliminary end (the run-in, two turns and the read-out); the firmware decides it.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
     begun = time.monotonic()
     last: BenchStage | None = None
@@ -186,7 +186,7 @@ def _harmonics(
 
 
 def _index_clock(scene: Scene, settings: DemoSettings) -> int:
-    """The clock of head 1's index, with which the captured turn begins."""
+    """Give the clock of head 1's index, at which the captured turn begins."""
     head = scene.heads[0]
     return int(np.ceil(head.time_s[np.argmax(head.count >= 0)] * settings.clock_hz))
 

@@ -1,4 +1,4 @@
-"""The table of the demo and the edges that its heads put out."""
+"""The table of the demo and the edges of its heads."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ RUN_UP_RAD = float(np.deg2rad(1.0))
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The table, how it moves, and what comes out of its heads."""
+    """The table, its motion, and the signals of its heads."""
 
     table: RotaryTable
     motion: Motion
@@ -43,7 +43,7 @@ class Scene:
 
 
 def demo_table(settings: DemoSettings) -> RotaryTable:
-    """The paper's disc with its errors enlarged to the demo's counts."""
+    """Give the paper's disc with its errors enlarged to the demo's counts."""
     scale = settings.disc_scale
     return RotaryTable(
         heads=two_heads(),
@@ -61,7 +61,7 @@ def demo_table(settings: DemoSettings) -> RotaryTable:
 
 
 def demo_motion(settings: DemoSettings) -> Motion:
-    """From rest, over the index of head 2 and then that of head 1, and on without a stop."""
+    """Start from rest, pass the index of head 2 and then that of head 1, and continue."""
     speed = settings.speed_rad_s
     start = -HEAD_SEPARATION_RAD - 2 * RUN_UP_RAD
     ramp_s = 2 * RUN_UP_RAD / speed
@@ -77,7 +77,7 @@ def demo_motion(settings: DemoSettings) -> Motion:
 
 
 def build_scene(settings: DemoSettings) -> Scene:
-    """Solve for every edge of both heads and lay the edges on the clocks of the gateware."""
+    """Solve for every edge of both heads and assign the edges to clocks of the gateware."""
     table, motion = demo_table(settings), demo_motion(settings)
     random = np.random.default_rng(settings.seed)
     first = count_edges(table, 0, motion, random)

@@ -16,13 +16,13 @@ from arctrue.studies.hidden_effect.settings import HiddenSettings
 
 HIDDEN = "subdivision_error"
 LEFT_SHARE = 0.1
-"""Of the error at the signal period, how much may be left: a tenth of what the paper's model
-leaves, and half a count in any case."""
+"""Permitted share of the error at the signal period: a tenth of the error under the paper's model,
+and at least half a count."""
 
 
 @dataclass(frozen=True)
 class SecondAct:
-    """What came of it, and the judgement."""
+    """The result and its check."""
 
     result: HiddenResult
     faults: tuple[str, ...]
@@ -34,14 +34,14 @@ class SecondAct:
 
     @property
     def passed(self) -> bool:
-        """Whether the judgement found nothing wrong."""
+        """True if no limit is exceeded."""
         return not self.faults
 
 
 def run_second_act(settings: HiddenSettings, folder: Path, report_step: ReportStep) -> SecondAct:
-    """Run it, intermediate files and ``result.json`` in ``folder``.
+    """Run the act with intermediate files and ``result.json`` in ``folder``.
 
-    Raises InstrumentError where the instrument cannot run.
+    Raises InstrumentError if the instrument cannot run.
     """
     started = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
@@ -60,7 +60,7 @@ def run_second_act(settings: HiddenSettings, folder: Path, report_step: ReportSt
 
 
 def faults(result: HiddenResult) -> list[str]:
-    """What the judgement finds wrong; empty if it passes."""
+    """List the limits that are exceeded; empty if the act passes."""
     found = []
     verdict = result.diagnosed.diagnosis.verdict
     if result.diagnosed.effect != HIDDEN:

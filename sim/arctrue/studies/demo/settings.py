@@ -1,4 +1,4 @@
-"""Every number of the demo, and the scale at which it runs."""
+"""All numbers of the demo, and its scale."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class DemoSettings:
     capture_depth: int = 3072
     clock_hz: float = 100e6
     clocks_per_count: float = 1.3
-    """Mean spacing of the edges of a head; not a whole number, so that clock and counts drift."""
+    """Mean clocks per edge of a head; not a whole number, so that clock and counts drift."""
     sample_period_clocks: int = 40
     disc_scale: float = 8.0
-    """How many times larger than the paper's the errors of the disc are."""
+    """Factor by which the errors of the disc exceed the paper's."""
     noise_arcsec: float = 0.4
     ripple_rad: float = 0.002
     ripple_order: int = 7
     turns: float = 3.2
     """Length of the stimulus; the simulation ends as soon as the judged turn is complete."""
     ramp_rate: int = 64 << 24
-    """Decay of the swap's remainder, u8.24 in 2⁻¹¹ count a clock."""
+    """Rate of the swap's ramp, u8.24 in 2⁻¹¹ count per clock."""
     output_spacing_clocks: int = 1
     peak_limit_counts: float = 2.0
     order_limit_counts: float = 0.1
@@ -46,14 +46,14 @@ class DemoSettings:
 
     @property
     def speed_rad_s(self) -> float:
-        """Mean speed of the table at this scale of time."""
+        """Mean speed of the table in this time scale."""
         return 2 * 3.141592653589793 / self.counts_per_rev * self.clock_hz / self.clocks_per_count
 
     def console_commands(self) -> list[str]:
-        """What to type on the firmware's console before the table turns.
+        """Give the commands to type on the firmware's console before the table turns.
 
-        The alarm limits stand for full scale, where a count is far below them: here they are in
-        counts, one of noise and two of error.
+        The default alarm limits are for full scale, where a count is far below them. Here they are
+        one count of noise and two counts of error.
         """
         values = {
             "counts_per_rev": f"{self.counts_per_rev}",

@@ -1,4 +1,4 @@
-"""What the demo needs of the source tree, and where its child processes find it."""
+"""Checks the source tree for the demo, and locates it for the child processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the firmware's console told: a line of JSON a turn, and the answer to ``status``."""
+"""Parses the firmware's console: a line of JSON per turn, and the answer to ``status``."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
 
 
 def told_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
-    """The turns that the firmware worked on; refused ones and alarms between turns left out."""
+    """Give the turns that the firmware calibrated; refused turns and alarms are left out."""
     told = [
         {**json.loads(line.text), "clock": line.clock}
         for line in console
@@ -55,7 +55,7 @@ def told_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
 
 
 def console_faults(console: Iterable[ConsoleLine]) -> list[str]:
-    """What the firmware saw go wrong: refusals, alarms, counters that are not 0 or not told."""
+    """List faults that the firmware reported: refusals, alarms, counters that are not 0."""
     found = []
     counted: dict[str, str] = {}
     for line in console:
@@ -71,5 +71,7 @@ def console_faults(console: Iterable[ConsoleLine]) -> list[str]:
         counted[name] = value
     for name in _COUNTERS:
         if counted.get(name) != "0":
-            found.append(f"{name}: expected 0, the firmware told {counted.get(name, 'nothing')}")
+            found.append(
+                f"{name}: expected 0, the firmware reported {counted.get(name, 'nothing')}"
+            )
     return found

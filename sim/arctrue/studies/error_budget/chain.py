@@ -1,8 +1,8 @@
-"""One captured turn, the calibration, the correction: with the sources of error that are asked for.
+"""One captured turn, its calibration and correction, with selected sources of error.
 
-With no source the chain is exact: readings of 2⁴⁰ counts, no noise, an even speed, the known α, a
-correction in double precision. A source adds its error where it arises, so that what is left of the
-error of head 1 is that source's part alone.
+Without a source the chain is exact: readings of 2⁴⁰ counts, no noise, an even speed, the known α, a
+correction in double precision. A source adds its error where it arises, so that the remaining
+error of head 1 is caused by that source alone.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ from arctrue.table.causes.signal_distortion import SignalDistortion
 
 Float = NDArray[np.float64]
 Method = Literal["least_squares", "paper"]
-"""``paper``: DFT, and ε(R) for ε(θ); ``least_squares``: at the readings, a function of them."""
+"""``paper``: DFT, and ε(R) for ε(θ); ``least_squares``: fitted at the readings, to ε(R)."""
 Source = Literal[
     "quantisation",
     "noise",
@@ -74,30 +74,30 @@ NOISE_ARCSEC = 0.1
 INDEX_COUNTS = 1.0
 RIPPLE_RAD, RIPPLE_ORDER = 0.002, 7
 LATENCY_S = pin_to_pin_clocks()[1] / CLOCK_HZ
-"""From an edge of head 1 at its pin to the corrected edge at the output's."""
+"""Delay from an edge of head 1 at its pin to the corrected edge at the output pin."""
 LINES = 16384
 DISTORTION = 0.01
 """Offset, gain difference and phase error of the signals: 1 %, 0.01 rad."""
 CENTRE_M_PER_K, ROOM_K_PER_S = 0.9e-6, 2.0 / 3600.0
-"""A disc centre that wanders, in a room that changes by the paper's 2 K within an hour."""
+"""A disc centre that drifts, in a room that changes by the paper's 2 K within an hour."""
 CALIBRATION_AGE_S = 12.0
-"""A turn at 30°/s: so old are the coefficients at the end of the turn that they correct."""
+"""Age of the coefficients at the end of the turn that they correct: one turn at 30°/s."""
 SCORED_ANGLES = 7200
 
 
 @dataclass(frozen=True)
 class Left:
-    """What is left of the error of head 1; ``error_arcsec`` (angles,), with its mean removed."""
+    """The remaining error of head 1; ``error_arcsec`` (angles,), mean removed."""
 
     angle_rad: Float
     error_arcsec: Float
     offset_arcsec: float
-    """A constant that the zero does not take away: the angle travelled during the latency."""
+    """A constant that the zero does not remove: the angle travelled during the latency."""
     estimate: Estimate
 
     @property
     def rms_arcsec(self) -> float:
-        """Over the turn, with the offset."""
+        """RMS over the turn, offset included."""
         return float(np.sqrt(np.mean(self.error_arcsec**2) + self.offset_arcsec**2))
 
 
@@ -174,10 +174,10 @@ def _calibrated(
     random: np.random.Generator,
     counts_per_rev: int,
 ) -> Estimate:
-    """The estimate as the method leaves it: a function of the angle for the paper's."""
+    """Give the estimate of the method; that of the paper is a function of the angle."""
     table = _table(sources, counts_per_rev)
     if method == "paper" and "uneven" not in sources:
-        # Equal steps of angle, as a DFT supposes.
+        # Equal steps of angle, as a DFT assumes.
         angle: Float = np.arange(SAMPLES) * np.float64(TURN_RAD / SAMPLES)
         state = TableState.at_rest(angle)
     else:
@@ -191,7 +191,7 @@ def _calibrated(
     counts = [table.counts(head, state, random) for head in (0, 1)]
     off_arcsec = 0.0
     if "alpha" in sources:
-        # Rectangular, as a tolerance is: its half width is √3 standard uncertainties.
+        # A tolerance is rectangular: its half-width is √3 standard uncertainties.
         half_width = math.sqrt(3.0) * U_DETECTION_DEFAULT_ARCSEC
         off_arcsec += random.uniform(-half_width, half_width)
     if "index" in sources:
@@ -212,7 +212,7 @@ def _calibrated(
 
 
 def _correction(sources: Collection[Source], estimate: Estimate, reading: Float) -> Float:
-    """ε(R) of the estimate, arcseconds, through the number formats that are asked for.
+    """ε(R) of the estimate, arcseconds, in the number formats of the sources.
 
     For the paper's method ε is a function of the angle. Taking it at the reading is the
     approximation in (8); without that source the angle is found first.
@@ -239,13 +239,13 @@ def _correction(sources: Collection[Source], estimate: Estimate, reading: Float)
 
 
 def ramp_rate_arcsec_s() -> float:
-    """How fast the gateware walks from one correction to the next, by the register's reset."""
+    """Give the rate of the gateware's ramp between corrections, at the register's reset value."""
     (register,) = [one for one in REGISTERS if one.path == "ramp_rate"]
     preset = register.fields[0].reset or 0
     return preset * 2.0**-35 * CLOCK_HZ * arcsec_per_count(FULL_COUNTS)
 
 
 def _still_to_go(apart_arcsec: Float, angle_rad: Float) -> Float:
-    """What the ramp still has of a swap at angle 0 while the table turns on, arcseconds."""
+    """Give the remainder of the ramp after a swap at angle 0 while the table turns, arcseconds."""
     gone = ramp_rate_arcsec_s() * (angle_rad - angle_rad.min()) / SPEED_RAD_S
     return np.asarray(np.sign(apart_arcsec) * np.maximum(np.abs(apart_arcsec) - gone, 0.0))

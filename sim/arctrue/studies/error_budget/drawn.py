@@ -1,4 +1,4 @@
-"""The uncertainty that the calibration states beside drawn ones, by ``arctrue monte-carlo``."""
+"""Compares the stated uncertainty with drawn calibrations of ``arctrue monte-carlo``."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ def drawn_calibrations(folder: Path) -> dict[str, Any]:
         if "turn" in one
     ]
     if not cases:
-        raise ValueError(f"{folder}: no trial is there; 'arctrue monte-carlo {folder}' makes them")
+        raise ValueError(f"{folder}: found no trial; make some by 'arctrue monte-carlo {folder}'")
     return {"plan": read_header(folder)["plan"], "cases": cases}
 
 
 def _title(case: str) -> str:
-    """As the page of Monte Carlo calls it."""
+    """Give the case's title on the Monte Carlo page."""
     if case == "quantisation":
         return "quantisation alone"
     if case == "all":

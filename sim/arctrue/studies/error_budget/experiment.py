@@ -1,8 +1,8 @@
 """The experiment's budget in the form of EURAMET cg-23, and E_n of self-calibration and polygon.
 
-The polygon is put on anew in every cycle: the closure separates its faces from the table, so that
-no certificate enters. What stays is the autocollimator, the scatter, and the mounting. The same
-table is calibrated by its two heads. Two results agree where |E_n| ≤ 1, E_n being their difference
+The polygon is mounted anew in every cycle, and the closure separates its faces from the table, so
+that no certificate is needed. The autocollimator, the scatter, and the mounting remain. The same
+table is calibrated by its two heads. Two results agree if |E_n| ≤ 1, E_n being their difference
 over the root of the sum of both U² (ISO 13528, ISO/IEC 17043).
 """
 
@@ -28,7 +28,7 @@ Float = NDArray[np.float64]
 
 
 def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
-    """Of the table's error at a face by re-indexing; the certificate's 0.1″ is not in it."""
+    """Budget of the table's error at a face by re-indexing, without the certificate's 0.1″."""
     published = PUBLISHED
     fourth = ARCSEC_PER_RAD * mounting_eccentricity_rad(
         published.mounting_offset_m, published.flatness_m, published.face_width_m
@@ -73,7 +73,7 @@ def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
 
 
 def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]:
-    """The budget and E_n at 24 faces as plain values: a bearing at rest, and one that moves."""
+    """Give the budget and E_n at 24 faces as plain values, for a resting and a moving axis."""
     moving = settings or MethodsSettings()
     still = dataclasses.replace(moving, radial_motion_m=0.0)
     compared = {name: _compared(World(one)) for name, one in
@@ -82,7 +82,7 @@ def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]
     polygon, _ = world.instruments()
     found = _closure(world)
     budget = closure_budget(found, still.counts_per_rev)
-    # A face that is turned on by p makes the table look as if it had not gone far enough.
+    # If a face is turned forward by p, the table seems to be p short of its target.
     true_faces = (polygon.normal_rad.mean() - polygon.normal_rad) * ARCSEC_PER_RAD
     return {
         "cycles": still.cycles,

@@ -39,7 +39,7 @@ LATENCY_SIZE = f"{LATENCY_S * 1e9:.0f} ns from pin to pin, 30°/s"
 
 @dataclass(frozen=True)
 class SourceText:
-    """A source for people; ``random``: whether draws differ."""
+    """Description of a source; ``random``: draws differ."""
 
     source: Source
     title: str
@@ -66,7 +66,7 @@ SOURCES = (
 def error_budget(
     draws: int = DRAWS, seed: int = 1, report_step: ReportStep | None = None
 ) -> dict[str, Any]:
-    """The budget as plain values; ``draws`` of each random source and of the whole.
+    """Compute the budget as plain values from ``draws`` of each random source and of the whole.
 
     Raises ValueError for fewer than two draws.
     """
@@ -130,7 +130,7 @@ def _rms(runs: list[Left]) -> dict[str, float]:
 
 
 def _of_order(runs: list[Left], exact: Left, order: int) -> float:
-    """RMS over the turn of what one order of the estimate is off."""
+    """RMS over the turn of the error of one order of the estimate."""
     at = int(np.flatnonzero(order == ORDERS)[0])
     both = np.array([at, at + ORDERS.size])
     off = np.array([run.estimate.values[both] - exact.estimate.values[both] for run in runs])
@@ -140,8 +140,8 @@ def _of_order(runs: list[Left], exact: Left, order: int) -> float:
 def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
     """U (k = 2) at every angle: by the covariance of one calibration, and by the draws.
 
-    The covariance's is that of noise and α. The draws' is root mean square of what is left in bins
-    around the angle, all sources.
+    The covariance contains noise and α. The draws contain all sources: twice the root mean square
+    error in bins around the angle.
     """
     estimate = runs[0].estimate
     total = estimate.u_error_arcsec(angle)
@@ -151,7 +151,7 @@ def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
     bins = SCORED_ANGLES // SHOWN_ANGLES
     square = np.zeros(SHOWN_ANGLES)
     for run in runs:
-        # Bins around the angles: the first one reaches below 0.
+        # Bins around the angles; the first one begins below 0.
         turned_error = np.roll(run.error_arcsec, bins // 2)
         square += np.mean(turned_error.reshape(SHOWN_ANGLES, bins) ** 2, axis=1)
     return {

@@ -1,4 +1,4 @@
-"""The figures of ``arctrue alpha`` as plain values."""
+"""Gives the figures of ``arctrue alpha`` as plain values."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from arctrue.studies.head_angle.maps import (
 from arctrue.studies.head_angle.places import as_plain
 
 ORDERS = (10, 12, 20, 32, 40, 64)
-"""Up to which the best α is given."""
+"""Highest orders for which the best α is given."""
 PLACES_ORDERS = (40, 64)
-"""Up to which the best places of three and four heads are given."""
+"""Highest orders for which the best places of three and four heads are given."""
 
 
 def choose_places(
@@ -36,9 +36,9 @@ def choose_places(
     most_orders: Sequence[int] = PLACES_ORDERS,
     given_deg: tuple[float, ...] | None = None,
 ) -> dict[str, Any]:
-    """``given_deg`` and the best places of three or four heads for orders to N.
+    """Compare ``given_deg`` with the best places of three or four heads for orders up to N.
 
-    Raises ValueError for another number of heads, or places that are not as many.
+    Raises ValueError for another number of heads, or another number of places.
     """
     if given_deg is not None and len(given_deg) != heads:
         raise ValueError(f"places: expected one for each of {heads} heads, found {len(given_deg)}")
@@ -46,7 +46,7 @@ def choose_places(
 
 
 def choose(alpha_deg: float = PAPER_DEG, most_orders: Sequence[int] = ORDERS) -> dict[str, Any]:
-    """``alpha_deg`` and the best α for orders 1 to N, for every N of ``most_orders``."""
+    """Compare ``alpha_deg`` with the best α for orders 1 to N, for every N of ``most_orders``."""
     disc = Disc.of_paper()
     return {
         "schema": 1,

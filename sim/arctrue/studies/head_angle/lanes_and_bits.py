@@ -1,4 +1,4 @@
-"""What lanes, width of the cosine and iterations of the CORDIC leave of a known error."""
+"""Error of a known table that lanes, cosine width and CORDIC iterations leave uncorrected."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COUNTS_PER_REV = 1 << 24
 
 
 def residual_of_lanes(disc: Disc, lanes: int) -> float:
-    """RMS of the orders that have no lane, the largest having one, arcseconds."""
+    """RMS of the orders without a lane, arcseconds; the largest orders get the lanes."""
     left = np.sort(disc.amplitude_arcsec)[::-1][lanes:]
     return float(np.sqrt(0.5 * np.sum(left**2)))
 
@@ -41,7 +41,7 @@ def residual_of_bits(disc: Disc, width: int, iterations: int) -> float:
 
 
 def rounding_arcsec() -> float:
-    """RMS of rounding the corrected angle to a count: what no lane and no bit makes smaller."""
+    """RMS of rounding the corrected angle to a count, which lanes and bits do not reduce."""
     return arcsec_per_count(COUNTS_PER_REV) / float(np.sqrt(12.0))
 
 

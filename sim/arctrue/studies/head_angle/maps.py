@@ -1,9 +1,9 @@
 """Noise gain, blind orders and sensitivity to α, over α and order; and the best α.
 
-Of orders 1 to N no α has a worst gain below 1/(2 sin(π/(N + 1))): the N + 1 points e^{jnα},
-n = 0 … N, lie on a circle, so that two of them, n₁ and n₂, are no further apart than neighbours of
-N + 1 even points, and order |n₁ − n₂| is as weak as they are close. α = 360°·k/(N + 1) reaches
-it for every k that shares no divisor with N + 1.
+For orders 1 to N no α has a worst gain below 1/(2 sin(π/(N + 1))): the N + 1 points e^{jnα},
+n = 0 … N, lie on a circle, so that two of them, n₁ and n₂, are at most as far apart as neighbours
+of N + 1 evenly spaced points, and the gain of order |n₁ − n₂| grows as they approach each other.
+α = 360°·k/(N + 1) reaches this bound for every k without a common divisor with N + 1.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def sensitivity_map(alpha_deg: Float, orders: Integer) -> Float:
 
 
 def least_worst_gain(most_order: int) -> float:
-    """The bound of this module's head, which no α beats for orders 1 to ``most_order``."""
+    """Give the bound of the module's docstring for orders 1 to ``most_order``."""
     return 1.0 / (2.0 * math.sin(math.pi / (most_order + 1)))
 
 
@@ -51,7 +51,7 @@ def blind_orders(alpha_deg: float, most_order: int) -> list[int]:
 
 @dataclass(frozen=True)
 class Disc:
-    """Amplitudes of the errors that are there, arcseconds."""
+    """Amplitudes of the disc's errors, arcseconds."""
 
     orders: Integer
     amplitude_arcsec: Float
@@ -66,7 +66,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class AlphaChoice:
-    """How good one α is for orders 1 to ``most_order``."""
+    """Properties of one α for orders 1 to ``most_order``."""
 
     alpha_deg: float
     most_order: int
@@ -77,7 +77,7 @@ class AlphaChoice:
     noise_arcsec: float
     """RMS error over the turn from the noise of one captured turn."""
     by_mounting_arcsec: float
-    """RMS error over the turn for α taken as nominal (± 50″, rectangular)."""
+    """RMS error over the turn if the nominal α is used (± 50″, rectangular)."""
     blind: tuple[int, ...]
     """Blind orders up to 128."""
 
@@ -116,7 +116,7 @@ def judged(
 
 
 def candidates_deg(most_order: int) -> Float:
-    """The α up to 180° whose worst gain is the least that there is, rising."""
+    """List the α up to 180° with the least worst gain, in rising order."""
     points = most_order + 1
     return np.array(
         [360.0 * k / points for k in range(1, points // 2 + 1) if math.gcd(k, points) == 1]
@@ -124,9 +124,9 @@ def candidates_deg(most_order: int) -> Float:
 
 
 def best_choices(most_order: int, disc: Disc, least_deg: float = 20.0) -> list[AlphaChoice]:
-    """All α of least worst gain that leave room for two heads, best in total first.
+    """List all α of least worst gain with room for two heads, smallest total error first.
 
-    ``least_deg``: two read heads of the paper's size do not stand closer.
+    ``least_deg``: least distance of two read heads of the paper's size.
     """
     found = [
         judged(alpha, most_order, disc)
@@ -137,7 +137,7 @@ def best_choices(most_order: int, disc: Disc, least_deg: float = 20.0) -> list[A
 
 
 def detuned(alpha_deg: float, most_order: int) -> float:
-    """Worst gain at the worse end of the mounting tolerance."""
+    """Give the worst gain at the less favourable end of the mounting tolerance."""
     orders = np.arange(1, most_order + 1)
     ends = [
         noise_gain(orders, math.radians(alpha_deg) + side * TOLERANCE_ARCSEC * RAD_PER_ARCSEC)

@@ -1,9 +1,9 @@
-"""The best places of three and four heads: orders seen well, and a mean that outlives any one head.
+"""Searches the best places of three and four heads: low gains, and a mean for any missing head.
 
-Three heads see the disc where the axis is at rest; four see it by their parity while the axis moves
-at every order. The worst gain of orders 1 to N is made least among places at which the mean is
-quieter than one head, for four heads also with any one of them missing. Order 1 of the disc is not
-in the mean; for four heads orders 2 to N count.
+Three heads see the disc if the axis is at rest; four heads see it by a parity relation while the
+axis moves at every order. The search minimises the worst gain of orders 1 to N among places at
+which the mean has less noise than one head, with four heads also without any one of them. The mean
+does not contain order 1 of the disc; with four heads orders 2 to N count.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LEAST_DEG = 20.0
-"""Two read heads of the paper's size do not stand closer."""
+"""Least distance of two read heads of the paper's size."""
 STEP_DEG = 4.0
-"""Of the search over all places; the best of them are moved by less."""
+"""Step of the search over all places; the best sets are then moved by smaller steps."""
 BEST = 100
-"""So many places of the first search are moved."""
+"""Number of sets from the first search that are moved."""
 MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
 STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
-"""Good places that are known, which the search begins from as well."""
+"""Known good places from which the search also starts."""
 NOISE_LIMIT = 0.85
-"""Of the mean with any head missing: the issue's places have 0.82."""
+"""Noise limit of the mean with any head missing; the places of the issue have 0.82."""
 _BLOCK = 4096
 
 
 @dataclass(frozen=True)
 class PlacesChoice:
-    """How good one set of places is for orders to ``most_order``."""
+    """Properties of one set of places for orders up to ``most_order``."""
 
     places_deg: tuple[float, ...]
     most_order: int
@@ -53,15 +53,15 @@ class PlacesChoice:
     gain: tuple[float, ...]
     """Noise of every order from 1 on over that of one head."""
     mean_gain: tuple[float, ...]
-    """The same as the mean sees the order: what its lanes add to its noise."""
+    """The same for the order in the mean: the noise that its lanes add."""
     mean_noise: float
-    """Of one reading on the mean, over that of one head; inf: there is no such mean."""
+    """Noise of one reading of the mean over that of one head; inf: there is no such mean."""
     noise_without: tuple[float, ...]
-    """With each head missing; inf: there is no mean."""
+    """The same with each head missing; inf: there is no mean."""
 
 
 def motion_of(heads: int) -> MotionOrders:
-    """What may be unknown of the axis: with four heads all of its motion, else nothing."""
+    """Give the unknown motion of the axis: every order with four heads, else none."""
     return "every" if heads == 4 else ()
 
 
@@ -95,17 +95,17 @@ def judged_places(places_deg: tuple[float, ...], most_order: int) -> PlacesChoic
 
 def _seen_by_mean(gain: Float, weights: Float, places: Float, orders: Integer) -> tuple[float, ...]:
     factor = np.abs(order_factor(weights, places, orders))
-    # No mean sees order 1, whatever its gain.
+    # The mean does not contain order 1, whatever the gain.
     return tuple(np.where(factor < 1e-9, 0.0, gain * factor).tolist())
 
 
 def best_places(
     heads: int, most_order: int, *, noise_limit: float = NOISE_LIMIT, least_deg: float = LEAST_DEG
 ) -> list[PlacesChoice]:
-    """The best places found, best first, no two alike.
+    """List the best different places, best first.
 
-    Raises ValueError for another number of heads than three or four, or where no places of the
-    search keep the mean below ``noise_limit``.
+    Raises ValueError if there are not three or four heads, or if no places of the
+    search keep the noise of the mean below ``noise_limit``.
     """
     if heads not in (3, 4):
         raise ValueError(f"heads: expected 3 or 4, found {heads}; two heads have one angle α")
@@ -126,12 +126,12 @@ def best_places(
         places = tuple(np.round(best[index], 1).tolist())
         if all(_unlike(places, one.places_deg) for one in found):
             found.append(judged_places(places, most_order))
-    # The places are rounded to what can be mounted.
+    # The places are rounded to mountable values.
     return sorted(found, key=lambda one: one.worst_gain)
 
 
 def as_plain(heads: int, most_orders: Sequence[int], given_deg: tuple[float, ...] | None) -> Any:
-    """``given_deg`` and the three best places for orders to each of ``most_orders``."""
+    """Give ``given_deg`` and the three best places for orders up to each of ``most_orders``."""
     return [
         {
             "heads": heads,
@@ -158,7 +158,7 @@ def _worst_gain(sets_deg: Float, most_order: int) -> Float:
 
 
 def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[np.bool_]:
-    """Room between the heads, and a mean below the limit with all and without any one."""
+    """True for sets with room between heads and a mean below the limit, also without any one."""
     turned = np.sort(np.mod(sets_deg, 360.0), axis=1)
     apart = np.diff(np.column_stack((turned, turned[:, :1] + 360.0)), axis=1)
     room = apart.min(axis=1) >= least_deg
@@ -182,7 +182,7 @@ def _noise_of_three(places_rad: Float) -> Float:
 def _moved(
     sets_deg: Float, step_deg: float, most_order: int, noise_limit: float, least_deg: float
 ) -> Float:
-    """Each set with one or more heads moved by a step where that is better, until none is."""
+    """Move heads of each set by a step as long as that improves the set."""
     heads = sets_deg.shape[1]
     moves = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * (heads - 1))).reshape(heads - 1, -1).T
     moves = np.column_stack((np.zeros(len(moves)), moves)) * step_deg
@@ -193,7 +193,7 @@ def _moved(
             _allowed(tried, noise_limit, least_deg), _worst_gain(tried, most_order), np.inf
         ).reshape(len(best), -1)
         chosen = np.argmin(worst, axis=1)
-        # No set ever becomes one that is not allowed: standing still is among the moves.
+        # Every move keeps a set permitted, because staying is one of the moves.
         moved = best + moves[chosen]
         if np.array_equal(moved, best):
             break
@@ -209,7 +209,7 @@ def _noise(places: Float) -> Float | None:
 
 
 def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Not the same places, nor the same counted from another head or the other way round."""
+    """False for equal places, also if counted from another head or in the other direction."""
     return not any(
         np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
         for way in (_steps(one), _steps(one)[::-1])

@@ -1,1 +1,1 @@
-"""Hundreds of turns on the virtual instrument: how far the orders wander, and what holds them."""
+"""Hundreds of turns on the virtual instrument: drift of the orders, and ways to correct it."""

@@ -1,4 +1,4 @@
-"""One long scenario, several ways of holding the correction; what of them is left, turn by turn."""
+"""Runs one long scenario under several correction strategies and compares their errors."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
 Float = NDArray[np.float64]
 
 LEARNED_PART = 0.45
-"""Of the run, from its beginning: what the model of the temperature is learned from."""
+"""Part of the run, from its beginning, from which the temperature model is learned."""
 AVERAGE_KEEP = 0.8
-"""The firmware's preset."""
+"""The firmware's preset of ``keep``."""
 DECIMALS = 4
-"""Of what is told of every turn, ″ and °C."""
+"""Decimals of the figures of every turn, ″ and °C."""
 STRATEGIES = {
     "held": "the first turn's coefficients, then frozen",
     "single": "calibrated anew in every turn, no average",
@@ -37,12 +37,12 @@ STRATEGIES = {
 
 
 def shortened(scenario: Scenario, turns: float) -> Scenario:
-    """The same course in fewer turns: temperatures and faults come at the same part of it.
+    """Give the same course in fewer turns: temperatures and faults keep their relative time.
 
     Raises ValueError for a scenario that is not one leg of turns.
     """
     if len(scenario.legs) != 1 or not scenario.legs[0].turns:
-        raise ValueError("a long run has one leg of turns and no pause")
+        raise ValueError("a long run must have one leg of turns and no pause")
     (leg,) = scenario.legs
     factor = turns / abs(leg.turns)
     return dataclasses.replace(
@@ -65,11 +65,11 @@ def run_long(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> dict[str, Any]:
-    """Run it once for each strategy; everything as plain values.
+    """Run the scenario once per strategy; return plain values.
 
-    ``single`` always runs: its turns are independent, so that the Allan deviation and the model are
-    taken from them. Raises InstrumentError, and ValueError where the part that the model is learned
-    from holds too little.
+    ``single`` always runs: its turns are independent, so that the Allan deviation and the model
+    use them. Raises InstrumentError, and ValueError if the turns of learning
+    contain too little information.
     """
     begun = time.process_time()
     told: dict[str, list[dict[str, Any]]] = {}
@@ -148,7 +148,7 @@ def _by_strategy(scenario: Scenario, name: str) -> Scenario:
 def _learned(
     result: ScenarioResult, told: Sequence[dict[str, Any]]
 ) -> tuple[list[LearnedOrder], float]:
-    """The model, and the temperature at which its cold part holds."""
+    """Give the model, and the temperature for which its cold part is valid."""
     turns, values = told_orders(told)
     first = turns <= round(LEARNED_PART * len(result.turns))
     celsius = np.array([turn.temperature_c for turn in result.turns])[turns - 1]
@@ -157,7 +157,7 @@ def _learned(
 
 
 def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[str, Any]:
-    """What the coefficients leave in each turn, and what left the core."""
+    """Give the error under the coefficients in each turn, and that of the core's output."""
     told = [one for turn in result.turns for one in turn.told]
     left = np.array([truth.left_arcsec(turn) for turn in result.turns])
     worst = SETTLED_TURNS + int(np.argmax(left[SETTLED_TURNS:]))
@@ -194,7 +194,7 @@ def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[st
 
 
 def _applied(result: ScenarioResult, place: int) -> dict[str, float]:
-    """Amplitude in arcsec of each order that is active at the end of a turn."""
+    """Give the amplitude in arcsec of each active order at the end of a turn."""
     bank = result.turns[place].bank
     if bank is None:
         return {}
@@ -207,7 +207,7 @@ def _applied(result: ScenarioResult, place: int) -> dict[str, float]:
 
 
 SETTLED_TURNS = 2
-"""Captured, and fading in."""
+"""Turns that are captured, and turns with a ramp."""
 
 
 def _rms(values: Float) -> float:
@@ -215,7 +215,7 @@ def _rms(values: Float) -> float:
 
 
 def _allan(told: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]) -> dict[str, Any]:
-    """Of each shown order: root mean of the variances of cosine and sine."""
+    """Give the root mean of the variances of cosine and sine for each listed order."""
     numbers, values = told_orders(told)
     series = np.full((turns + 1, values.shape[1]), np.nan, dtype=np.complex128)
     series[numbers[numbers <= turns]] = values[numbers <= turns]
@@ -239,7 +239,7 @@ def _allan(told: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]) ->
 
 
 def _trends(told: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """What ``arctrue monitor`` would say of a trend."""
+    """List the trends that ``arctrue monitor`` would report."""
     watch = TrendWatch()
     found = []
     for one in told:

@@ -1,4 +1,4 @@
-"""The table's own error in each turn of a scenario, and what coefficients leave of it."""
+"""The true error of the table in each turn of a scenario, and its remainder after correction."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from arctrue.studies.scenario import Scenario, ScenarioTurn
 Float = NDArray[np.float64]
 
 PLACES = 360
-"""In a turn: three times the highest order that is asked for, and more."""
+"""Angles per turn: at least three times the highest requested order."""
 TURN_RAD = 2.0 * np.pi
 
 
 class Truth:
-    """By the geometry of the table, without noise and without steps of counts."""
+    """Computes the error from the table's geometry, without noise and quantisation."""
 
     def __init__(self, scenario: Scenario) -> None:
-        """Of head 1; the zero is left out, as two heads do not see it."""
+        """Evaluate head 1; the zero is left out, because two heads do not see it."""
         quiet = structs.replace(scenario.errors, noise_arcsec=0.0)
         self._table = dataclasses.replace(scenario, errors=quiet).table()
         self._course = scenario.course()
@@ -39,11 +39,11 @@ class Truth:
         return reading, error - error.mean()
 
     def error_arcsec(self, number: int) -> Float:
-        """Reading less true angle in turn ``number`` (first: 1), its mean removed, (PLACES,)."""
+        """Reading minus true angle in turn ``number`` (first: 1), mean removed, (PLACES,)."""
         return self._turn(number)[1]
 
     def left_arcsec(self, turn: ScenarioTurn) -> float:
-        """RMS of what the coefficients at the end of a turn leave of that turn's error."""
+        """RMS of that turn's error minus the correction by the coefficients at its end."""
         reading, error = self._turn(turn.number)
         if turn.bank is not None:
             bank = turn.bank

@@ -1,4 +1,4 @@
-"""All methods on the same table, and what a third and a fourth head bring."""
+"""Runs all methods on the same table, and evaluates a third and a fourth head."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ TWO_DEG = HEAD_PLACES_DEG[2]
 THREE_DEG = HEAD_PLACES_DEG[3]
 FOUR_DEG = HEAD_PLACES_DEG[4]
 SPARE_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Four heads of which any one may fail: ``arctrue alpha --heads 4``."""
+"""Places of four heads of which any one may fail: ``arctrue alpha --heads 4``."""
 AT_REST_MOTION_M = 0.0
 PAIRED = "encoder makers' paired heads"
 
 
 @dataclass(frozen=True)
 class Places:
-    """A set of heads with its gains."""
+    """A set of heads with its noise gains."""
 
     title: str
     places_deg: tuple[float, ...]
@@ -54,11 +54,11 @@ class Places:
     gain: NDArray[np.float64]
     """``(orders,)``."""
     mean_noise: float
-    """Of one reading on the weighted mean over that of one head; inf: there is no such mean."""
+    """Noise of one reading of the weighted mean over that of one head; inf: no such mean."""
 
 
 def places() -> tuple[Places, ...]:
-    """The paper's two heads, three, and four, with what is unknown of the axis' motion."""
+    """Give the paper's two heads, three, and four heads, with the unknown motion of the axis."""
     sets: tuple[tuple[str, tuple[float, ...], MotionOrders], ...] = (
         ("2 heads, axis at rest", TWO_DEG, ()),
         ("3 heads, axis at rest", THREE_DEG, ()),
@@ -81,7 +81,7 @@ def _noise(places_deg: tuple[float, ...]) -> float:
 
 
 def methods() -> tuple[Method, ...]:
-    """The methods, those of one head first."""
+    """Give the methods, those of one head first."""
     return (
         LOOK_UP_TABLE,
         REFERENCE_HARMONICS,
@@ -105,9 +105,9 @@ def methods() -> tuple[Method, ...]:
 def compare_methods(
     settings: MethodsSettings, progress: ReportStep | None = None
 ) -> dict[str, Any]:
-    """Run all methods with the bearing that moves and with one that does not; plain values.
+    """Run all methods with a moving and with a resting axis; return plain values.
 
-    The one that moves is judged again after balls and heat have moved the axis otherwise.
+    The moving axis is evaluated again after ball pass and heat have changed its motion.
 
     Raises ValueError for a time of measurement that is too short for a method.
     """
@@ -150,7 +150,7 @@ def compare_methods(
 
 
 def _own_places(settings: MethodsSettings) -> list[dict[str, Any]]:
-    """How well four heads find their own places from one turn, the axis being at rest."""
+    """Give the uncertainty of the places that four heads determine in one turn, axis at rest."""
     one_turn = dataclasses.replace(
         settings,
         minutes=6.0 / settings.speed_deg_s,

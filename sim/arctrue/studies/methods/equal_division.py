@@ -1,8 +1,8 @@
 """Equal division average (EDA): head 1 against the mean of N heads at equal distances.
 
-The mean of N readings has no error of the disc but orders that are multiples of N, and no radial
-motion of the axis (N ≥ 2), so that head 1 less the mean is the whole error of head 1 without
-those orders.
+The mean of N readings contains only those errors of the disc whose orders are multiples of N, and
+no radial motion of the axis (N ≥ 2). So head 1 minus the mean is the whole error of head 1 without
+these orders.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def _run(world: World, heads: int) -> Output:
 
 
 def equal_division(heads: int) -> Method:
-    """The method with so many heads."""
+    """Give the method with this number of heads."""
     return Method(
         f"equal_division_{heads}",
         f"Equal division, {heads} heads (EDA)",

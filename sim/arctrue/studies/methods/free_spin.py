@@ -1,12 +1,12 @@
 """Time measurement on a free spin with circle closure (TDR).
 
-The table is spun up, the motor let go, and a fast clock takes the time of every line that passes
+The motor spins the table up and releases it, and a fast clock times every line that passes
 head 1. The true angle follows the free response of the axis: with Coulomb and viscous friction it
-is a constant, a straight line and e^{−vt}. The same line comes by again after exactly one turn
-(closure), which separates the lines' errors from the slowing down. A torque that repeats with the
+is a constant, a straight line and e^{−vt}. The same line passes again after exactly one turn
+(closure), which separates the lines' errors from the deceleration. A torque that repeats with the
 angle moves the table by an angle that falls with 1/speed² (the dynamic reversal separates it).
-Friction is that of the table of ``arctrue stop-and-go``: a spin lasts three turns, and the table
-is spun up again and again for the time of measurement.
+The friction is that of ``arctrue stop-and-go``: a spin lasts three turns, and the table
+is spun up repeatedly during the measuring time.
 """
 
 from __future__ import annotations
@@ -42,20 +42,20 @@ class FreeSpin:
     fitted_torque_orders: tuple[int, ...] = (1, 2)
     clock_hz: float = 100e6
     lines: int = 512
-    """Of 16,384, evenly chosen."""
+    """Number of lines that are timed, of 16,384, evenly chosen."""
     turns_a_spin: int = 2
     spin_s: float = 4.0
-    """Spinning up, down, and a rest."""
+    """Time of one spin: acceleration, deceleration and a pause."""
     viscous_known_to: float = 0.02
-    """The viscous friction that the fit begins from is so far off."""
+    """Relative error of the viscous friction from which the fit starts."""
 
     @property
     def torque_rad_s2(self) -> tuple[float, ...]:
-        """Amplitudes over the moment of inertia."""
+        """Amplitudes of the torque over the moment of inertia."""
         return tuple(share * self.coulomb_rad_s2 for share in self.torque_shares)
 
     def smooth(self, time_s: Float) -> tuple[Float, Float]:
-        """Angle and speed without the repeating torque."""
+        """Give angle and speed without the repeating torque."""
         offset = self.coulomb_rad_s2 / self.viscous_hz
         decay = np.exp(-self.viscous_hz * time_s)
         speed = (self.start_rad_s + offset) * decay - offset
@@ -63,7 +63,7 @@ class FreeSpin:
         return angle, speed
 
     def angle(self, time_s: Float, start_rad: float = 0.0) -> tuple[Float, Float]:
-        """True angle and speed: the torque's twice integrated part is τ/(n²ω²)."""
+        """Give true angle and speed; the torque, integrated twice, adds τ/(n²ω²)."""
         smooth, speed = self.smooth(time_s)
         smooth = smooth + start_rad
         angle = smooth.copy()
@@ -72,7 +72,7 @@ class FreeSpin:
         return angle, speed
 
     def time_at(self, angle_rad: Float, guess_s: Float, start_rad: float = 0.0) -> Float:
-        """When the table passes each angle, by Newton's method from ``guess_s``."""
+        """Find when the table passes each angle, by Newton's method from ``guess_s``."""
         time = guess_s.copy()
         for _ in range(12):
             angle, speed = self.angle(time, start_rad)
@@ -129,7 +129,7 @@ def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], 
     for time, reading in timed_lines(world, spin):
         since = time - time[0]
         decay = np.exp(-viscous * since)
-        # A viscous friction that is a little different adds t·e^{−vt}, then t²·e^{−vt}.
+        # A small change of the viscous friction adds t·e^{−vt}, then t²·e^{−vt}.
         response = np.column_stack(
             (np.ones_like(since), since, decay, since * decay, since**2 * decay)
         )
@@ -146,7 +146,7 @@ def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], 
             [np.cos(phase), np.sin(phase), weaker * np.cos(swing), weaker * np.sin(swing)]
         )
         basis, _ = np.linalg.qr(response / np.linalg.norm(response, axis=0))
-        # The fitted response first, so that 10⁶″ are not left to rounding.
+        # Subtract the fitted response first, so that rounding does not act on 10⁶″.
         observed = (reading - response @ fitted) * ARCSEC_PER_RAD
         sums.add(design - basis @ (basis.T @ design), observed - basis @ (basis.T @ observed))
     return orders, sums.solved()[: 2 * orders.size]

@@ -1,7 +1,7 @@
 """Two to four heads: their weighted mean, and least squares of disc, places and motion of the axis.
 
-Methods are given places after head 1, p; a head stands at the stator angle −p. All turns are
-averaged sample by sample: the simulated motion brings each sample of a turn to the same angle.
+Methods are given places after head 1, p; such a head stands at the stator angle −p. All turns are
+averaged sample by sample, because the simulated motion repeats the angle of each sample.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOTION_ORDERS = tuple(range(1, 9))
-"""Of a bearing; at order 1 the backward circle alone."""
+"""Orders of a bearing's motion; at order 1 only the backward circle."""
 
 
 def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns, int]:
-    """One turn of sums over all turns, and how many of these finer counts a turn has."""
+    """Average all turns to one of sums; also give the number of these finer counts per turn."""
     places = -np.radians(np.asarray(places_deg, dtype=np.float64))
     given = world.settings
     total: Integer | None = None
@@ -44,7 +44,7 @@ def averaged_turn(world: World, places_deg: Sequence[float]) -> tuple[WholeTurns
 
 
 def estimated(world: World, places_deg: Sequence[float], motion: MotionOrders) -> HeadsEstimate:
-    """Calibrate with what is known of the mounting: places and index marks to ± 50″."""
+    """Calibrate with the known mounting: places and index marks to ± 50″."""
     part, fine = averaged_turn(world, places_deg)
     radius = world.settings.radius_tolerance_m / DISC_RADIUS_M / float(np.sqrt(3.0))
     return heads_least_squares(
@@ -73,7 +73,7 @@ def _head1(world: World, places_deg: Sequence[float], motion: MotionOrders) -> O
 
 
 def _mean(places_deg: Sequence[float], weights: Float, offsets_rad: Float) -> Output:
-    """The weighted mean of the readings, each less its offset."""
+    """Give the weighted mean of the readings, each minus its offset."""
 
     def angle(reading: Float) -> Float:
         own = reading - offsets_rad[:, None]
@@ -107,7 +107,7 @@ def _calibrated(world: World, places_deg: Sequence[float], motion: MotionOrders)
 def least_squares_of(
     name: str, places_deg: Sequence[float], motion: MotionOrders, *, title: str = ""
 ) -> Method:
-    """Head 1, corrected by what all heads at ``places_deg`` say of disc and axis."""
+    """Correct head 1 by the error that all heads at ``places_deg`` determine."""
     heads = len(places_deg)
     return Method(
         name,
@@ -122,7 +122,7 @@ def least_squares_of(
 
 
 def mean_of(name: str, places_deg: Sequence[float], source: str) -> Method:
-    """The weighted mean of the heads as it is: no calibration but the counters' offsets."""
+    """Give the weighted mean of the heads without calibration except the counters' offsets."""
     heads = len(places_deg)
     return Method(
         name,
@@ -137,7 +137,7 @@ def mean_of(name: str, places_deg: Sequence[float], source: str) -> Method:
 
 
 def calibrated_mean_of(name: str, places_deg: Sequence[float], motion: MotionOrders) -> Method:
-    """The weighted mean less the disc's error as it sees it."""
+    """Give the weighted mean minus the disc's error in it."""
     heads = len(places_deg)
     known = "motion unknown at every order" if motion == "every" else "motion at orders 1 to 8"
     return Method(

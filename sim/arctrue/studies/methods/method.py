@@ -1,4 +1,4 @@
-"""What is said of a method: its sources, what it needs, what it cannot see."""
+"""Description of a method: its sources, requirements and blind spots."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Method:
-    """One way to calibrate; ``run`` measures and returns what the calibrated table shows."""
+    """One method of calibration; ``run`` measures and returns the calibrated table's output."""
 
     name: str
     title: str
@@ -28,7 +28,7 @@ class Method:
     cannot_see: str
     run: Callable[[World], Output]
     output: Literal["head 1", "mean"] = "head 1"
-    """What the angle is made of."""
+    """The heads from which the angle is computed."""
 
 
 def of_harmonics(orders: Integer, values: Float) -> Output:

@@ -9,20 +9,20 @@ Float = NDArray[np.float64]
 
 
 class NormalEquations:
-    """XᵀX and Xᵀy, added up block by block."""
+    """XᵀX and Xᵀy of a design matrix X, summed block by block."""
 
     def __init__(self, columns: int) -> None:
-        """No rows yet."""
+        """Begin without rows."""
         self.matrix: Float = np.zeros((columns, columns))
         self.right: Float = np.zeros(columns)
 
     def add(self, design: Float, observed: Float) -> None:
-        """A block of rows, ``(rows, columns)`` and ``(rows,)``."""
+        """Add a block of rows, ``(rows, columns)`` and ``(rows,)``."""
         self.matrix += design.T @ design
         self.right += design.T @ observed
 
     def solved(self) -> Float:
-        """The shortest solution: what no row tells is 0."""
+        """Give the minimum-norm solution: unknowns that no row determines are 0."""
         norms = np.sqrt(np.diag(self.matrix))
         norms[norms == 0.0] = 1.0
         scaled = self.matrix / np.outer(norms, norms)
@@ -32,4 +32,4 @@ class NormalEquations:
 
 
 LEAST_SINGULAR = 1e-9
-"""Of the scaled normal matrix: what is seen 30,000 times less well than the rest is not seen."""
+"""Limit for eigenvalues of the scaled normal matrix: directions 30,000 times less visible are 0."""

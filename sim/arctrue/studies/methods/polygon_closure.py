@@ -1,4 +1,4 @@
-"""Closure: the polygon is turned on between cycles, which separates its faces from the table.
+"""Closure: re-indexing the polygon between cycles separates its faces from the table.
 
 In cycle i, at station j the error by the polygon is ε_j + p_(j − s_i) + c_i, with the shift s_i,
 the error p of the face and the zero c_i of the cycle. Both errors have no mean: the circle closes.
@@ -21,12 +21,12 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Closure:
-    """Errors of the table and of the faces, arcseconds, ``(faces,)``, each with the mean 0."""
+    """Errors of the table and of the faces, arcseconds, ``(faces,)``, each with mean 0."""
 
     table_arcsec: Float
     faces_arcsec: Float
     u_table_arcsec: Float
-    """Standard uncertainty from the scatter that the fit leaves, ``(faces,)``."""
+    """Standard uncertainty from the scatter of the fit, ``(faces,)``."""
     scatter_arcsec: float
     degrees_of_freedom: int
 
@@ -34,8 +34,8 @@ class Closure:
 def closure(errors_arcsec: Float, face: Integer) -> Closure:
     """Separate table and polygon; ``errors_arcsec`` and ``face`` are ``(cycles, faces)``.
 
-    Raises ValueError where the shifts do not connect all faces: one position of the polygon is
-    the simplest case.
+    Raises ValueError if the shifts do not connect all faces; a single position of the polygon is
+    the simplest such case.
     """
     cycles, faces = errors_arcsec.shape
     rows = np.arange(errors_arcsec.size)
@@ -49,8 +49,8 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
     design[-1, faces : 2 * faces] = 1.0
     if np.linalg.matrix_rank(design) < design.shape[1]:
         raise ValueError(
-            "the positions of the polygon do not separate its faces from the table; put it on "
-            "anew by a number of faces that shares no divisor with their number"
+            "the positions of the polygon do not separate its faces from the table; turn it on the "
+            "table by a number of faces that has no common divisor with their number"
         )
     observed = np.concatenate([errors_arcsec.ravel(), [0.0, 0.0]])
     # Closing the circle is exact: the last two rows carry no scatter.
@@ -69,7 +69,7 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
 
 
 def spread_shifts(cycles: int, faces: int) -> list[int]:
-    """As many different positions as there are cycles, all round the turn."""
+    """Give as many different positions as cycles, all round the turn."""
     return [(cycle * faces) // cycles for cycle in range(cycles)]
 
 

@@ -18,7 +18,7 @@ def station_errors(world: World) -> tuple[Float, Float]:
 
 
 def straight_lines(reading_rad: Float, error_arcsec: Float) -> Correction:
-    """Between two stations the table is a straight line, as controllers do it."""
+    """Interpolate linearly between two stations, as controllers do."""
     return lambda at: np.interp(at, reading_rad, error_arcsec, period=TURN_RAD)
 
 

@@ -17,7 +17,7 @@ SEPARATION_RAD = float(np.radians(33.0))
 
 
 def captured(world: World) -> WholeTurns:
-    """All turns of two heads 33° apart as one capture."""
+    """Join all turns of two heads 33° apart into one capture."""
     counts = np.concatenate(list(world.turns([0.0, -SEPARATION_RAD])), axis=1)
     step = world.settings.counts_per_rev / world.settings.samples_a_turn
     return WholeTurns(0, world.settings.turns, counts[0], counts[1], step)
@@ -35,7 +35,7 @@ def _fourier(world: World, choice: Choice) -> Output:
 
 
 def _applied(estimate: Estimate) -> Output:
-    """The orders that ``arctrue calibrate`` would apply: of a gain that is not above its limit."""
+    """Keep the orders that ``arctrue calibrate`` would apply: those with a gain up to its limit."""
     kept = estimate.noise_gain <= GAIN_LIMIT_DEFAULT
     return of_harmonics(estimate.orders[kept], estimate.values[np.tile(kept, 2)])
 

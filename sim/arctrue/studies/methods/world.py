@@ -1,4 +1,4 @@
-"""The table that every method measures: one disc, one bearing, one noise, one time."""
+"""The table that every method measures: the same disc, bearing, noise and measuring time."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ Correction = Callable[[Float], Float]
 
 @dataclass(frozen=True)
 class Output:
-    """What a calibrated table shows: an angle made of the readings of some heads."""
+    """The output of a calibrated table: an angle computed from the readings of some heads."""
 
     places_rad: tuple[float, ...]
     """Stator angles of the heads that are read, head 1 first."""
@@ -50,32 +50,32 @@ class Output:
 
     @classmethod
     def of_head1(cls, correction: Correction) -> Output:
-        """Head 1 less its error."""
+        """Subtract the error from head 1."""
         return cls((0.0,), lambda reading: reading[0] - correction(reading[0]) * RAD_PER_ARCSEC)
 
 
 TURN_RAD = 2.0 * np.pi
 SCORED_ANGLES = 7200
-"""A twentieth of a degree: 60 points in a wave of order 120."""
+"""Spacing of the evaluated angles, a twentieth of a degree: 60 points per wave of order 120."""
 MOST_SCORED_ORDER = 128
 LATER_TURNS = 3
 MOUNTING_ARCSEC = 50.0
-"""A head stands within ± this of its nominal place: the paper's tolerance."""
+"""Tolerance of a head's place: the paper's."""
 
 WEAK_ORDER = 11
-"""α = 33° amplifies its noise 19 times."""
+"""An order whose noise α = 33° amplifies 19 times."""
 SYMMETRIC_ORDERS = (12, 24)
 """Orders that 4 or 12 heads at equal distances do not see; 24 faces do not see 24 either."""
 BLIND_ORDER = 120
-"""Two heads 33° apart do not see it."""
+"""An order that two heads 33° apart do not see."""
 UNLISTED_ARCSEC = {47: 0.05, 77: 0.03}
 """Orders of the disc that no method fits."""
 UNLISTED_MOTION = {1: -0.3, 9: 0.3, 13: -0.2}
-"""Circles of the axis by order, in parts of that of order 2; a negative one turns backwards. Order
+"""Circles of the axis by order, relative to that of order 2; negative ones turn backwards. Orders
 9 and 13 are in no method's list."""
 BALLS_M, BALLS_ORDER = 0.25e-6, 4.37
 HUB_SHIFT_M = 2e-6
-"""What happens after the calibration: the balls of the bearing, and the disc moves on its hub."""
+"""Changes after the calibration: ball pass of the bearing, and a shift of the disc on its hub."""
 
 
 @dataclass(frozen=True)
@@ -88,26 +88,26 @@ class MethodsSettings:
     speed_deg_s: float = 30.0
     sampling_hz: float = 1000.0
     noise_arcsec: float = 0.1
-    """Standard deviation of a reading of a head."""
+    """Standard deviation of a head's reading."""
     scatter_arcsec: float = 0.08
-    """Of a reading of the autocollimator, as in ``arctrue paper``."""
+    """Standard deviation of a reading of the autocollimator, as in ``arctrue paper``."""
     radial_motion_m: float = 0.1e-6
-    """Amplitude of the axis' motion of order 2; order 3 has half of it."""
+    """Amplitude of the axis' motion at order 2; that at order 3 is half of it."""
     ripple_rad: float = 0.002
     ripple_order: int = 7
     most_order: int = 40
     counts_per_rev: int = 1 << 24
     seed: int = 1
     index_detection_arcsec: float = 0.0
-    """A head detects the index mark up to so far off its true place."""
+    """Largest error with which a head detects the index mark."""
     radius_tolerance_m: float = 0.0
-    """A head stands up to so far from the disc's radius."""
+    """Largest difference of a head's radius from the disc's radius."""
     unlisted: bool = False
-    """The disc and the axis have orders that stand in no method's list."""
+    """True: disc and axis also have orders that are in no method's list."""
 
     @classmethod
     def compared(cls, minutes: float = 16.0, seed: int = 1) -> MethodsSettings:
-        """The world of ``arctrue methods``: index detection ± 50″, radii ± 0.1 mm, more orders."""
+        """World of ``arctrue methods``: index detection ± 50″, radii ± 0.1 mm, more orders."""
         return cls(
             minutes=minutes,
             seed=seed,
@@ -118,7 +118,7 @@ class MethodsSettings:
 
     @property
     def time_s(self) -> float:
-        """Time of measurement of every method, without what lies between two parts of it."""
+        """Measuring time of every method, without the time between its parts."""
         return 60.0 * self.minutes
 
     @property
@@ -181,16 +181,16 @@ class World:
 
     @cached_property
     def later(self) -> tuple[Cause, ...]:
-        """What comes to the table after the calibration."""
+        """Give the causes that are added after the calibration."""
         return (BallPass(BALLS_ORDER, BALLS_M), DiscEccentricity(HUB_SHIFT_M, 0.8))
 
     def table(
         self, places_rad: Sequence[float] = (0.0,), further: tuple[Cause, ...] = ()
     ) -> RotaryTable:
-        """Heads near their nominal places, each up to 50″ off; the first, head 1, defines 0.
+        """Place heads near their nominal places, each up to 50″ off; head 1 defines 0.
 
         Their index marks repeat to ± 1 count. A place has the same head in every method.
-        ``further``: causes besides those of the calibrated table.
+        ``further``: causes in addition to those of the calibrated table.
         """
         heads = []
         for place in places_rad:
@@ -219,7 +219,7 @@ class World:
         return TURN_RAD / self.settings.counts_per_rev
 
     def turns(self, places_rad: Sequence[float]) -> Iterator[Counts]:
-        """Counts of all heads, turn after turn, each ``(heads, samples)``; one common latch."""
+        """Yield the counts of all heads, turn by turn, ``(heads, samples)``, latched together."""
         given = self.settings
         table = self.table(places_rad)
         random = np.random.default_rng([given.seed, len(places_rad)])
@@ -236,7 +236,7 @@ class World:
             yield np.stack([table.counts(head, state, random) for head in range(len(places_rad))])
 
     def reading_at_rest_rad(self, angle_rad: Float) -> Float:
-        """Head 1 at rest at each angle, the mean of many latches: no noise, no counts."""
+        """Head 1 at rest at each angle, mean of many latches: no noise, no quantisation."""
         return self.table().reading_rad(0, TableState.at_rest(angle_rad))
 
     def instruments(self) -> tuple[Polygon, Autocollimator]:
@@ -248,12 +248,12 @@ class World:
         )
 
     def stations(self, shifts: Sequence[int]) -> tuple[Float, Float, NDArray[np.int64]]:
-        """Readings of the polygon, a cycle each: reading of head 1 and its error by the polygon.
+        """Read the polygon once per cycle: reading of head 1 and its error by the polygon.
 
-        In cycle i the polygon is put on ``shifts[i]`` faces further. At each of 24 angles the table
-        is brought to the target by the *reading* of head 1 and stands for ``station_s``; both
-        instruments are averaged. Returns readings in radians ``(faces,)``, errors in arcseconds
-        ``(cycles, faces)`` and which face was seen ``(cycles, faces)``.
+        In cycle i the polygon is mounted ``shifts[i]`` faces further. At each of 24 angles the
+        table is moved to the target by the *reading* of head 1 and stands for ``station_s``; the
+        readings of both instruments are averaged. Returns readings in radians ``(faces,)``, errors
+        in arcseconds ``(cycles, faces)`` and the number of the seen face ``(cycles, faces)``.
         """
         polygon, autocollimator = self.instruments()
         random = np.random.default_rng([self.settings.seed, 25])
@@ -267,17 +267,17 @@ class World:
         for shift in shifts:
             face = (place - shift) % faces
             direction = polygon.direction_rad(face, stands - target)
-            # The autocollimator's error belongs to the place in its field, that is to the station.
+            # The autocollimator's error depends on the place in its field, that is on the station.
             reading = autocollimator.reading_rad(place, direction, random)
             errors.append(-reading * ARCSEC_PER_RAD)
             seen.append(face)
         return target, np.array(errors), np.array(seen, dtype=np.int64)
 
     def score(self, output: Output | None, *, later: bool = False) -> TurnScore:
-        """Error of ``output`` against the true angle, its mean taken off; None: head 1 as it is.
+        """Compare ``output`` with the true angle, mean removed; None: head 1 without correction.
 
-        The heads are at rest at each angle, the mean of many latches. ``later``: with what comes
-        to the table after the calibration, some turns on.
+        The heads are at rest at each angle and averaged over many latches. ``later``: with the
+        causes that are added after the calibration, some turns later.
         """
         if output is None:
             output = Output.of_head1(np.zeros_like)

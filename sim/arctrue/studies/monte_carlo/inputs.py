@@ -1,4 +1,4 @@
-"""Input quantities of the calibration, and the distribution that each is drawn from."""
+"""Input quantities of the calibration, and the distribution of each."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ QUIET: Values = {
     "bracket_arcsec_per_k": 0.0,
     "lanes": float(LANES_DEFAULT),
 }
-"""Every quantity where it does no harm."""
+"""Values at which the quantities have no effect."""
 
 
 def _log_uniform(random: Random, limits: tuple[float, float]) -> float:
@@ -108,10 +108,10 @@ def _lanes(random: Random) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """One input quantity, or a few that belong together."""
+    """One input quantity, or a group of related ones."""
 
     title: str
-    """For the page."""
+    """Description for the page."""
     distribution: str
     """In words."""
     draw: Callable[[Random], dict[str, float]]
@@ -161,13 +161,13 @@ CASES: dict[str, tuple[str, ...]] = {
     **{name: ("noise", name) for name in INPUTS if name != "noise"},
     "all": tuple(INPUTS),
 }
-"""Which inputs act. Whole counts and coefficient words always do: alone in ``quantisation``."""
+"""Active inputs by case. Quantisation of counts and words is always active: ``quantisation``."""
 
 
 def drawn(seed: int, case: str) -> dict[str, float]:
-    """All quantities of a trial: those of the case drawn, the others where they do no harm.
+    """Draw the quantities of a trial: those of the case at random, the others without effect.
 
-    An input has a stream of random numbers of its own, so trial by trial it is the same in
+    Each input has its own stream of random numbers, so that in a trial it is the same in
     every case. Raises KeyError for an unknown case.
     """
     found = dict(QUIET)

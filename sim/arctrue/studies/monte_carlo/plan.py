@@ -16,7 +16,7 @@ BATCH = 10
 
 @dataclass(frozen=True, slots=True)
 class TrialPlan:
-    """How many trials of every case, and what each measures."""
+    """Number of trials of every case, and the extent of each measurement."""
 
     trials: int
     seed: int

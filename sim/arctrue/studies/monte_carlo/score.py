@@ -1,4 +1,4 @@
-"""Coverage of the stated uncertainty: how often the truth lies where it says."""
+"""Coverage of the stated uncertainty: how often its region contains the truth."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ Float = NDArray[np.float64]
 
 COVERAGE = 0.95
 SQUARE_LIMIT = float(chi2.ppf(COVERAGE, 2))
-"""Of the squared deviation of two components in their covariance."""
+"""Quantile of the squared deviation of two components in their covariance."""
 FACTOR = float(norm.ppf(0.5 + COVERAGE / 2))
 FACTOR_ALPHA = COVERAGE * math.sqrt(3.0)
-"""The place of the index sensors decides α: a rectangular distribution has this factor."""
+"""Coverage factor of α: the place of the index sensors dominates, a rectangular distribution."""
 FALSE_ALARM = 0.01
-"""Chance that any of one case's figures is called off by chance alone."""
+"""Probability that chance alone makes any figure of a case look wrong."""
 
 
 @dataclass(frozen=True, slots=True)
 class Covered:
-    """How many of the trials were covered, and what that says of the stated uncertainty."""
+    """Number of covered trials, and its implication for the stated uncertainty."""
 
     hits: int
     trials: int
     figures: int
-    """How many such figures are judged together."""
+    """Number of such figures that are tested together."""
 
     @property
     def rate(self) -> float:
-        """Share that was covered; NaN without a trial."""
+        """Share of covered trials; NaN without a trial."""
         return self.hits / self.trials if self.trials else float("nan")
 
     @property
     def verdict(self) -> str:
-        """``too small`` or ``too large`` for an uncertainty that is off; empty where it holds."""
+        """``too small`` or ``too large`` for a wrong uncertainty; empty if it holds."""
         if not self.trials:
             return ""
         found = binomtest(self.hits, self.trials).proportion_ci(
@@ -63,7 +63,7 @@ class Covered:
 
 
 def scored(results: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> dict[str, Any]:
-    """By case: coverage of every order, of α and over the turn, with the sizes of both sides."""
+    """By case: coverage of every order, of α and over the turn, with RMS deviation and u."""
     found = {}
     for case in CASES:
         trials = [result for task, result in results if task["case"] == case]
@@ -104,7 +104,7 @@ def _case(trials: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _alpha(pairs: Sequence[Sequence[float]], figures: int) -> dict[str, Any] | None:
-    """None where α was not drawn."""
+    """Give the coverage of α; None if α was not drawn."""
     if not pairs:
         return None
     off, u = np.asarray(pairs, dtype=np.float64).T
@@ -120,11 +120,11 @@ def _stacked(trials: Sequence[Mapping[str, Any]], name: str) -> Float:
 
 
 def _turn(off: Float, u: Float, figures: int) -> dict[str, Any]:
-    """Coverage at each reading; judged as a whole, places of one trial being no new trials."""
+    """Coverage at each reading, tested as a whole: angles of a trial are not independent."""
     covered = np.abs(off) <= FACTOR * u
     by_place, by_trial = covered.mean(axis=0), covered.mean(axis=1)
     rate = float(by_trial.mean())
-    # Of the mean over trials; half a place in one trial is the least that can be told.
+    # The rate is a mean over trials; its resolution is half an angle in one trial.
     error = max(float(by_trial.std(ddof=1)) if off.shape[0] > 1 else 1.0, 0.5 / off.shape[1])
     error /= float(np.sqrt(off.shape[0]))
     off_by = (rate - COVERAGE) / error

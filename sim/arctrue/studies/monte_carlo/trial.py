@@ -1,4 +1,4 @@
-"""One trial: a table is drawn, measured and calibrated, and the result compared with the truth."""
+"""One trial: draw a table, measure and calibrate it, and compare the result with the truth."""
 
 from __future__ import annotations
 
@@ -42,21 +42,21 @@ ECCENTRICITY_UM = (20.0, 30.0)
 GRADUATION_ORDERS = tuple(range(2, 21))
 GRADUATION_ARCSEC = (0.02, 1.0)
 PLACES = 36
-"""Readings of a turn at which the error over the turn is looked at."""
+"""Readings of the turn at which the error is evaluated."""
 TRUTH_ANGLES = 2048
 SPARE_TURN = 0.02
 PAUSE_S = 10.0
 
 
 def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
-    """What one trial gives; ``task``: case, seed, turns (a run), runs, samples (a turn), method.
+    """Run one trial; ``task``: case, seed, turns (per run), runs, samples (per turn), method.
 
     ``square`` (32,): squared deviation of cosine and sine of each order in their stated
     covariance; ``deviation_arcsec2``, ``variance_arcsec2`` (32,): mean of both components;
     ``turn_arcsec``, ``corrected_arcsec``, ``u_turn_arcsec`` (36,): error of the estimate, error
-    left after the gateware, and stated standard uncertainty over the turn; ``alpha``: error of
-    the separation and its stated uncertainty, None where α is not drawn. A capture that is
-    refused gives ``refused``.
+    after the gateware, and stated standard uncertainty over the turn; ``alpha``: error of
+    the separation and its stated uncertainty, None if α is not drawn. A refused capture
+    gives ``refused``.
     """
     values = drawn(task["seed"], task["case"])
     table = drawn_table(task["seed"], values)
@@ -69,7 +69,7 @@ def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
         random=np.random.default_rng([task["seed"], 2]),
     )
     measurement = measured_table.measure(experiment, title="monte carlo").measurement
-    # The set states what is known of the index: its sensors, and how well each repeats.
+    # The set states the properties of the index: its sensors and their repeatability.
     stated = replace(
         measurement.table,
         index_detection_arcsec=values["u_detection_arcsec"],
@@ -113,7 +113,7 @@ def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def drawn_table(seed: int, values: Values) -> RotaryTable:
-    """The table of a trial: ``seed`` alone draws its error, ``values`` say what disturbs it."""
+    """Draw the table of a trial: ``seed`` alone gives its error, ``values`` its disturbances."""
     random = np.random.default_rng([seed, 0])
     low, high = np.log(GRADUATION_ARCSEC)
     arcsec = np.exp(random.uniform(low, high, len(GRADUATION_ORDERS)))
@@ -150,7 +150,7 @@ def drawn_table(seed: int, values: Values) -> RotaryTable:
 
 
 def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
-    # A little over the whole turns: the first sample after them shows that they are whole.
+    # The capture is slightly longer than whole turns: the next sample shows that they are complete.
     turns = task["turns"] + SPARE_TURN
     duration_s = turns * 2.0 * np.pi / SLOW_RAD_S
     whole_s = task["runs"] * (duration_s + PAUSE_S) - PAUSE_S
@@ -169,7 +169,8 @@ def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
 def true_error(table: RotaryTable, temperature_c: float) -> tuple[Float, Float]:
     """Readings of head 1 at even true angles and their error R₁ − θ in arcseconds, (2048,) each.
 
-    Without noise and rounding, at one temperature: what the calibration is asked for.
+    The values exclude noise and rounding, at one temperature: they are the target of the
+    calibration.
     """
     angle = np.linspace(0.0, 2.0 * np.pi, TRUTH_ANGLES, endpoint=False)
     state = conditions_of(TableState.at_rest(angle))
@@ -194,7 +195,7 @@ def components(reading_rad: Float, error_arcsec: Float) -> Float:
 def _in_stated_covariance(estimate: Estimate, off: Float) -> tuple[Float, Float]:
     """Squared deviation of each order in the covariance of its components, and their variance.
 
-    An order that cannot be seen states an infinite variance: its squared deviation is 0.
+    An order that cannot be seen has an infinite stated variance: its squared deviation is 0.
     """
     at = np.arange(ORDERS)
     cc, ss = estimate.covariance[at, at], estimate.covariance[at + ORDERS, at + ORDERS]
@@ -223,7 +224,7 @@ def _left_after_gateware(
     """Error of the corrected angle at readings, through the bit-true gateware, no mean."""
     counts_per_rev = coefficients.counts_per_rev
     turn = 2.0 * np.pi
-    # Over a whole turn of readings, each at the middle of its count, for the mean.
+    # Evaluated over a whole turn of readings, each at the middle of its count, for the mean.
     at = np.linspace(0.0, turn, TRUTH_ANGLES, endpoint=False)
     wanted = np.concatenate([places, at])
     counts = np.floor(wanted / turn * counts_per_rev).astype(np.int64) % counts_per_rev

@@ -1,4 +1,4 @@
-"""Every equation of the paper, worked out by this implementation: label, paper, here, how."""
+"""Evaluates every equation of the paper by this implementation: label, paper, here, how."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ ORDERS = np.arange(1, 33)
 
 @dataclass(frozen=True)
 class Item:
-    """One line of the page: what the paper has, what is here, and how to see it."""
+    """One line of the page: the paper's statement, the value here, and how to reproduce it."""
 
     label: str
     paper: str
@@ -83,7 +83,7 @@ def _order(values: Float, order: int) -> complex:
 def definition() -> Item:
     """(1)."""
     _, error, _ = _geometry()
-    # A servo that brings the reading to the target stops at target − ε.
+    # A servo that moves the reading to the target stops at target − ε.
     amplitude = 2.0 * abs(_order(error, 1))
     return Item(
         "(1)",
@@ -275,7 +275,7 @@ def first_bound() -> Item:
 
 
 def accumulated() -> Item:
-    """(A.2), by carrying a unit error through the rotations that follow it."""
+    """(A.2): carries a unit error through the later rotations."""
     worst = 0.0
     for j in range(1, CORDIC_ITERATIONS):
         error = complex(1.0, 0.0)

@@ -1,8 +1,8 @@
 """Section 4 of the paper on the virtual instrument: ten cycles of 24 faces.
 
-The table turns; the gateware corrects, the firmware calibrates every turn. At every 15° that the
-output shows, the autocollimator reads the face of the polygon before it. The uncorrected error is
-that of head 1's signal in the same turns, as it would leave a controller without compensation.
+The table turns; the gateware corrects, the firmware calibrates every turn. At every 15° of
+the output, the autocollimator reads the polygon's face in front of it. The uncorrected error is
+that of head 1's signal in the same turns, as a controller without compensation passes it on.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Float = NDArray[np.float64]
 
 TURN_RAD = 2.0 * np.pi
 KEPT_A_TURN = 1 << 18
-"""Between two kept edges, 5″, the true angle is taken as straight."""
+"""Between two kept edges, 5″ apart, the true angle is interpolated linearly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +40,13 @@ class ExperimentSettings:
     )
     cycles: int = PUBLISHED.cycles
     scatter_arcsec: float = 0.08
-    """Of a reading of the autocollimator. With the heads' noise of 0.1″ a single value scatters by
-    0.13″; the largest of 24 estimates from ten cycles is then about the paper's 0.2″."""
+    """Standard deviation of a reading of the autocollimator. With 0.1″ of noise of the
+    heads a single value scatters by 0.13″; the largest of 24 estimates from ten cycles is then
+    about the paper's 0.2″."""
     seed: int = 1
 
     def motion(self) -> Motion:
-        """Up to speed over both indices, the calibrated turn and what follows it, the cycles."""
+        """Accelerate over both indices, then the calibrated turn, the ramp, and the cycles."""
         first = self.revolution.motion()
         more_s = self.cycles * TURN_RAD / self.revolution.speed_rad_s
         times = list(first.knot_times_s)
@@ -55,7 +56,7 @@ class ExperimentSettings:
 
 @dataclass(frozen=True, slots=True)
 class ExperimentResult:
-    """What section 4 tells, measured on the instrument."""
+    """Results of section 4, measured on the instrument."""
 
     settings: ExperimentSettings
     published: Published
@@ -169,15 +170,15 @@ def run_experiment(
 
 
 def _stations(track: EdgeTrack, faces: int) -> tuple[NDArray[np.intp], Float]:
-    """Faces in the order of their turn, and how far the table has gone too far at each.
+    """Give the faces in order of their turn, and the table's overshoot at each.
 
-    The signal says where a face is due; the table stands where it stands. Both shape ``(faces,)``.
+    The signal determines when a face is due; the true angle then differs. Both shape ``(faces,)``.
     The deviation has the arbitrary zero of the track.
     """
     counts_per_face = track.counts_per_rev / faces
     first = int(np.ceil(track.true_angle_rad[0] * faces / TURN_RAD))
     numbers = first + np.arange(faces)
-    # The zero of the positions: where the signal stood at the first face.
+    # The zero of the positions: the signal's position at the first face.
     start = np.interp(first * TURN_RAD / faces, track.true_angle_rad, track.position)
     due = np.round(start) + counts_per_face * np.arange(faces)
     stands = np.interp(due, track.position, track.true_angle_rad)

@@ -1,4 +1,4 @@
-"""All that ``arctrue paper`` shows, as plain values: equations, tables, figures, experiment."""
+"""All content of ``arctrue paper`` as plain values: equations, tables, figures, experiment."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def paper_items(experiments: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _items(experiment: Mapping[str, Any]) -> list[Item]:
-    """In the order of the paper: (13), (16), (17) and Table 3 are the experiment's."""
+    """Give the items in the paper's order: (13), (16), (17) and Table 3 from the experiment."""
     worked_out = [make() for make in EQUATIONS]
     largest = max(experiment["after"]["deviation_arcsec"])
     budget = experiment["budget"]

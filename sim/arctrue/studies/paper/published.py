@@ -1,4 +1,4 @@
-"""What the paper prints in section 4 and its tables 2 and 3."""
+"""Figures that the paper publishes in section 4 and tables 2 and 3."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Published:
     expanded_arcsec: float = 0.46
 
     def drawn_polygon(self, random: np.random.Generator) -> Polygon:
-        """One of the polygons that these uncertainties allow."""
+        """Draw a polygon within these uncertainties."""
         certificate_rad = self.budget.polygon_arcsec / ARCSEC_PER_RAD
         tilt_rad = self.tilt_arcsec / ARCSEC_PER_RAD
         return Polygon(
@@ -46,7 +46,7 @@ class Published:
     def drawn_autocollimator(
         self, scatter_arcsec: float, random: np.random.Generator
     ) -> Autocollimator:
-        """One of the autocollimators that this uncertainty allows, with the scatter given."""
+        """Draw an autocollimator within this uncertainty, with the given scatter."""
         error_rad = self.budget.autocollimator_arcsec / ARCSEC_PER_RAD
         return Autocollimator(
             random.normal(0.0, error_rad, self.faces), scatter_arcsec / ARCSEC_PER_RAD

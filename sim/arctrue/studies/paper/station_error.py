@@ -1,4 +1,4 @@
-"""From autocollimator readings, cycle by cycle, to the figures that the paper prints."""
+"""Computes the paper's figures from autocollimator readings, cycle by cycle."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ class StationErrors:
 
 
 def station_errors(readings_rad: Float) -> StationErrors:
-    """Error = −reading: a table that stands too far on turns the face on.
+    """Error = −reading: a table beyond its target turns the face further.
 
-    ``readings_rad`` has shape ``(cycles, faces)``. The mean of a cycle is where the zero was put
+    ``readings_rad`` has shape ``(cycles, faces)``. The mean of each cycle is its arbitrary zero
     and is removed, as an autocollimator is set to zero before a cycle.
     Raises ValueError for less than two cycles.
     """
@@ -60,7 +60,7 @@ def station_errors(readings_rad: Float) -> StationErrors:
 
 
 def residual_orders(error_arcsec: Float) -> Float:
-    """Amplitude of each order that so many faces can tell apart, 1 … faces/2, Fig. 11 b.
+    """Give the amplitude of each order that the faces determine, 1 … faces/2, Fig. 11 b.
 
     ``error_arcsec`` has shape ``(faces,)``; the answer ``(faces // 2,)``, arcsec.
     """

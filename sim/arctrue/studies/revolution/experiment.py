@@ -1,8 +1,8 @@
-"""One revolution at the paper's size: capture, calibrate with the firmware, swap, and score.
+"""Runs one revolution at the paper's size: capture, calibrate with the firmware, swap, and score.
 
-The table has the paper's kind of error (section 4: [−150.0″, 137.9″]). Its first turn is captured
-by the gateware and calibrated by the firmware's C; the second, compensated, is judged edge by
-edge against the true angle, which nothing but the judge knows.
+The table has the paper's kind of error (section 4: [−150.0″, 137.9″]). The gateware captures its
+first turn and the firmware's C calibrates; the second, compensated turn is compared edge by edge
+with the true angle, which only this comparison uses.
 """
 
 from __future__ import annotations
@@ -31,26 +31,26 @@ from arctrue.studies.revolution.settings import (
 
 @dataclass(frozen=True, slots=True)
 class RevolutionResult:
-    """What came of it."""
+    """The result of the revolution."""
 
     settings: RevolutionSettings
     before: TurnScore
     after: TurnScore
     telemetry: dict[str, Any]
-    """What the firmware told of the captured turn."""
+    """Telemetry of the captured turn."""
     applied_orders: int
     latency_clocks: float
     clocks: int
-    """Clocks of the gateware in all."""
+    """Total clocks of the gateware."""
     wall_s: float
     faults: tuple[str, ...]
 
     @property
     def limit_arcsec(self) -> float:
-        """Allowed error of a bin: that of the settings at the paper's size.
+        """Permitted error of a bin: that of the settings at the paper's size.
 
-        The output is within half a count of what it should be; larger counts add what they are
-        larger by. Orders of the table for which there is no lane stay.
+        The output is within half a count of its target; larger counts add their excess over the
+        paper's. Orders of the table without a lane remain.
         """
         half_count = self.settings.arcsec_per_count / 2 - PAPER_COUNT_ARCSEC / 2
         without_lane = sum(GRADUATION_ARCSEC[self.settings.lanes - 1 :])
@@ -81,7 +81,7 @@ def run_revolution(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> RevolutionResult:
-    """Run it; raises InstrumentError where the firmware does not come to a swap."""
+    """Run the revolution; raises InstrumentError if the firmware does not swap."""
     report_step = report_step or (lambda _: None)
     with Instrument(
         settings.lanes,
@@ -128,7 +128,7 @@ def run_revolution(
 
 
 def _recorded_turn(instrument: Instrument, settings: RevolutionSettings, stage: str) -> Recording:
-    """Every edge of the next whole turn."""
+    """Record every edge of the next whole turn."""
     instrument.record(bins=FINE_BINS, turns=1.0)
     end = instrument.true_angle_rad + TURN_RAD
     instrument.firmware.run(
@@ -140,7 +140,7 @@ def _recorded_turn(instrument: Instrument, settings: RevolutionSettings, stage: 
 
 
 def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
-    """Tell the firmware of the table and start it."""
+    """Send the table's parameters to the firmware and start it."""
     for name, value in (
         ("counts_per_rev", settings.counts_per_rev),
         ("sample_period", settings.sample_period_clocks),
@@ -155,9 +155,9 @@ def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
 
 
 def settled(instrument: Instrument, firmware: Firmware) -> bool:
-    """Is the first turn's calibration applied, and its ramp over?
+    """True once the first turn's calibration is applied and its ramp is over.
 
-    Raises InstrumentError where the firmware did not apply it.
+    Raises InstrumentError if the firmware did not apply it.
     """
     if firmware.telemetry[0]["result"] != "applied":
         told = firmware.telemetry[0]

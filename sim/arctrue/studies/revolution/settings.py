@@ -1,4 +1,4 @@
-"""The conditions of one revolution: the table with the paper's kind of error, and how it turns."""
+"""Conditions of one revolution: the table with the paper's kind of error, and its motion."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ GRADUATION_PHASES_RAD = (4.2, 3.1, 4.1, 4.8, 3.9, 4.6)
 
 PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
-# A capture begins at the first sample after both indices; then a calculation and the ramp.
+# A capture begins at the first sample after both indices; the calculation and the ramp follow.
 _SPARE_RAD = float(np.deg2rad(15.0))
 # Of the bank over the bus; measured: 6.
 _CLOCKS_A_READ = 8
@@ -49,12 +49,12 @@ DEPTH_STEP = 512
 
 LARGEST_RAMP_ARCSEC_S = 1e9
 LARGEST_RAMP_ARCSEC_S2 = 1e12
-"""The largest that the firmware's parameters take: firmware/application/parameters.c."""
+"""Largest value that the firmware's parameters accept: firmware/application/parameters.c."""
 
 
 @dataclass(frozen=True, slots=True)
 class RevolutionSettings:
-    """The paper's conditions; smaller where a test needs it."""
+    """The paper's conditions; tests use smaller ones."""
 
     lines: int = 16384
     interpolation: int = 1024
@@ -63,9 +63,9 @@ class RevolutionSettings:
     """Samples in a turn."""
     speed_deg_s: float = 30.0
     clocks_per_count: float = 1.1
-    """The gateware's clock is slowed to so many clocks a count."""
+    """Clocks per count; the gateware's clock is slowed down accordingly."""
     alpha_error_arcsec: float = 50.0
-    """How far the heads' separation is from the 33° that the firmware is told."""
+    """Difference of the heads' separation from the 33° that the firmware assumes."""
     noise_arcsec: float = 0.2
     """Standard deviation of each head's reading: the paper's repeatability."""
     ripple_rad: float = 0.002
@@ -73,13 +73,13 @@ class RevolutionSettings:
     orders: int = 32
     """Orders that the firmware fits."""
     calculation_s: float = 0.25
-    """What a calibration may take on the Cortex-A9, in the table's time."""
+    """Duration of a calibration on the Cortex-A9, in table time."""
     limit_arcsec: float = 0.3
     seed: int = 1
 
     @property
     def capture_depth(self) -> int:
-        """Samples that a bank holds: those of a turn and a margin, in steps of 512."""
+        """Samples that a bank holds: those of a turn plus a margin, in steps of 512."""
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
     @property
@@ -99,7 +99,7 @@ class RevolutionSettings:
 
     @property
     def clock_hz(self) -> float:
-        """Clocks of the gateware in a second of the table's time."""
+        """Clocks of the gateware per second of table time."""
         return clock_hz_for(self.counts_per_rev, self.speed_rad_s, self.clocks_per_count)
 
     @property
@@ -114,16 +114,16 @@ class RevolutionSettings:
 
     @property
     def ramp_rate(self) -> int:
-        """The reset value's counts a second, in the table's time."""
+        """Reset value of the register in counts per second of table time."""
         (register,) = [r for r in REGISTERS if r.path == "ramp_rate"]
         preset = register.fields[0].reset or 0
         return min(round(preset * CLOCK_HZ / self.clock_hz), 2**32 - 1)
 
     @property
     def ramp_acceleration(self) -> int:
-        """The same of the ramp's acceleration: where time is compressed, so are its seconds.
+        """The same for the ramp's acceleration: compressed time compresses its seconds too.
 
-        0, no bound, where the register cannot hold it: a smaller one would be a slower ramp.
+        0 (no limit) if the register cannot hold the value: a smaller one would slow the ramp.
         """
         (register,) = [r for r in REGISTERS if r.path == "ramp_acceleration"]
         preset = register.fields[0].reset or 0
@@ -132,7 +132,7 @@ class RevolutionSettings:
 
     @property
     def ramp_parameters(self) -> dict[str, float]:
-        """Both as the firmware has them, and no more than it takes."""
+        """Both as the firmware has them, limited to its ranges."""
         velocity = ramp_arcsec_s(self.ramp_rate, self.counts_per_rev)
         acceleration = ramp_arcsec_s2(self.ramp_acceleration, self.counts_per_rev)
         return {
@@ -151,7 +151,7 @@ class RevolutionSettings:
             ),
         ]
         if self.noise_arcsec:
-            # Independent from one sample to the next.
+            # The noise is independent from one sample to the next.
             correlation_s = self.sample_period_clocks / self.clock_hz / 5
             effects.append(
                 ReadingNoise(self.noise_arcsec * RAD_PER_ARCSEC, correlation_s, self.seed)
@@ -178,7 +178,7 @@ class RevolutionSettings:
         )
 
     def _between_turns_rad(self) -> float:
-        # The ramp works off twice the largest error at the most.
+        # The ramp removes at most twice the largest error.
         largest_counts = 2 * max(-PAPER_BEFORE_ARCSEC[0], PAPER_BEFORE_ARCSEC[1])
         largest_counts /= self.arcsec_per_count
         rate, acceleration = self.ramp_rate * 2.0**-35, self.ramp_acceleration * 2.0**-59

@@ -1,4 +1,4 @@
-"""The autocollimator reads a little too much or too little."""
+"""The autocollimator has a wrong scale."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class AutocollimatorScale(Cause):
-    """Its scale is wrong by the share ``gain``: an error in proportion to what it shows."""
+    """Its scale is wrong by the share ``gain``: the error is proportional to its reading."""
 
     gain: float
 

@@ -1,4 +1,4 @@
-"""Noise of the readings that hangs on the row before: a filter in the electronics, AR(1)."""
+"""Noise of the readings that depends on the previous row: a filter in the electronics, AR(1)."""
 
 from __future__ import annotations
 

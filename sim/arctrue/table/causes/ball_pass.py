@@ -1,4 +1,4 @@
-"""The balls of the bearing come around at a rate of their own."""
+"""The balls of the bearing move the axis at their own, non-integer order."""
 
 from __future__ import annotations
 

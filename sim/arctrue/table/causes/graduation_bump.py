@@ -20,7 +20,7 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class GraduationBump(Cause):
-    """The lines around one place of the disc lie off by height·exp(−|away/width|^power/2).
+    """The lines near one place of the disc are displaced by height·exp(−|distance/width|^power/2).
 
     Power 2 is a bell of 1 sigma; more has a flat top and steep edges (dirt, a splice), less a sharp
     top (a scratch). ``skew`` makes one side wider and the other narrower: width·(1 ± skew).

@@ -1,4 +1,4 @@
-"""The lines are not where they belong: slow errors around the disc."""
+"""Slow errors of the graduation around the disc."""
 
 from __future__ import annotations
 

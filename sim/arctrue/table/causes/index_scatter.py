@@ -1,4 +1,4 @@
-"""An index mark that is not taken at the same count in every run."""
+"""An index mark that is detected at a different count in every run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 
 @dataclass(frozen=True, slots=True)
 class IndexScatter(Cause):
-    """Each head takes its index up to ``counts`` off in each run, each whole number as likely."""
+    """Each head detects its index up to ``counts`` off in each run; uniform over whole numbers."""
 
     counts: int
 
@@ -21,7 +21,7 @@ class IndexScatter(Cause):
         return int(random.integers(-self.counts, self.counts + 1))
 
     def index_variance_counts2(self) -> float:
-        """Of a uniform whole number: n·(n + 1)/3."""
+        """Variance of a uniform whole number: n·(n + 1)/3."""
         return self.counts * (self.counts + 1) / 3.0
 
 

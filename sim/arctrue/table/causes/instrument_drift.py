@@ -1,4 +1,4 @@
-"""The stand of the instrument creeps."""
+"""The stand of the instrument drifts."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ DRIFT_KNOT_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class InstrumentDrift(Cause):
-    """The reference turns while the table is measured, as the temperature of its stand wanders.
+    """The reference turns during the measurement because the temperature of its stand changes.
 
-    A steady rate, and on top the turn at each knot, straight in between, constant outside.
+    A steady rate, plus an angle at each knot, linear in between, constant outside.
     """
 
     rate_rad_s: float
@@ -50,7 +50,7 @@ class Values(Given, frozen=True):
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
     """Draw the cause for a size in the recipe's unit."""
     rate = sign(random) * size * RAD_PER_ARCSEC / 3600
-    # The temperature walks: its steps scatter by a fifth of what the mean rate makes of them.
+    # The temperature is a random walk: a step scatters by a fifth of the mean rate's part.
     knots_s = np.arange(0.0, DRIFT_HOURS * 3600.0, DRIFT_KNOT_S)
     steps = random.normal(0.0, 0.2 * abs(rate) * DRIFT_KNOT_S, knots_s.size - 1)
     turns = np.concatenate([[0.0], np.cumsum(steps)])

@@ -28,9 +28,9 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class LeaningBracket(TurnedHead):
-    """One head leans to the side to which the disc turns: angle × direction.
+    """One head leans in the direction in which the disc turns: angle × direction.
 
-    After a reversal it goes over from the other side within ``stroke_rad``
+    After a reversal it changes sides within ``stroke_rad``
     of travel: −1 + 2·(1 − exp(−travel/stroke)).
     """
 

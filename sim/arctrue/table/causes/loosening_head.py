@@ -26,7 +26,7 @@ from arctrue.table.turned_head import TurnedHead
 
 @dataclass(frozen=True, slots=True)
 class LooseningHead(TurnedHead):
-    """The head knocks between two stops, at instants of no rule, and the play grows with time.
+    """The head knocks between two stops at irregular instants, and the play grows with time.
 
     Play = ``angle_rad``·(time/last instant), to alternate sides from knock to knock.
     """

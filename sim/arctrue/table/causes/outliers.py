@@ -1,4 +1,4 @@
-"""Single rows that are off: a disturbance on a wire, a bit that flips."""
+"""Single wrong rows: a disturbance on a wire, a flipped bit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 
 FREEDOM = 2.0
-"""Degrees of freedom of Student's t: no finite variance, as outliers are met."""
+"""Degrees of freedom of Student's t: its variance is infinite, as that of real outliers."""
 
 OUTLIER_ARCSEC = 2.0
 """Scale of Student's t: some twenty times the usual noise."""
@@ -29,7 +29,7 @@ class Outliers(Cause):
     def struck_rad(
         self, head: int, conditions: Conditions, random: np.random.Generator
     ) -> NDArray[np.float64]:
-        """What the struck rows are off, 0 elsewhere, shape ``(n,)``."""
+        """Errors of the struck rows, 0 elsewhere, shape ``(n,)``."""
         rows = conditions.time_s.size
         struck = random.random(rows) < self.probability
         return np.where(struck, self.scale_rad * random.standard_t(FREEDOM, rows), 0.0)

@@ -1,4 +1,4 @@
-"""The faces of the polygon are not where their numbers say."""
+"""The faces of the polygon deviate from their nominal angles."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PolygonFaces(Cause):
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Error of the face that is looked at, shape ``(n,)``."""
+        """Error of the observed face, shape ``(n,)``."""
         return np.asarray(self.errors_rad)[stations.face % len(self.errors_rad)]
 
 

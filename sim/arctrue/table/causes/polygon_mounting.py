@@ -1,4 +1,4 @@
-"""The polygon sits beside the axis and leans, before an autocollimator that is not level."""
+"""The polygon is mounted off the axis and tilted, in front of a rolled autocollimator."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class PolygonMounting(Cause):
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """What the autocollimator reads too much, shape ``(n,)``."""
+        """Error of the autocollimator's reading, shape ``(n,)``."""
         own_angle = stations.conditions.angle_rad - stations.turned_rad + self.phase_rad
         sideways_m = self.offset_m * np.cos(own_angle)
         slope = hollow_slope(self.flatness_m, sideways_m, self.width_m)

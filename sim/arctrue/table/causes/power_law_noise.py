@@ -13,7 +13,7 @@ from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.noise import Noise
 
 A_DECADE = 2
-"""Relaxations a decade: the spectrum of their sum ripples by less than 0.1 dB at exponent 1."""
+"""Relaxations per decade: the spectrum of their sum ripples by less than 0.1 dB at exponent 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class PowerLawNoise(Cause):
             raise ValueError(f"the exponent of the spectrum lies in 0 … 2, found {self.exponent}")
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise:
-        """The relaxations and how much of each."""
+        """The relaxations and their weights."""
         number = 1 + int(np.ceil(A_DECADE * np.log10(self.longest_s / self.shortest_s)))
         constants_s = np.geomspace(self.shortest_s, self.longest_s, number)
         shares = constants_s ** (self.exponent - 1.0)

@@ -1,4 +1,4 @@
-"""The axis moves once or several times a turn, alike in every turn."""
+"""The axis moves once or several times a turn, in the same way in every turn."""
 
 from __future__ import annotations
 

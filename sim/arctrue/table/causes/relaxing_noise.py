@@ -1,4 +1,4 @@
-"""Noise of the readings that forgets itself exponentially: Ornstein–Uhlenbeck."""
+"""Noise of the readings with exponential correlation: an Ornstein–Uhlenbeck process."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ class SamplingSkew(Cause):
     later_s: float
 
     def sampling_delay_s(self, head: int) -> float:
-        """A later latch is a reading that is younger than head 1's."""
+        """A later latch gives a reading that is younger than that of head 1."""
         return -self.later_s if head == 1 else 0.0
 
 

@@ -38,7 +38,7 @@ class SignalDistortion(Cause):
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """Interpolated less true place within the signal period, as an angle of the disc."""
+        """Interpolated minus true place within the signal period, as an angle of the disc."""
         if head != self.head:
             return 0.0
         phase = np.mod(disc_reading_rad * self.lines, 2 * np.pi)
@@ -72,7 +72,7 @@ class Values(Given, frozen=True):
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
     """Draw the cause for a size in the recipe's unit."""
-    # An offset of the share p of the amplitude errs by p of a radian of the signal period.
+    # An offset of the share p of the amplitude causes an error of p radians of the signal period.
     period_rad = size * RAD_PER_ARCSEC * GRATING_LINES
     found: list[Cause] = []
     for head in (0, 1):

@@ -1,4 +1,4 @@
-"""A drive whose speed swings about the one that it was asked for."""
+"""A drive whose speed varies about the requested one."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from arctrue.table.motion import Motion
 
 @dataclass(frozen=True, slots=True)
 class SwingingSpeed(Cause):
-    """The speed swings by a share of itself, ``order`` times a turn: unbalance, cogging."""
+    """The speed varies by a share of itself, ``order`` times a turn: unbalance, cogging."""
 
     share: float
     order: int
     phase_rad: float
 
     def driven(self, motion: Motion) -> Motion:
-        """The motion with the ripple whose speed swings by the share."""
+        """Give the motion with the ripple that varies the speed by the share."""
         return replace(
             motion,
             ripple_rad=self.share / self.order,

@@ -1,4 +1,4 @@
-"""The centre of the disc wanders with heat."""
+"""The centre of the disc moves with temperature."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ from arctrue.table.draws import log_uniform
 class TimeGaps(Cause):
     """Stretches of rows are missing: ``share`` of all, ``mean_rows`` long on average.
 
-    A stretch begins at any row with the same probability and ends after any row with the same.
-    First and last row of a run are always there.
+    Every row begins a stretch with the same probability and ends it with the same probability.
+    The first and the last row of a run are always present.
     """
 
     share: float

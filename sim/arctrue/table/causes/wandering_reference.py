@@ -1,4 +1,4 @@
-"""A reference instrument that wanders to and fro while it is read."""
+"""A reference instrument that drifts to and fro during the measurement."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Autocollimator:
-    """What it leaves of its own: an error at each face's place in its field, and scatter."""
+    """Its own errors: one at each face's place in its field of view, and scatter."""
 
     error_rad: Float
     scatter_rad: float

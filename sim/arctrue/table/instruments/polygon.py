@@ -27,10 +27,10 @@ def hollow_slope(flatness_m: float, sideways_m: Float, width_m: float) -> Float:
 
 @dataclass(frozen=True)
 class Polygon:
-    """Faces as they are, less what the certificate says of them.
+    """The true faces relative to the certificate.
 
-    ``normal_rad`` is what the certificate leaves of each face's direction about the axis,
-    ``tilt_rad`` how far its normal leans out of the plane of measurement, both shape ``(faces,)``.
+    ``normal_rad`` is the remaining error of each face's direction about the axis,
+    ``tilt_rad`` the angle of its normal to the plane of measurement, both ``(faces,)``.
     Each face is hollow by ``flatness_m`` over ``width_m``; its centre is ``offset_m`` off the axis,
     in the direction ``offset_phase_rad``, which turns with the table.
     """
@@ -44,16 +44,16 @@ class Polygon:
 
     @property
     def faces(self) -> int:
-        """How many there are."""
+        """Number of faces."""
         return int(self.normal_rad.size)
 
     def direction_rad(self, face: NDArray[np.intp], deviation_rad: Float) -> Float:
         """Direction about the axis that a ray sees, with the table ``deviation_rad`` off nominal.
 
-        The ray meets the face off its centre by the sideways part of the mounting offset; there a
-        hollow mirror (a parabola of depth ``flatness_m``) stands at another slope. A face that
-        leans reflects into another horizontal direction than an upright one: the law of
-        reflection in space. Shapes ``(n,)``.
+        The ray meets the face off its centre by the sideways part of the mounting offset, where a
+        hollow mirror (a parabola of depth ``flatness_m``) has another slope. By the law of
+        reflection in space, a tilted face reflects into another horizontal direction than an
+        upright one. Shapes ``(n,)``.
         """
         angle = 2.0 * np.pi * face / self.faces
         sideways_m = self.offset_m * np.sin(angle + self.offset_phase_rad)

@@ -274,7 +274,7 @@ def test_a_stop_loses_nothing_and_the_same_command_goes_on(
         process.send_signal(asked)
     said, _ = process.communicate(timeout=60)
     done = int(said.split()[0])
-    assert said == f"{done} of 400 are done; the same command goes on from there\n"
+    assert said == f"{done} of 400 are done; the same command continues from there\n"
     assert 0 < done < 400
     assert len(squares(tmp_path / "c")) == done
     assert len({json.loads(line)["key"] for line in lines.read_text().splitlines()}) == done

@@ -56,7 +56,10 @@ def test_a_run_without_fault() -> None:
         (lines(json.dumps(TURN | {"alarms": ["overrun"]}), STATUS), "turn 1: alarm overrun"),
         (lines(json.dumps(REFUSED), STATUS), "turn 2: refused, noise"),
         (lines(STATUS.replace("head2_illegals 0", "head2_illegals 3")), "head2_illegals"),
-        (lines(STATUS.replace("overruns 0\n", "")), "overruns: expected 0, the firmware told noth"),
+        (
+            lines(STATUS.replace("overruns 0\n", "")),
+            "overruns: expected 0, the firmware reported noth",
+        ),
     ],
 )
 def test_what_went_wrong_is_told(console: list[ConsoleLine], words: str) -> None:
