@@ -25,8 +25,11 @@ from arctrue.workbench.diagnose.excluded import look_alikes
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_in_capture
+from arctrue.workbench.inference.forward.search import NOT_WHITE
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.significance import SIGNIFICANCE
+from arctrue.workbench.noise.whiteness import whiteness
 
 NEAR_TIE = 6.0
 """BIC by which an effect must be ahead of a product of parts that could stand in for it: odds of
@@ -146,6 +149,24 @@ class Case:
     def others(self) -> dict[str, Candidate]:
         """Every other effect by its name."""
         return {item.name: item for item in self.survey.candidates if item is not self.best}
+
+    @cached_property
+    def oscillation(self) -> Oscillation | None:
+        """A damped oscillation in the noise, larger than what is negligible.
+
+        In a capture it is looked for where the whitened residuals are not white, or something
+        seems to follow time or angle in it.
+        """
+        residuals = self.survey.residuals
+        found, values = self.survey.findings.oscillation, residuals.capture_whitened
+        if found is None and values is not None:
+            tests = whiteness(values)
+            white = tests is None or tests.autocorrelation_p >= NOT_WHITE
+            if not white or self.best is not None or self.refused is not None:
+                found = oscillation_in_capture(residuals.solution)
+        if found is None or found.rms_arcsec < self.survey.matters_arcsec:
+            return None
+        return found
 
     @cached_property
     def similar(self) -> Similar:

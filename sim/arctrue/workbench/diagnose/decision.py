@@ -34,8 +34,8 @@ class Decision:
     """Why it is not that one."""
     undescribed_arcsec: Mapping[str, float] = field(default_factory=dict)
     """RMS beyond the noise, by channel, where neither an effect nor a product of parts takes it."""
-    jumped: str | None = None
-    """What happened once and takes more than any effect, in words."""
+    seen: str | None = None
+    """What takes more than any effect and is none, in words: a jump, a damped oscillation."""
     faults: tuple[str, ...] = ()
     """Of the data themselves, a sentence each."""
     cannot_tell: str | None = None

@@ -15,6 +15,7 @@ import numpy as np
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.forward.events import Step, search_steps
 from arctrue.workbench.inference.forward.of_solution import records_of, records_of_events
+from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_beside, search_record
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
@@ -153,6 +154,8 @@ class Findings:
     """Of Ljung and Box, with all lines and steps in the model; None where nothing was searched."""
     bands: tuple[Band, ...] = ()
     """Rates that were searched."""
+    oscillation: Oscillation | None = None
+    """In the noise of a log with times."""
 
     def without(self, one: RegularCause | None) -> Findings:
         """What is left with one of the causes in the model."""
@@ -185,6 +188,7 @@ class Findings:
             "regular": [cause.data() for cause in self.causes],
             "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
+            "oscillation": None if self.oscillation is None else self.oscillation.data(),
         }
 
     def sentences(self) -> list[str]:
@@ -196,6 +200,8 @@ class Findings:
         if self.steps:
             words = "; ".join(step.words() for step in self.steps)
             found.append(f"Once, which no other part of the record can confirm: {words}.")
+        if self.oscillation is not None:
+            found.append(f"In the noise: {self.oscillation.words()}.")
         return found
 
 
@@ -214,10 +220,13 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     timed = rows is not None and rows.time_s is not None
     bands: list[Band] = []
     steps: list[Jump] = []
+    oscillation: Oscillation | None = None
     for record in records_of(solution, declared):
         found = search_record(record)
         whiteness.append(found.whiteness_p)
         bands.append(Band(record.in_time, record.highest))
+        if timed and oscillation is None:
+            oscillation = oscillation_of(found, "reference")
         if not steps:
             steps = [_jump(step, record, timed=timed) for step in found.steps]
         turns_s = record.turns_on_the_clock if timed else None
@@ -230,7 +239,9 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         steps = _of_stations(solution, timed=timed)
     causes.sort(key=lambda item: -item.taken_arcsec)
     # Over time and over the angle the same rows are looked at: what either finds white is.
-    return Findings(tuple(causes), tuple(steps), max(whiteness, default=None), tuple(bands))
+    return Findings(
+        tuple(causes), tuple(steps), max(whiteness, default=None), tuple(bands), oscillation
+    )
 
 
 def _jump(step: Step, record: Record, *, timed: bool) -> Jump:

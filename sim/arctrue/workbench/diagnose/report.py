@@ -170,8 +170,8 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
         if result.description is not None:
             said.append(f"Described by its parts: {result.description}.")
-    elif result.decision.jumped is not None:
-        said = [f"None of the known effects fits: {result.decision.jumped}."]
+    elif result.decision.seen is not None:
+        said = [f"None of the known effects fits: {result.decision.seen}."]
     elif result.description is None:
         said = [
             "The model does not fit, and neither an effect nor a product of parts describes what "

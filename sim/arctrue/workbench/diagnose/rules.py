@@ -46,6 +46,8 @@ noise, is not adequate even where nothing describes what is left."""
 RISES = 1e-3
 """A share of the RMS that shows in the figures that are printed: three or four digits. A fall in
 one channel makes up for a rise in another, where a further cause waits."""
+LINES = frozenset({"line", "frequency", "unwrapped_order"})
+"""Kinds of search that find a line, which an oscillation may be taken for."""
 LEAST_TAKEN = 0.1
 """Of the mean square above the noise: what takes less explains none of what is there."""
 
@@ -127,7 +129,38 @@ def jumped_once(case: Case) -> Decision | None:
     rivals = [item.gain for item in (case.best, case.product) if item is not None]
     if any(gain > 2.0 * step.gain - NEAR_TIE for gain in rivals):
         return None
-    return Decision("unknown", jumped=step.words(), next=LOOK_AT_THE_STAND)
+    return Decision("unknown", seen=step.words(), next=LOOK_AT_THE_STAND)
+
+
+def driven_by_noise(case: Case) -> Decision | None:
+    """The noise has a damped oscillation, and nothing but a line has a name, which takes less."""
+    best = case.best
+    if best is not None and (best.regular is not None or not _only_lines(case, best)):
+        return None
+    if best is None and not (case.seen or case.refused or case.product or _not_white(case)):
+        return None
+    found = case.oscillation
+    if found is None or (best is not None and best.gain > 2.0 * found.gain):
+        return None
+    return Decision("unknown", seen=found.words())
+
+
+def _only_lines(case: Case, best: Candidate) -> bool:
+    """The best is a line, or far behind a line that rows left out do not show."""
+    refused = case.refused
+    if best.effect.search_kind in LINES:
+        return True
+    return (
+        refused is not None
+        and refused.effect.search_kind in LINES
+        and refused_is_ahead(case) is not None
+    )
+
+
+def _not_white(case: Case) -> bool:
+    return case.survey.findings.oscillation is not None or any(
+        p_value < LACK_OF_FIT for p_value in case.survey.lack_of_fit.values()
+    )
 
 
 def shown_at_one_speed(case: Case) -> Decision | None:
@@ -475,8 +508,8 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     """What is left, or what is left of that, is unknown and of the size of the first."""
     first = case.best
     assert first is not None
-    if left.jumped is not None:
-        # What happened once is no shape of an effect.
+    if left.seen is not None:
+        # What happened once, or what noise drives, is no shape of an effect.
         return False
     if left.verdict != "unknown":
         return left.beside is not None and _unknown_within(left.beside, case)
@@ -518,6 +551,7 @@ RULES = (
     Rule("unknown", unknown_is_likelier, of_survey=False),
     Rule("ambiguous", too_improbable_for_a_name, of_survey=False),
     Rule("unknown", jumped_once),
+    Rule("unknown", driven_by_noise),
     Rule("unknown", described_by_parts),
     Rule("ambiguous", shown_at_one_speed),
     Rule("unknown", refused_is_ahead),

@@ -1,0 +1,79 @@
+"""Noise with a resonance, integrated from its equation of motion: said as what it is, not named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from tests.workbench.base_diagnosis import diagnosis_of
+from tests.workbench.noisy_logs import NULLS, clock, driven_oscillator
+from tests.workbench.small_sets import measurement_set
+
+OF_A_FREQUENCY = 0.2
+"""A resonance of quality 8 is 1/8 wide between its half powers."""
+
+
+def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
+    reference = Reference(
+        target_deg=time_s * 360.0 / 86_164.1,
+        error_arcsec=error_arcsec,
+        time_s=time_s,
+        run=np.zeros(time_s.size, dtype=np.int64),
+    )
+    return MeasurementSet(Table(), None, reference)
+
+
+@pytest.mark.parametrize("period_s", [9.0, 40.0])
+def test_in_a_log(period_s: float) -> None:
+    """As large as the white noise, over an hour: 90 periods and more."""
+    random = np.random.default_rng(3)
+    time_s = clock(random, 1500, 2.4, "even")
+    shaken = driven_oscillator(random, time_s, period_s, 8.0)
+    found = diagnosis_of(_log(0.5 * shaken + 0.4 * random.normal(size=time_s.size), time_s))
+    assert found.verdict == "unknown"
+    oscillation = found.findings.oscillation
+    assert oscillation is not None
+    assert oscillation.hz * period_s == pytest.approx(1.0, abs=OF_A_FREQUENCY)
+    assert oscillation.rms_arcsec == pytest.approx(0.5, rel=0.3)
+    assert "a damped oscillation near" in sentences(found)[0]
+    assert "noise-driven" in sentences(found)[0]
+    assert diagnosis_data(found, [])["findings"]["oscillation"]["channel"] == "reference"
+
+
+def test_in_a_capture() -> None:
+    """The bracket of head 2 rings at 6 Hz, quality 8, in a run of 36 s."""
+    random = np.random.default_rng(4)
+
+    def ringing(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
+        return 0.4 * driven_oscillator(random, time_s, 1.0 / 6.0, 8.0)
+
+    found = diagnosis_of(measurement_set(head2_only=ringing, seed=6, runs=1, reference=False))
+    assert found.verdict == "unknown"
+    assert found.decision.seen is not None
+    assert "a damped oscillation near" in found.decision.seen
+    near = float(found.decision.seen.partition("near ")[2].partition(" Hz")[0])
+    assert near == pytest.approx(6.0, rel=OF_A_FREQUENCY)
+
+
+def test_a_line_in_time_is_no_oscillation() -> None:
+    """A sine of 6 Hz all the time: the record has it, and the noise beside it has nothing."""
+    found = diagnosis_of(
+        measurement_set(
+            head2_only=lambda time_s, speed: 0.4 * np.sin(2.0 * np.pi * 6.0 * time_s),
+            seed=7,
+            runs=1,
+            reference=False,
+        )
+    )
+    assert found.decision.seen is None
+    assert found.verdict != "adequate"
+
+
+@pytest.mark.parametrize("kind", ["white", "OU 30 s", "random walk", "flicker 1/f"])
+def test_noise_without_a_resonance_has_none(kind: str) -> None:
+    """Of kinds that wander, in the same design."""
+    random = np.random.default_rng((5, list(NULLS).index(kind)))
+    time_s = clock(random, 1500, 2.4, "jitter")
+    assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).findings.oscillation is None
