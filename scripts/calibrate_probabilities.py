@@ -5,6 +5,9 @@ benchmark: polygons alone, dense logs of one pass with slow noise, and captures 
 with causes of the catalogue and with strangers. ``python -m
 scripts.calibrate_probabilities`` prints the counts that stand in
 ``workbench/diagnose/probabilities.py``.
+
+``--across FOLDER`` takes the sets of a benchmark's run with both generators in place of these: the
+shares are learned on one generator's answers and scored on the other's.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -22,7 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.studies.benchmark.across import across
+from arctrue.studies.benchmark.answers import judged_sets
 from arctrue.studies.benchmark.diagnosis import diagnosed
+from arctrue.studies.benchmark.score import by_generator
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 
 Float = NDArray[np.float64]
@@ -241,7 +248,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=6, help="sets of every cause (default: 6)")
     parser.add_argument("--seed", type=int, default=26, help="of the drawn sets (default: 26)")
+    parser.add_argument(
+        "--across", type=Path, help="folder of a benchmark's run with both generators"
+    )
     given = parser.parse_args(arguments)
+    if given.across is not None:
+        for line in across(by_generator(judged_sets([given.across], "arctrue", None))):
+            print(line.words())
+        return 0
     answers: Counter[tuple[str, int]] = Counter()
     wrong: Counter[tuple[str, int]] = Counter()
     score, stated = 0.0, 0

@@ -166,6 +166,11 @@ def _print(result: Diagnosis) -> None:
             for row in _rows(item, result.left.get(item.name)):
                 candidates.add_row(*row)
         console.print(candidates)
+        if any(item.name not in result.left for item in shown):
+            console.print(
+                "–: was not added. What is left is worked out by adding the effect that is spoken "
+                "of, and those that this data cannot tell from it."
+            )
         if len(result.candidates) > len(shown):
             more = len(result.candidates) - len(shown)
             console.print(f"{more} more candidates are not shown; --json has all of them.")

@@ -166,6 +166,12 @@ class Judged:
         return IN_CLASS if set(effects) & some else FALSE_CLASS
 
     @property
+    def falsely_named(self) -> bool:
+        """A name is said that is not right; where nothing is hidden, a class of names as well."""
+        outcome = self.outcome
+        return outcome == FALSE_NAME or (outcome == FALSE_CLASS and not self.hidden)
+
+    @property
     def second_name(self) -> str | None:
         """A name said beside the first one that is not in the set."""
         if self.answer["verdict"] != "named":

@@ -23,7 +23,6 @@ from arctrue.studies.benchmark.outcome import (
     BAD_DATA,
     ERROR,
     FALSE_ADEQUATE,
-    FALSE_NAME,
     FIRST,
     GOOD,
     IN_CLASS,
@@ -105,7 +104,7 @@ NEARLY_AS_LARGE = 0.8
 """Lines that differ by less in size may be named in either order."""
 
 SCORES = (
-    Score("false name", _any, lambda item: item.outcome == FALSE_NAME, at_most=0.01),
+    Score("false name", _any, lambda item: item.falsely_named, at_most=0.01),
     Score(
         "falsely adequate, of what the oracle sees",
         _visible,
@@ -115,11 +114,11 @@ SCORES = (
     Score(
         FALSE,
         _any,
-        lambda item: item.outcome in (FALSE_NAME, FALSE_ADEQUATE),
+        lambda item: item.falsely_named or item.outcome == FALSE_ADEQUATE,
         at_most=0.01,
         world_at_most=0.02,
     ),
-    Score("false name where nothing is", _nothing, lambda item: item.outcome == FALSE_NAME),
+    Score("false name where nothing is", _nothing, lambda item: item.falsely_named),
     Score(
         "neither adequate nor cannot tell where nothing is",
         _nothing,

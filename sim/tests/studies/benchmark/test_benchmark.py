@@ -256,6 +256,20 @@ def test_rates_count_what_they_say() -> None:
     assert "No commit known, source `a`" in told
 
 
+def test_a_class_of_names_where_nothing_is_counts_as_a_false_name() -> None:
+    """Beside something that is there it is a class without it, and no name."""
+    names = {"class": ["vibration", "bearing_ball_pass"]}
+    sets = [
+        judged("ambiguous", **names),
+        judged("ambiguous", effect("latency"), **names),
+        judged("adequate"),
+    ]
+    found = {score.name: (score.of(sets).hits, score.of(sets).of) for score in SCORES}
+    assert found["false name"] == (1, 3)
+    assert found["false name or falsely adequate"] == (1, 3)
+    assert found["false name where nothing is"] == (1, 2)
+
+
 def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     stated = {"latency": 0.9, "none": 0.1}
     right = judged("named", effect("latency"), named="latency", probability=stated)
