@@ -21,7 +21,7 @@ Curve = NDArray[np.float64]
 
 
 class Curves(Protocol):
-    """Readings of two to four heads and the true angle, requested piece by piece in order of time."""
+    """Readings of the heads and the true angle, requested piece by piece in order of time."""
 
     counts_per_rev: int
     index_width_counts: int
