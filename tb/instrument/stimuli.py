@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.gateware.table_conditions import SWEEP_CLOCKS
 from arctrue.generated.number_formats import (
     AMPLITUDE_WIDTH,
     COUNTS_PER_REV_MAX,
@@ -273,10 +274,9 @@ def further_heads(random: np.random.Generator, reference: np.ndarray) -> Stimulu
     }
 
 
-def coefficient_memory(random: np.random.Generator) -> Stimulus:
-    clocks = 3600
+def coefficient_memory(random: np.random.Generator, apart: int = 60) -> Stimulus:
+    clocks = 60 * apart
     # A write may wait while the idle bank is filled; the next one must come after it.
-    apart = 60
     slots = random.random(clocks // apart) < 0.8
     offsets = random.random(clocks // apart) < 0.2
     first = [1] + [0] * (apart - 1)
@@ -292,6 +292,11 @@ def coefficient_memory(random: np.random.Generator) -> Stimulus:
         "swap_allowed": [int(clock % 3 != 1) for clock in range(clocks)],
         "slot": [0] * clocks,
         "swap": np.eye(apart, dtype=int)[random.integers(0, 11, clocks // apart)].ravel().tolist(),
+        "sweep_step": (np.arange(clocks) % SWEEP_CLOCKS).tolist(),
+        **{
+            name: held(bits(random, 18, clocks // 100 + 1), 100)[:clocks]
+            for name in ("direction", "speed", "word_a", "word_b")
+        },
     }
 
 
@@ -302,7 +307,41 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
     return {**stimulus, "slot": slots.tolist(), "swap_allowed": (slots == FOLD - 1).tolist()}
 
 
+def modulated_coefficient_memory(random: np.random.Generator) -> Stimulus:
+    """A swap waits for a whole sweep, and a write for the swap."""
+    return coefficient_memory(random, 3 * SWEEP_CLOCKS)
+
+
+def table_conditions(random: np.random.Generator) -> Stimulus:
+    """A table to and fro; the registers are written at first, and now and then."""
+    clocks = 24_000
+    place = np.cumsum(held(random.integers(-1, 2, clocks // 800).tolist(), 800))
+    place = place // 3
+    writes = np.zeros(clocks, dtype=np.int64)
+    writes[60:2000:90] = 1
+    writes[2000::1700] = 1
+    return {
+        "reset": reset_first(clocks, random, 0.0),
+        "position": (place % 2**32).tolist(),
+        "put_back": held(random.integers(0, 3, clocks // 4000).tolist(), 4000),
+        "corrected_position": (place % 2**32).tolist(),
+        "correction": (random.integers(0, 2048, clocks)).tolist(),
+        "read_enable": pulses(random, 0.1, clocks),
+        "write_enable": writes.tolist(),
+        "address": random.integers(0, 10, clocks).tolist(),
+        "write_data": [word >> 12 for word in bits(random, 32, clocks)],
+        "speed_squared": held(bits(random, 18, clocks // 100), 100),
+    }
+
+
 CASES = (
+    Case("table_conditions", {"WINDOW": 7, "LONGEST": 11}, table_conditions, 80),
+    Case(
+        "coefficient_memory",
+        {"LANES": LANES, "MODULATORS": "true"},
+        modulated_coefficient_memory,
+        300,
+    ),
     Case("phase_unit", {"LANES": LANES}, phase_unit, 10),
     Case("cordic_rotation", {}, cordic_rotation, 30),
     Case("table_rotation", {}, cordic_rotation, 30),

@@ -49,7 +49,12 @@ async def each_head_has_its_pins(dut: Any) -> None:
     ps7.fabric_resetn.value = 1
     await ClockCycles(clock, RESET_RELEASE_CLOCKS)
     names = RegisterMap(axi.read_words, axi.write_words, base=BASE)
-    assert await names.read_fields("capability") == {"heads": 4, "mean": 1, "rotation": 0}
+    assert await names.read_fields("capability") == {
+        "heads": 4,
+        "mean": 1,
+        "rotation": 0,
+        "modulators": 0,
+    }
     # The slave has 512 KiB: its last word is there, the one after it is not.
     (answer,) = await axi.read_burst(BASE + registers.MAP_BYTES, 1)
     assert answer[1] == DECERR
