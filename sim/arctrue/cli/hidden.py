@@ -16,6 +16,7 @@ from arctrue.cli._options import json_option, lanes_option
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile, OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say
+from arctrue.studies.heads.cases import HEADS_CASES
 from arctrue.studies.hidden_effect.cases import CASES
 
 if TYPE_CHECKING:
@@ -30,8 +31,11 @@ FOLLOWED_TURNS = 4
 _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 
 
+_EFFECTS = list(dict.fromkeys((*CASES, *HEADS_CASES)))
+
+
 @click.command(short_help="A hidden effect, through the gateware and the workbench.")
-@click.argument("effect", type=click.Choice(list(CASES)))
+@click.argument("effect", type=click.Choice(_EFFECTS))
 @lanes_option(4)
 @click.option(
     "--lines",
@@ -54,6 +58,14 @@ _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
     default=1200,
     show_default=True,
     help="Samples that are captured in a turn.",
+)
+@click.option(
+    "--heads",
+    type=click.Choice(["2", "4"]),
+    default="2",
+    show_default=True,
+    help="4: nothing is diagnosed; the mean of four heads is calibrated, then EFFECT appears at "
+    f"its real size. With {', '.join(HEADS_CASES)}.",
 )
 @click.option(
     "--follow",
@@ -79,6 +91,7 @@ def hidden(
     lines: int,
     interpolation: str,
     samples: int,
+    heads: str,
     follow: bool,
     out: Path,
     json_file: Path | None,
@@ -95,6 +108,11 @@ def hidden(
     from arctrue.studies.hidden_effect.follow import follow_warming
     from arctrue.studies.hidden_effect.settings import HiddenSettings
 
+    if heads == "4":
+        _on_four_heads(effect, lanes, lines * int(interpolation), samples, json_file)
+        return
+    if effect not in CASES:
+        raise click.UsageError(f"{effect} needs --heads 4: two heads cannot tell it from the disc")
     if follow and not CASES[effect].order1_warms:
         raise click.UsageError(
             f"--follow shows order 1 while the table warms, and {effect} does not change it; "
@@ -131,6 +149,31 @@ def hidden(
 
         save_chart(three_curves(result), picture)
         say(f"wrote {picture}")
+
+
+def _on_four_heads(
+    effect: str, lanes: int, counts: int, samples: int, json_file: Path | None
+) -> None:
+    from arctrue.studies.heads.device import run_on_heads
+    from arctrue.studies.revolution.settings import RevolutionSettings
+
+    if effect not in HEADS_CASES:
+        raise click.UsageError(f"--heads 4 is for {', '.join(HEADS_CASES)}, not for {effect}")
+    if counts < LEAST_COUNTS:
+        raise click.UsageError(f"{counts:,} counts a turn are too few, expected {LEAST_COUNTS:,}")
+    settings = RevolutionSettings(
+        lines=counts // 1024, lanes=lanes, samples=samples, orders=8, clocks_per_count=1.15
+    )
+    with on_the_instrument() as shown:
+        found = run_on_heads(
+            HEADS_CASES[effect], settings, report_run=shown.progress, report_step=shown.say
+        )
+    say(
+        f"{found.case.title}, at order {found.case.order:g}: {found.head1_arcsec:.3f}″ on head 1, "
+        f"{found.mean_arcsec:.3f}″ on the mean of four heads, calibrated before; a count is "
+        f"{settings.arcsec_per_count:.3f}″; {found.clocks:,} clocks"
+    )
+    write_json(json_file, found.as_json())
 
 
 def print_result(result: HiddenResult) -> None:

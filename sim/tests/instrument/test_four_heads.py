@@ -5,37 +5,31 @@ The table has 2¹⁸ counts a turn, 4.94″ each, so that a turn is simulated in
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from numpy.typing import NDArray
 
 from arctrue.cli import main
-from arctrue.device.dump import read_head, read_row
 from arctrue.device.load import DEVICE_LOADS, load_frames
 from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import Extension
 from arctrue.gateware.mean_set import MeanSet
-from arctrue.instrument import HEAD4_A, HEAD4_B, Firmware, Instrument, PinFault
-from arctrue.instrument.recording import EdgeTrack
+from arctrue.instrument import HEAD4_A, HEAD4_B, PinFault
 from arctrue.measurement import read_measurement_set, write_measurement_set
 from arctrue.studies.heads.bench import PLACES_DEG
+from arctrue.studies.heads.device import HeadsDevice
 from arctrue.studies.heads.shown import BALLS
-from arctrue.studies.revolution import ECCENTRICITY_DIRECTION_RAD, ECCENTRICITY_M
 from arctrue.studies.revolution.settings import RevolutionSettings
 from arctrue.table import (
     DISC_RADIUS_M,
-    Cause,
     DiscEccentricity,
-    GraduationHarmonics,
-    RotaryTable,
-    heads_at,
 )
 from arctrue.table.causes.radial_motion import RadialMotion
 
@@ -45,145 +39,20 @@ SETTINGS = RevolutionSettings(
 HUB = DiscEccentricity(2e-6, 1.1)
 """The disc's centre moves by 2 µm against the axis: 7.6″ at its radius, once a turn."""
 AXIS = (BALLS, RadialMotion(3, 0.05e-6 + 0j))
-GRADUATION = {2: 1.6, 5: 0.9}
-"""Order of the disc, arcseconds."""
-TURNS = 3.0
-"""Of a recording: the balls' order 4.37 is then a whole period off the disc's."""
-EVERY = 16
-"""Edges between two that are kept."""
 LINE_ARCSEC = 0.25
 """Of a fitted amplitude: readings are rounded to counts of 4.94″, 1.43″ RMS. The mean of four has
 half of it, and as the heads' differences drift by 58 counts a turn, some 60 roundings a turn are
 independent: 0.71″ × √(2/60) = 0.13″. Twice that. docs/heads.md has 2²⁴ counts: 0.004″."""
 
 
-def table(*causes: Cause) -> RotaryTable:
-    orders = tuple(GRADUATION)
-    disc = (
-        DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
-        GraduationHarmonics(
-            orders, tuple(np.radians(GRADUATION[n] / 3600.0) for n in orders), (0.4, 1.9)
-        ),
-    )
-    return RotaryTable(
-        heads_at(np.radians(PLACES_DEG).tolist()),
-        (*disc, *causes),
-        counts_per_rev=SETTINGS.counts_per_rev,
-        rounding="nearest",
-    )
-
-
-@dataclass(frozen=True)
-class Track:
-    """What a signal was off from the table, up to a constant."""
-
-    angle_rad: NDArray[np.float64]
-    error_arcsec: NDArray[np.float64]
-
-    def line(self, order: float) -> complex:
-        """The component at an order, beside the whole orders 0 to 8, arcseconds."""
-        columns = [np.ones(self.angle_rad.size)]
-        for n in (order, *(n for n in range(1, 9) if n != order)):
-            columns += [np.cos(n * self.angle_rad), np.sin(n * self.angle_rad)]
-        matrix = np.stack(columns, axis=1)
-        found, *_ = np.linalg.lstsq(matrix, self.error_arcsec, rcond=None)
-        return complex(found[1], -found[2])
-
-
-def track_of(edges: EdgeTrack) -> Track:
-    turn = edges.true_angle_rad / (2.0 * np.pi)
-    error = edges.position - turn * edges.counts_per_rev
-    return Track(edges.true_angle_rad, (error - error.mean()) * SETTINGS.arcsec_per_count)
-
-
-@dataclass
-class Device:
-    """The instrument with four heads, and its console."""
-
-    instrument: Instrument
-    firmware: Firmware
-
-    def attach(self, *causes: Cause, turns: float = 30.0) -> None:
-        """Put a turning table with these causes before the heads."""
-        motion = type(SETTINGS.motion()).steady(
-            SETTINGS.speed_rad_s, turns * 2.0 * np.pi / SETTINGS.speed_rad_s, start_rad=-0.2
-        )
-        self.instrument.attach(table(*causes), motion)
-
-    def turn_before(self, *causes: Cause) -> None:
-        """The same; the device looks for the indices anew."""
-        self.attach(*causes)
-        self.firmware.start()
-
-    def save(self) -> None:
-        """Keep settings and coefficients in the flash."""
-        self.firmware.send("save")
-        self.firmware.run(until=lambda f: "saved_record 1" in f.send("status"))
-
-    def accepted_turn(self) -> dict[str, Any]:
-        """What telemetry says of the next turn that is not refused."""
-        first = len(self.firmware.telemetry)
-
-        def accepted() -> list[dict[str, Any]]:
-            new = self.firmware.telemetry[first:]
-            return [line for line in new if line["result"] in ("applied", "kept")]
-
-        self.firmware.run(until=lambda _: bool(accepted()), poll_clocks=SETTINGS.poll_clocks)
-        return accepted()[0]
-
-    def dumped(self, folder: Path) -> Path:
-        """One capture as the console tells it, as a measurement set."""
-        self.firmware.send("dump")
-        said = ""
-        while "end of dump" not in said:
-            self.instrument.run(SETTINGS.poll_clocks)
-            said += self.firmware.step() + "\n"
-        lines = [line.strip() for line in said.splitlines()]
-        (head,) = [found for line in lines if (found := read_head(line)) is not None]
-        rows = {row[0]: row[1:] for line in lines if (row := read_row(line)) is not None}
-        write_measurement_set(folder, head.measurement(rows, "the instrument"))
-        return folder
-
-    def load(self, coefficients: Coefficients) -> str:
-        """Send the frames and wait for the turn that judges them; the state that follows."""
-        for frame in load_frames(coefficients):
-            answer = self.firmware.send(frame)
-            assert answer.strip() == "ok", f"{frame}: {answer}"
-        self.firmware.run(
-            until=lambda f: "load waiting" not in f.send("load status"),
-            poll_clocks=10 * SETTINGS.poll_clocks,
-        )
-        return self.firmware.send("load status").splitlines()[0].strip()
-
-    def record(self) -> tuple[Track, Track]:
-        """Table angles and errors in arcseconds: of the output and of head 1 as it comes in."""
-        self.firmware.run(until=lambda _: not self.instrument.read("status.ramp_busy"))
-        self.instrument.record(every=EVERY, turns=TURNS)
-        end = self.instrument.true_angle_rad + TURNS * 2.0 * np.pi
-        self.firmware.run(until=lambda _: self.instrument.true_angle_rad >= end)
-        recording = self.instrument.recording()
-        return track_of(recording.output), track_of(recording.head1)
-
-
 @pytest.fixture(scope="module")
-def device() -> Iterator[Device]:
-    with Instrument(4, 2048, clock_hz=SETTINGS.clock_hz, generics={"HEADS": 4}) as made:
-        firmware = made.firmware
-        for name, value in (
-            ("counts_per_rev", SETTINGS.counts_per_rev),
-            ("sample_period", SETTINGS.sample_period_clocks),
-            *SETTINGS.ramp_parameters.items(),
-            ("output_spacing", 1),
-            ("orders", SETTINGS.orders),
-            ("separation_deg", PLACES_DEG[1]),
-            ("alarm_noise_arcsec", SETTINGS.arcsec_per_count),
-        ):
-            firmware.set(name, value)
-        yield Device(made, firmware)
+def device() -> Iterator[HeadsDevice]:
+    with HeadsDevice(SETTINGS) as made:
+        yield made
 
 
 @pytest.mark.slow
-def test_capture_calibrate_load_and_fresh_turns(device: Device, tmp_path: Path) -> None:
+def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: Path) -> None:
     """The way of docs/heads.md on the device itself, its counts 64 times coarser."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     hub_arcsec = np.degrees(2e-6 / DISC_RADIUS_M) * 3600.0
@@ -193,7 +62,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: Device, tmp_path: Path) 
     two_heads, _ = device.record()
     assert abs(two_heads.line(BALLS.order)) == pytest.approx(balls_arcsec, abs=LINE_ARCSEC)
 
-    sets = device.dumped(tmp_path / "set")
+    sets = tmp_path / "set"
+    write_measurement_set(sets, device.dumped())
     capture = read_measurement_set(sets).capture
     assert capture is not None
     assert len(capture.heads) == 4
@@ -213,7 +83,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: Device, tmp_path: Path) 
     assert abs(head1_before.line(BALLS.order)) == pytest.approx(balls_arcsec, abs=LINE_ARCSEC)
 
     # The hub moves while the power is off. A turn confirms the saved set, nothing is fitted.
-    device.save()
+    device.firmware.send("save")
+    device.run_until(lambda: "saved_record 1" in device.firmware.send("status"))
     flash = device.firmware.flash
     device.attach(*AXIS, HUB)
     device.instrument.reset()
@@ -237,7 +108,7 @@ def mean_of(**changes: Any) -> Coefficients:
 
 
 @pytest.mark.slow
-def test_a_mean_of_other_heads_is_refused(device: Device) -> None:
+def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
     """A head 0.1 degrees off by a turn; three heads, other delays and a wrong sum at once."""
     device.turn_before(*AXIS)
     device.accepted_turn()
@@ -259,7 +130,7 @@ def test_a_mean_of_other_heads_is_refused(device: Device) -> None:
 
 
 @pytest.mark.slow
-def test_faults_of_head_4_are_told(device: Device) -> None:
+def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
     """An illegal transition: the counter on the console, and the drivers by choice."""
     device.firmware.send("set release_sources 128")
     device.turn_before(*AXIS)
@@ -273,3 +144,28 @@ def test_faults_of_head_4_are_told(device: Device) -> None:
     assert "released head4" in device.firmware.send("status")
     assert "ok" in device.firmware.send("clear_output")
     device.firmware.send("set release_sources 0")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "micrometres"), [("bearing_ball_pass", 0.25), ("thermal_eccentricity", 2.0)]
+)
+def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
+    """``arctrue hidden EFFECT --heads 4``: head 1 shows it whole, the mean nothing of it."""
+    file = tmp_path / "found.json"
+    size = ["--lines", "1024", "--interpolation", "256", "--samples", "1600", "--lanes", "4"]
+    done = CliRunner().invoke(main, ["hidden", name, "--heads", "4", *size, "--json", str(file)])
+    assert done.exit_code == 0, done.output
+    found = json.loads(file.read_text(encoding="utf-8"))
+    expected = np.degrees(micrometres * 1e-6 / DISC_RADIUS_M) * 3600.0
+    assert found["head1_arcsec"] == pytest.approx(expected, abs=LINE_ARCSEC)
+    assert found["mean_arcsec"] < LINE_ARCSEC
+
+
+def test_hidden_refuses_what_needs_other_heads() -> None:
+    done = CliRunner().invoke(main, ["hidden", "bearing_ball_pass"])
+    assert done.exit_code == 2
+    assert "--heads 4" in done.output
+    done = CliRunner().invoke(main, ["hidden", "hysteresis", "--heads", "4"])
+    assert done.exit_code == 2
+    assert "bearing_ball_pass, thermal_eccentricity" in done.output

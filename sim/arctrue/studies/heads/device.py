@@ -1,0 +1,255 @@
+"""The virtual instrument with four heads: captured, calibrated for the mean, and then disturbed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.progress import ReportStep
+from arctrue.calibration.heads_calibration import MeanSettings, calibrate_mean
+from arctrue.device.dump import read_head, read_row
+from arctrue.device.load import load_frames
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.instrument import Instrument, InstrumentError, ReportRun
+from arctrue.instrument.recording import EdgeTrack
+from arctrue.measurement import MeasurementSet
+from arctrue.studies.heads.bench import PLACES_DEG
+from arctrue.studies.heads.cases import HeadsCase
+from arctrue.studies.revolution import ECCENTRICITY_DIRECTION_RAD, ECCENTRICITY_M
+from arctrue.studies.revolution.settings import RevolutionSettings
+from arctrue.table import (
+    Cause,
+    DiscEccentricity,
+    GraduationHarmonics,
+    Motion,
+    RotaryTable,
+    heads_at,
+)
+from arctrue.table.conditions import USUAL_TEMPERATURE_C
+from arctrue.table.temperature import TemperatureCourse
+
+Float = NDArray[np.float64]
+
+GRADUATION_ARCSEC = {2: 1.6, 5: 0.9}
+"""Amplitudes of the disc's orders."""
+RECORDED_TURNS = 3.0
+"""Of a recording: the balls' order 4.37 is then a whole period off the disc's orders."""
+KEPT_EVERY = 16
+"""Edges from one that is kept to the next."""
+MOST_ORDER = 8
+MOTION_TURNS = 30.0
+START_RAD = -0.2
+
+
+@dataclass(frozen=True)
+class Track:
+    """Table angles, and what a signal was off from them up to a constant, shape (n,)."""
+
+    angle_rad: Float
+    error_arcsec: Float
+
+    @classmethod
+    def of(cls, edges: EdgeTrack) -> Track:
+        """Edges that were kept, as errors."""
+        turn = edges.true_angle_rad / (2.0 * np.pi)
+        counts = edges.position - turn * edges.counts_per_rev
+        arcsec = 360.0 * 3600.0 / edges.counts_per_rev
+        return cls(edges.true_angle_rad, np.asarray((counts - counts.mean()) * arcsec))
+
+    def line(self, order: float) -> complex:
+        """Component at an order, fitted with the whole orders 0 to 8, arcseconds."""
+        columns = [np.ones(self.angle_rad.size)]
+        for n in (order, *(n for n in range(1, MOST_ORDER + 1) if n != order)):
+            columns += [np.cos(n * self.angle_rad), np.sin(n * self.angle_rad)]
+        found, *_ = np.linalg.lstsq(np.stack(columns, axis=1), self.error_arcsec, rcond=None)
+        return complex(found[1], -found[2])
+
+
+class HeadsDevice:
+    """The compiled core with HEADS = 4, the firmware on its bus and a table before its heads.
+
+    A context manager. Heads stand at PLACES_DEG, the disc has ECCENTRICITY_M and GRADUATION_ARCSEC.
+    """
+
+    def __init__(
+        self,
+        settings: RevolutionSettings,
+        *,
+        report_run: ReportRun | None = None,
+        report_step: ReportStep | None = None,
+    ) -> None:
+        """Build the instrument, unless it is there. Raises InstrumentError."""
+        self.settings = settings
+        self.instrument = Instrument(
+            settings.lanes,
+            settings.capture_depth,
+            clock_hz=settings.clock_hz,
+            generics={"HEADS": len(PLACES_DEG)},
+            report_run=report_run,
+            report_step=report_step,
+        )
+        self.firmware = self.instrument.firmware
+        for name, value in (
+            ("counts_per_rev", settings.counts_per_rev),
+            ("sample_period", settings.sample_period_clocks),
+            *settings.ramp_parameters.items(),
+            ("output_spacing", 1),
+            ("orders", settings.orders),
+            ("separation_deg", PLACES_DEG[1]),
+            # Whole counts are noise too.
+            ("alarm_noise_arcsec", max(1.0, settings.arcsec_per_count)),
+        ):
+            self.firmware.set(name, value)
+
+    def __enter__(self) -> Self:
+        """The device itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Give the memory back."""
+        self.instrument.close()
+
+    def table(self, *causes: Cause) -> RotaryTable:
+        """The table with further causes."""
+        orders = tuple(GRADUATION_ARCSEC)
+        amplitudes = tuple(float(np.radians(GRADUATION_ARCSEC[n] / 3600.0)) for n in orders)
+        disc = (
+            DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
+            GraduationHarmonics(orders, amplitudes, (0.4, 1.9)),
+        )
+        return RotaryTable(
+            heads_at(np.radians(PLACES_DEG).tolist()),
+            (*disc, *causes),
+            counts_per_rev=self.settings.counts_per_rev,
+            rounding="nearest",
+        )
+
+    def attach(self, *causes: Cause, celsius: float = USUAL_TEMPERATURE_C) -> None:
+        """Put the turning table with these causes before the heads, at a temperature."""
+        speed = self.settings.speed_rad_s
+        motion = Motion.steady(speed, MOTION_TURNS * 2.0 * np.pi / speed, start_rad=START_RAD)
+        course = TemperatureCourse(temperatures_c=(celsius,))
+        motion = dataclasses.replace(motion, temperature=course)
+        self.instrument.attach(self.table(*causes), motion)
+
+    def turn_before(self, *causes: Cause, celsius: float = USUAL_TEMPERATURE_C) -> None:
+        """The same; the device looks for the indices anew and judges what it has by a turn."""
+        self.attach(*causes, celsius=celsius)
+        self.firmware.start()
+
+    def run_until(self, reached: Callable[[], object], stage: str = "") -> None:
+        """Let the firmware work until it is so. Raises InstrumentError where the motion ends."""
+        poll = self.settings.poll_clocks
+        self.firmware.run(until=lambda _: reached(), poll_clocks=poll, stage=stage)
+
+    def accepted_turn(self) -> dict[str, Any]:
+        """What telemetry says of the next turn that is not refused."""
+        first = len(self.firmware.telemetry)
+
+        def accepted() -> list[dict[str, Any]]:
+            new = self.firmware.telemetry[first:]
+            return [line for line in new if line["result"] in ("applied", "kept")]
+
+        self.run_until(accepted, "a turn that is accepted")
+        return accepted()[0]
+
+    def dumped(self) -> MeasurementSet:
+        """One capture as the console tells it. Raises InstrumentError where rows are missing."""
+        self.firmware.send("dump")
+        said = ""
+        while "end of dump" not in said:
+            self.instrument.run(self.settings.poll_clocks, stage="capture and dump")
+            said += self.firmware.step() + "\n"
+        lines = [line.strip() for line in said.splitlines()]
+        heads = [found for line in lines if (found := read_head(line)) is not None]
+        rows = {row[0]: row[1:] for line in lines if (row := read_row(line)) is not None}
+        if len(heads) != 1 or heads[0].missing(rows):
+            raise InstrumentError("the console told no whole capture")
+        return heads[0].measurement(rows, "the instrument")
+
+    def load(self, coefficients: Coefficients) -> str:
+        """Send every frame and wait for the turn that judges them; the state that follows.
+
+        Raises InstrumentError for a frame that the console refuses.
+        """
+        for frame in load_frames(coefficients):
+            answer = self.firmware.send(frame).strip()
+            if answer != "ok":
+                raise InstrumentError(f"{frame}: the device answers {answer}")
+        self.run_until(lambda: "load waiting" not in self.firmware.send("load status"), "judged")
+        return self.firmware.send("load status").splitlines()[0].strip()
+
+    def record(self) -> tuple[Track, Track]:
+        """Errors of the output, and of head 1 as it comes in, over some turns."""
+        self.run_until(lambda: not self.instrument.read("status.ramp_busy"), "the ramp")
+        self.instrument.record(every=KEPT_EVERY, turns=RECORDED_TURNS)
+        end = self.instrument.true_angle_rad + RECORDED_TURNS * 2.0 * np.pi
+        self.run_until(lambda: self.instrument.true_angle_rad >= end, "fresh turns")
+        recording = self.instrument.recording()
+        return Track.of(recording.output), Track.of(recording.head1)
+
+
+@dataclass(frozen=True)
+class HeadsResult:
+    """Amplitudes at the case's order that the effect adds, arcseconds."""
+
+    case: HeadsCase
+    counts_per_rev: int
+    head1_arcsec: float
+    """On head 1, which two heads put out less a correction that does not know of it."""
+    mean_arcsec: float
+    """On the mean of four."""
+    clocks: int
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "title": self.case.title,
+            "order": self.case.order,
+            "counts_per_rev": self.counts_per_rev,
+            "head1_arcsec": self.head1_arcsec,
+            "mean_arcsec": self.mean_arcsec,
+            "clocks": self.clocks,
+        }
+
+
+def run_on_heads(
+    case: HeadsCase,
+    settings: RevolutionSettings,
+    *,
+    report_run: ReportRun | None = None,
+    report_step: ReportStep | None = None,
+) -> HeadsResult:
+    """Calibrate the mean of four heads from one capture, then let the effect appear; fit nothing.
+
+    Raises InstrumentError where the device refuses the mean or does not come back to it.
+    """
+    with HeadsDevice(settings, report_run=report_run, report_step=report_step) as device:
+        device.turn_before()
+        device.accepted_turn()
+        found = calibrate_mean(
+            device.dumped(), MeanSettings(most_order=MOST_ORDER, lanes=settings.lanes, motion=())
+        )
+        if (state := device.load(found.coefficients)) != "load active":
+            raise InstrumentError(f"the device does not take the mean: {state}")
+        before = device.record()
+        device.turn_before(case.cause, celsius=case.celsius)
+        if "mean_of_heads" not in device.accepted_turn():
+            raise InstrumentError("the mean is not active after the restart")
+        after = device.record()
+        mean, head1 = (
+            abs(late.line(case.order) - early.line(case.order))
+            for late, early in zip(after, before, strict=True)
+        )
+        return HeadsResult(case, settings.counts_per_rev, head1, mean, device.instrument.clock)
