@@ -176,8 +176,35 @@ def _signature(function: Any) -> str:
     return f"({', '.join(shown)})" + ("" if result is inspect.Signature.empty else f" -> {result}")
 
 
+SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}$", re.MULTILINE)
+"""The heading of a part of a docstring, as numpydoc underlines it."""
+
+
 def _words(what: Any) -> str:
-    """The docstring as Markdown: ``code`` and roles of Sphinx as code."""
-    text = _paragraphs(what.__doc__ or "")
-    text = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text)
-    return text.replace("``", "`")
+    """The docstring as Markdown: ``code`` and roles of Sphinx as code, numpydoc's as lists."""
+    text = inspect.cleandoc(what.__doc__ or "")
+    headings = list(SECTION.finditer(text))
+    ends = [*(item.start() for item in headings[1:]), len(text)][: len(headings)]
+    parts = [_plain(_paragraphs(text[: headings[0].start()] if headings else text))]
+    for heading, end in zip(headings, ends, strict=True):
+        body = text[heading.end() : end].strip("\n")
+        if heading[1] == "Examples":
+            parts.append(f"```python\n{body}\n```")
+            continue
+        listed = "".join(map(_entry, re.split(r"\n(?=\S)", body)))
+        parts.append(f"{heading[1]}:\n\n{listed}".rstrip())
+    return "\n\n".join(parts)
+
+
+def _entry(text: str) -> str:
+    """One parameter, result or exception: its line with name and type, then its words."""
+    head, _, words = text.partition("\n")
+    name, colon, kind = head.partition(" : ")
+    stars = name.replace("*", "\\*") if not colon and name.startswith("*") else f"`{name}`"
+    typed = f" ({_plain(kind)})" if colon else ""
+    return f"- {stars}{typed}: {_plain(' '.join(words.split()))}\n"
+
+
+def _plain(text: str) -> str:
+    """``code`` and roles of Sphinx as code of Markdown."""
+    return re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text).replace("``", "`")

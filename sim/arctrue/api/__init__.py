@@ -25,12 +25,14 @@ from arctrue.api.results import (
     explain,
 )
 from arctrue.api.sets import read_set, simulate, write_set
+from arctrue.api.transfer import ExportRefusedError, export, import_files
 
 __all__ = [
     "Comparison",
     "Dataset",
     "Diagnosis",
     "Explanation",
+    "ExportRefusedError",
     "FitParameter",
     "FitParameters",
     "FitResult",
@@ -43,7 +45,9 @@ __all__ = [
     "diagnose",
     "drop",
     "explain",
+    "export",
     "fit",
+    "import_files",
     "read_set",
     "simulate",
     "write_set",

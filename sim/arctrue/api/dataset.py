@@ -416,7 +416,7 @@ class Dataset(MeasurementSet):
     ) -> Self:
         if not frames:
             raise TypeError("expected a capture, a reference or both")
-        keys = _keys(metadata)
+        keys = keys_of(metadata)
         columns, units = columns or {}, units or {}
         for name in (*columns, *units):
             _require_name(name, frames, columns)
@@ -513,7 +513,7 @@ def _fingerprint(measurement: MeasurementSet) -> bytes:
     return digest.digest()
 
 
-def _keys(metadata: Mapping[str, Any]) -> Keys:
+def keys_of(metadata: Mapping[str, Any]) -> Keys:
     """The description that the keywords make. Raises TypeError, MeasurementError."""
     content: dict[str, Any] = {"schema": 1, "table": {}, "capture": {}, "reference": {}}
     for name, value in metadata.items():

@@ -12,9 +12,7 @@ from arctrue.base.figures import figure
 from arctrue.base.printable import one_line
 from arctrue.base.units import arcsec_per_count
 from arctrue.base.whole_file import write_whole_text
-from arctrue.calibration.acceptance import of_comparison
 from arctrue.calibration.calibration import objections
-from arctrue.calibration.comparison import ReferenceComparison
 from arctrue.cli._loaded_set import (
     LoadedSet,
     common_options,
@@ -34,7 +32,7 @@ from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
-from arctrue.metrology.correction import Correction, reading_rad
+from arctrue.metrology.correction import Correction, table_objections
 from arctrue.workbench.model.export import (
     USUAL_REVERSAL_WIDTH_DEG,
     ConditionSettings,
@@ -327,7 +325,9 @@ def _write_table(
 ) -> None:
     text = form.text(correction, points, one_line(loaded.measurement))
     left = form.left(text, correction)
-    refused = _table_objections(loaded, correction)
+    refused = table_objections(
+        loaded.measurement_set.reference, correction, loaded.observations.counts_per_rev
+    )
     for warning in correction.warnings:
         tell_warning(warning)
     for objection in refused:
@@ -369,24 +369,3 @@ def _write_table(
     if not written:
         tell_error(f"{path} was not written; --force writes it")
         raise SystemExit(NOT_WRITTEN)
-
-
-def _table_objections(loaded: LoadedSet, correction: Correction) -> list[str]:
-    """Why the table should not be used: the set's own reference run gets worse by it."""
-    reference = loaded.measurement_set.reference
-    if reference is None:
-        return []
-    if reference.mask is not None:
-        reference = reference.where(~reference.mask)
-    readings = reading_rad(reference, loaded.observations.counts_per_rev)
-    before = reference.error_arcsec
-    after = before - correction.error_arcsec(readings, reference.direction)
-    return of_comparison(
-        ReferenceComparison(
-            reference.target_deg,
-            reference.direction,
-            before - float(before.mean()),
-            after - float(after.mean()),
-            None,
-        )
-    )

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.calibration.acceptance import of_comparison
+from arctrue.calibration.comparison import ReferenceComparison
 from arctrue.measurement import Reference
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.model.export import ReadingHarmonics, harmonics_of_reading
@@ -86,3 +88,25 @@ def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
         turn = 2.0 * np.pi / counts_per_rev
         return np.asarray(np.remainder(reference.head1_counts, counts_per_rev) * turn)
     return np.asarray(np.radians(reference.target_deg + reference.error_arcsec / 3600.0))
+
+
+def table_objections(
+    reference: Reference | None, correction: Correction, counts_per_rev: int | None
+) -> list[str]:
+    """Why a table should not be used: the set's own reference run gets worse by it."""
+    if reference is None:
+        return []
+    if reference.mask is not None:
+        reference = reference.where(~reference.mask)
+    readings = reading_rad(reference, counts_per_rev)
+    before = reference.error_arcsec
+    after = before - correction.error_arcsec(readings, reference.direction)
+    return of_comparison(
+        ReferenceComparison(
+            reference.target_deg,
+            reference.direction,
+            before - float(before.mean()),
+            after - float(after.mean()),
+            None,
+        )
+    )

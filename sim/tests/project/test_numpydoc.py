@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import doctest
 import importlib
 import inspect
 import re
@@ -108,6 +109,20 @@ def faults(what: Any) -> list[str]:
 @pytest.mark.parametrize(("name", "what"), [pytest.param(*item, id=item[0]) for item in public()])
 def test_a_public_name_says_what_its_arguments_are(name: str, what: Any) -> None:
     assert faults(what) == [], name
+
+
+EXAMPLES = [
+    pytest.param(what, id=name)
+    for name, what in public()
+    if ">>>" in (what.__doc__ or "") and not inspect.isclass(what)
+]
+
+
+@pytest.mark.parametrize("what", EXAMPLES)
+def test_an_example_gives_what_it_says(what: Any) -> None:
+    module = importlib.import_module(what.__module__)
+    (test,) = doctest.DocTestFinder(recurse=False).find(what, globs=dict(vars(module)))
+    assert doctest.DocTestRunner().run(test).failed == 0
 
 
 def test_the_check_sees_what_is_missing() -> None:

@@ -1,0 +1,199 @@
+"""Sets from files of other programs, and models as coefficients of the gateware or as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Unpack
+
+from arctrue.api.dataset import Dataset, Metadata, keys_of
+from arctrue.api.model import ModelLike, model_of
+from arctrue.api.sets import SetOrFolder, set_of
+from arctrue.base.printable import one_line
+from arctrue.base.whole_file import write_whole_text
+from arctrue.calibration.calibration import objections
+from arctrue.importing import Choices, ReadSettings, Settings
+from arctrue.importing.questions import Import
+from arctrue.measurement import Origin
+from arctrue.workbench.model.growth import fitted
+
+GATEWARE = "gateware"
+
+
+class ExportRefusedError(ValueError):
+    """The set says that the correction makes the error larger; the text says where."""
+
+
+def import_files(
+    files: Path | str | Iterable[Path | str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    reader: str = "",
+    group: str = "",
+    period_s: float | None = None,
+    sign: str = "",
+    zero: str = "",
+    missing: str = "",
+    order: str = "",
+    **metadata: Unpack[Metadata],
+) -> Dataset:
+    """Make a set of files of other programs, as ``arctrue import`` does.
+
+    Parameters
+    ----------
+    files : Path, str, or iterable of these
+        Text in columns, JSON lines, NumPy, Parquet, HDF5, MAT, logs of PHD2, LinuxCNC and EPICS.
+    columns : mapping of str to str, optional
+        The files' column for a quantity: ``--column``.
+    units : mapping of str to str, optional
+        The unit of a quantity: ``--unit``.
+    reader : str, optional
+        Name of the reader; without it the one that recognises the file: ``--format``.
+    group : str, optional
+        Group of an HDF5 file or variable of an EPICS log.
+    period_s : float, optional
+        Seconds between two rows, of files without a time.
+    sign : {"reading-true", "true-reading"}, optional
+        What the error column is.
+    zero : {"shift", "keep"}, optional
+        Whether the reference's zero is turned to that of the reading.
+    missing : {"drop"}, optional
+        Leave rows without a value out.
+    order : str, optional
+        What to do with rows whose time goes back, as ``--order`` has it.
+    **metadata
+        Keys of ``measurement.toml``, as in :meth:`Dataset.from_arrays`.
+
+    Returns
+    -------
+    Dataset
+        Its ``origin.notes`` say what was decided.
+
+    Raises
+    ------
+    AmbiguousError
+        The files leave a question open; the text names the option that answers it, and
+        ``--unit head1=deg`` is ``units={"head1": "deg"}`` here.
+    MeasurementError
+        A file is damaged: row and column.
+    MissingExtraError
+        The reader needs a package that is not installed.
+    """
+    paths = [Path(files)] if isinstance(files, Path | str) else [Path(one) for one in files]
+    keys = keys_of(metadata)
+    of_reference = keys.reference
+    assert of_reference is not None
+    settings = Settings(
+        columns=dict(columns or {}),
+        units=dict(units or {}),
+        sign=sign,
+        zero=zero,
+        clock_offset_s=of_reference.clock_offset_s,
+        missing=missing,
+        order=order,
+        table=replace(keys.table, faces=of_reference.faces),
+        instrument=of_reference.instrument,
+        standard_uncertainty_arcsec=of_reference.standard_uncertainty_arcsec,
+        title=keys.title,
+    )
+    reading = ReadSettings(group=group, period_s=period_s)
+    imported = Import(paths, reader, reading, settings).run(Choices())
+    origin = Origin(
+        program=f"arctrue {version('arctrue')}",
+        notes=tuple(one_line(text) for text in imported.notes),
+    )
+    return Dataset.of(replace(imported.measurement, origin=origin))
+
+
+def export(
+    measurement: SetOrFolder,
+    model: ModelLike,
+    file: Path | str,
+    *,
+    table_format: str = GATEWARE,
+    points: int | None = None,
+    lanes: int | None = None,
+    temperature_c: float | None = None,
+    force: bool = False,
+) -> list[str]:
+    """Write a model as coefficients of the gateware, or as another controller's table.
+
+    Parameters
+    ----------
+    measurement : MeasurementSet, Path or str
+        The set, or the name of its folder; what is written is judged on it.
+    model : Model, Path, str or iterable of str
+        The model, its file, or names of effects; effects without values are fitted first.
+    file : Path or str
+        The file to write.
+    table_format : str, optional
+        ``gateware``, or a format of ``arctrue export --format``.
+    points : int, optional
+        Steps a turn, of a table.
+    lanes : int, optional
+        Lanes of the gateware; as many as it is built with by default.
+    temperature_c : float, optional
+        Temperature that the coefficients are for, °C; without it they follow the table's.
+    force : bool, optional
+        Write the file even where the set speaks against it.
+
+    Returns
+    -------
+    list of str
+        What of the model is not corrected, and other things to know, one sentence each.
+
+    Raises
+    ------
+    ExportRefusedError
+        The set says that the file would make the error larger; nothing was written.
+    ValueError
+        The format is not known, or the set does not say the counts of a turn.
+    OSError
+        The file cannot be written.
+    """
+    from arctrue.gateware.coefficient_file import write_coefficient_file
+    from arctrue.generated.number_formats import LANES_DEFAULT
+    from arctrue.metrology.controllers import FORMATS
+    from arctrue.metrology.correction import Correction, table_objections
+    from arctrue.workbench.model.export import export_model
+    from arctrue.workbench.model.taken_away import without_reference_errors
+
+    data, start = set_of(measurement), model_of(model)
+    observations, known, content = start.observations(data), start.known(), start.content
+    if not all(entry.coefficients for entry in content.effects):
+        content, _ = fitted(content, observations, known)
+    path = Path(file)
+    if table_format != GATEWARE:
+        if table_format not in FORMATS:
+            raise ValueError(
+                f"table_format {table_format!r}: expected {', '.join((GATEWARE, *FORMATS))}"
+            )
+        form = FORMATS[table_format]
+        correction = Correction.of_model(content, observations, known, temperature_c=temperature_c)
+        judged = without_reference_errors(data, content, observations, known)
+        refused = table_objections(judged.reference, correction, observations.counts_per_rev)
+        _refuse(path, refused, force=force)
+        write_whole_text(path, form.text(correction, points or form.points, one_line(data.label)))
+        return [*refused, *correction.warnings, *correction.left_out]
+    result = export_model(
+        content,
+        observations,
+        known,
+        lanes=LANES_DEFAULT if lanes is None else lanes,
+        temperature_c=temperature_c,
+    )
+    judged = without_reference_errors(data, content, observations, known)
+    refused = objections(judged, result.coefficients)
+    _refuse(path, refused, force=force)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_coefficient_file(path, result.coefficients, title=data.label)
+    return [*refused, *result.warnings, *result.left_out]
+
+
+def _refuse(path: Path, refused: list[str], *, force: bool) -> None:
+    """Raises ExportRefusedError."""
+    if refused and not force:
+        raise ExportRefusedError(f"{path} was not written: {' '.join(refused)}")
