@@ -121,8 +121,8 @@ def _model(found: Mapping[str, Any]) -> list[str]:
         f"- The model is fitted to the telemetry of turns 1 to {found['learned_turns']}, by "
         f"least squares over 1, temperature and turn ({orders}).",
         "  It is loaded as lanes that [follow the temperature]"
-        "(firmware.md#lanes-that-follow-the-temperature), measured by a thermometer on the table "
-        "in steps of 1/128 K. For warmer turns than",
+        "(firmware-load.md#lanes-that-follow-the-temperature), measured by a thermometer on the "
+        "table in steps of 1/128 K. For warmer turns than",
         "  those of the fit it extrapolates.",
         "- The model has no noise and no lag, but follows only what it contains: in turns "
         f"3 to {found['learned_turns']} it leaves {_part(found, 'model', first=True):.2f}″, the "
