@@ -11,6 +11,38 @@ from scripts.mutation import Mutation
 
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
+        "tremble_moves_the_direction",
+        "the dead zone forgets where it stands, so tremble moves the direction",
+        "rtl/conditions/stop_operator.vhd",
+        "        slack    := dead_zone;\n",
+        "        slack    := (others => '0');\n",
+        "tb/conditions/test_conditions.py",
+    ),
+    Mutation(
+        "unknown_direction_is_known",
+        "the direction counts as known before both stop operators have met",
+        "rtl/conditions/stop_operator.vhd",
+        "        low          <= -top;\n        high         <= top;\n",
+        "        low          <= top;\n        high         <= top;\n",
+        "tb/conditions/test_conditions.py",
+    ),
+    Mutation(
+        "speed_chatters",
+        "tremble over one edge at standstill is a speed",
+        "rtl/conditions/table_speed.vhd",
+        "        if size < TREMBLE then\n",
+        "        if size < 0 then\n",
+        "tb/conditions/test_conditions.py",
+    ),
+    Mutation(
+        "swap_before_the_sweep",
+        "a swap does not wait for the amplitudes of the words that were written last",
+        "rtl/coefficients/amplitude_sweep.vhd",
+        "        is_whole := '0';\n        swept    <= '0';\n",
+        "        is_whole := '1';\n",
+        "tb/conditions/test_conditions.py",
+    ),
+    Mutation(
         "lost_head_turns_over",
         "the difference of a lost head wraps instead of being limited",
         "rtl/mean/weighted_mean.vhd",

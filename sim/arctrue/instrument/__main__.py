@@ -24,9 +24,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         default=CAPTURE_DEPTH_DEFAULT,
         help=f"samples a bank ({CAPTURE_DEPTH_DEFAULT:,})",
     )
+    parser.add_argument(
+        "--modulators", action="store_true", help="lanes that follow direction, speed or a word"
+    )
     asked = parser.parse_args(arguments)
+    generics = {"MODULATORS": "true"} if asked.modulators else None
     try:
-        library = build(asked.lanes, asked.capture_depth, report_step=print)
+        library = build(asked.lanes, asked.capture_depth, generics=generics, report_step=print)
     except InstrumentError as error:
         sys.exit(f"instrument: {error}")
     print(f"Instrument: {library.relative_to(ROOT)}")
