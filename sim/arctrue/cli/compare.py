@@ -17,6 +17,7 @@ from arctrue.cli._loaded_set import (
     set_argument,
     write_json,
 )
+from arctrue.cli._orbit import orbit_data, orbit_of, print_orbit
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.workbench.compare.comparison import ModelComparison
@@ -54,7 +55,10 @@ def compare(
     seed: int,
     no_fit: bool,
 ) -> None:
-    """Show how far a model and a set differ, and which conditions the residual follows."""
+    """Show how far a model and a set differ, and which conditions the residual follows.
+
+    For a capture of three or four heads it also shows the axis' orbit.
+    """
     loaded = load(measurement_set, model_file, folders)
     with Progress("comparing"):
         if no_fit:
@@ -67,6 +71,9 @@ def compare(
     _print(result, loaded.model.names(), fitted_here=not no_fit)
     _print_noise(result.noise)
     _print_identifiability(found)
+    orbit = orbit_of(loaded.measurement_set)
+    if orbit is not None:
+        print_orbit(console, orbit)
     write_json(
         json_file,
         {
@@ -82,13 +89,19 @@ def compare(
             "masked": [row.data() for row in loaded.observations.masked],
             "maps": [_map_data(item) for item in result.maps],
             "identifiability": _identifiability_data(found),
+            **({} if orbit is None else {"axis_orbit": orbit_data(orbit)}),
         },
     )
     if out is not None:
         from arctrue.report.charts.comparison_charts import comparison_charts
         from arctrue.report.charts.matplotlib_chart import save_charts
 
-        for path in save_charts(comparison_charts(solution, result), out):
+        charts = dict(comparison_charts(solution, result))
+        if orbit is not None:
+            from arctrue.report.charts.axis_orbit import axis_orbit_chart
+
+            charts["axis_orbit"] = axis_orbit_chart(orbit)
+        for path in save_charts(charts, out):
             console.print(f"wrote {path}")
 
 

@@ -49,6 +49,10 @@ class BearingBallPass(Effect):
         "head1_amplitude": "arcsec",
         "head1_phase": "deg",
     }
+    compensation_note = (
+        "no lane follows an order that is not whole; the weighted mean of three or four heads does "
+        "not see it (arctrue calibrate --angle mean)"
+    )
     search_kind = "unwrapped_order"
     search = (SearchParameter("order", "1", 0.2, 60.0, "periods a turn, not whole"),)
     defaults = {"highest_order": 60}

@@ -44,7 +44,10 @@ class RadialErrorMotion(Effect):
         "y_sin_K": "arcsec",
     }
     compensation = "lanes"
-    compensation_note = "what head 1 sees (y), when a reference run has separated it"
+    compensation_note = (
+        "what head 1 sees (y), when a reference run has separated it; the weighted mean of three "
+        "or four heads does not see it"
+    )
     defaults = {"orders": list(range(2, 9))}
 
     def missing(self, observations: Observations) -> list[str]:

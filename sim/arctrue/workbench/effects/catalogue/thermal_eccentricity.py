@@ -38,7 +38,10 @@ class ThermalEccentricity(Effect):
     plausible = "0.1 to 0.9 µm/K (0.4 to 3.4″/K at a radius of 54 mm)"
     parameter_units = {"amplitude": "arcsec/K", "phase": "deg"}
     compensation = "lanes"
-    compensation_note = "order 1 at the temperature of the table, which the firmware follows"
+    compensation_note = (
+        "order 1 at the temperature of the table, which the firmware follows; the weighted mean of "
+        "three or four heads does not see it"
+    )
 
     def missing(self, observations: Observations) -> list[str]:
         spans = [

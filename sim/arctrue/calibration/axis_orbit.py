@@ -1,0 +1,65 @@
+"""Where the axis was at every sample of a capture of three or four heads.
+
+A head p after head 1 reads θ + (x sin p + y cos p)/r + the disc's error under it
+(docs/architecture.md, "Head geometry"). Without the disc's error the readings of one instant give
+θ, x and y by least squares.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.mean_banks import HeadsOnDisc
+
+Float = NDArray[np.float64]
+LEAST_HEADS = 3
+
+
+@dataclass(frozen=True)
+class AxisOrbit:
+    """Displacement over the disc's radius in arcseconds, each (n,), without its mean.
+
+    ``angle_rad``: of the table, not wrapped. The axis' forward circle once a turn is not in it: no
+    capture tells that from an eccentric disc. ``u_arcsec``: of x and y, by a reading's noise.
+    """
+
+    angle_rad: Float
+    x_arcsec: Float
+    y_arcsec: Float
+    u_arcsec: tuple[float, float]
+
+
+def axis_orbit(
+    turns: WholeTurns, disc: HeadsOnDisc, counts_per_rev: int, noise_arcsec: float
+) -> AxisOrbit:
+    """Solve every sample of one run; ``disc`` as calibrated from this or another capture.
+
+    Raises ValueError for fewer than three heads, which do not determine θ, x and y.
+    """
+    if disc.heads < LEAST_HEADS or len(turns.heads) != disc.heads:
+        raise ValueError(
+            f"the axis' orbit needs {LEAST_HEADS} heads or more, each calibrated; found "
+            f"{len(turns.heads)} in the capture and {disc.heads} in the calibration"
+        )
+    places = disc.places_rad
+    unit = 2.0 * np.pi / counts_per_rev
+    rows = []
+    for head, counts in enumerate(turns.heads):
+        reading = counts * unit - disc.offsets_rad[head]
+        error = disc.under_head(head, reading + places[head]) * RAD_PER_ARCSEC
+        rows.append(reading - error)
+    # Readings of a head may count whole turns of their own.
+    readings = np.array(rows)
+    whole = np.rint((readings - readings[0]).mean(axis=1) / (2.0 * np.pi))
+    readings -= 2.0 * np.pi * whole[:, np.newaxis]
+    shares = np.stack([np.ones(places.size), np.sin(places), np.cos(places)], axis=1)
+    inverse = np.linalg.pinv(shares)
+    angle, x, y = inverse @ readings
+    x, y = ((values - values.mean()) / RAD_PER_ARCSEC for values in (x, y))
+    u_x, u_y = np.sqrt((inverse[1:] ** 2).sum(axis=1)) * noise_arcsec
+    return AxisOrbit(angle, x, y, (float(u_x), float(u_y)))

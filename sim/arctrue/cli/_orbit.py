@@ -1,0 +1,68 @@
+"""``arctrue compare`` of a set with three or four heads: the axis' orbit and its figures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from arctrue.calibration.axis_orbit import LEAST_HEADS, AxisOrbit, axis_orbit
+from arctrue.calibration.capture_check import CaptureRefusedError
+from arctrue.calibration.heads_calibration import MeanSettings, calibrate_mean
+from arctrue.cli._figures import figure
+from arctrue.cli._tables import number, table, words
+from arctrue.cli._terminal import Console, tell_warning
+from arctrue.measurement import MeasurementSet
+from arctrue.metrology.iso230_7 import ErrorMotion, error_motion
+
+
+def orbit_of(measurement: MeasurementSet) -> AxisOrbit | None:
+    """Of the first run that the calibration uses; None for two heads, and where it says why not."""
+    capture, scale = measurement.capture, measurement.table
+    if capture is None or scale.counts_per_rev is None or len(capture.heads) < LEAST_HEADS:
+        return None
+    try:
+        found = calibrate_mean(measurement, MeanSettings())
+    except (CaptureRefusedError, ValueError) as error:
+        tell_warning(f"no orbit of the axis: {error}")
+        return None
+    estimate = found.estimate
+    return axis_orbit(
+        found.turns[0], estimate.on_disc(), scale.counts_per_rev, estimate.noise_arcsec
+    )
+
+
+def _figures(orbit: AxisOrbit) -> dict[str, ErrorMotion]:
+    return {
+        "x": error_motion(orbit.angle_rad, orbit.x_arcsec),
+        "y": error_motion(orbit.angle_rad, orbit.y_arcsec),
+    }
+
+
+def orbit_data(orbit: AxisOrbit) -> dict[str, Any]:
+    """Figures of both directions as plain values, arcseconds at the disc's radius."""
+    return {
+        direction: {
+            "total_arcsec": item.total,
+            "synchronous_arcsec": item.synchronous,
+            "asynchronous_arcsec": item.asynchronous,
+            "u_sample_arcsec": u,
+        }
+        for (direction, item), u in zip(_figures(orbit).items(), orbit.u_arcsec, strict=True)
+    }
+
+
+def print_orbit(console: Console, orbit: AxisOrbit) -> None:
+    """Error motion after ISO 230-7 in two fixed sensitive directions."""
+    shown = table(
+        "Error motion of the axis (ISO 230-7), ″ at the disc's radius",
+        words("direction"),
+        *map(number, ("total", "synchronous", "asynchronous", "u of a\nsample")),
+    )
+    for (direction, item), u in zip(_figures(orbit).items(), orbit.u_arcsec, strict=True):
+        values = (item.total, item.synchronous, item.asynchronous, u)
+        shown.add_row(direction, *(figure(value, 3) for value in values))
+    console.print(shown)
+    console.print(
+        "Total and asynchronous values hold the noise of the readings; a circle once a turn in the "
+        "table's sense is not told from an eccentric disc.",
+        soft_wrap=True,
+    )

@@ -1,0 +1,54 @@
+"""Error motion of an axis after ISO 230-7: total, synchronous and asynchronous values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+BINS = 180
+"""Angles of the polar plot; a bin of two degrees holds some 66 of 12,000 samples a turn."""
+
+
+@dataclass(frozen=True)
+class ErrorMotion:
+    """Radial error motion in a fixed sensitive direction, in the unit of what was given.
+
+    ``total``, ``synchronous``: difference of the radii of the two circles about the least-squares
+    circle's centre that hold the polar plot, of all turns and of their mean; ``asynchronous``: the
+    largest width at one angle. Noise of the reading is in ``total`` and ``asynchronous``.
+    """
+
+    total: float
+    synchronous: float
+    asynchronous: float
+    mean: Float
+    """Of the turns at each of BINS angles, without the least-squares centre; NaN: no sample."""
+
+
+def error_motion(angle_rad: Float, displacement: Float) -> ErrorMotion:
+    """Figures of displacements (n,) at angles (n,) over two turns or more, or over one.
+
+    The least-squares circle's centre is the component once a turn (ISO 230-7, 3.4). With one turn
+    there is nothing that does not repeat, and ``asynchronous`` is the width within a bin.
+    """
+    columns = np.stack([np.ones_like(angle_rad), np.cos(angle_rad), np.sin(angle_rad)], axis=1)
+    centre, *_ = np.linalg.lstsq(columns, displacement, rcond=None)
+    motion = displacement - columns @ centre
+    place = (np.mod(angle_rad / (2.0 * np.pi), 1.0) * BINS).astype(np.int64) % BINS
+    number = np.bincount(place, minlength=BINS)
+    with np.errstate(invalid="ignore"):
+        mean = np.bincount(place, weights=motion, minlength=BINS) / number
+    high, low = np.full(BINS, -np.inf), np.full(BINS, np.inf)
+    np.maximum.at(high, place, motion)
+    np.minimum.at(low, place, motion)
+    there = number > 0
+    return ErrorMotion(
+        float(motion.max() - motion.min()),
+        float(np.nanmax(mean) - np.nanmin(mean)),
+        float((high[there] - low[there]).max()),
+        mean,
+    )

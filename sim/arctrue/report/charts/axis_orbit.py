@@ -1,0 +1,49 @@
+"""The axis' orbit as heads saw it: every sample, and the mean of the turns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.calibration.axis_orbit import AxisOrbit
+from arctrue.metrology.iso230_7 import BINS, error_motion
+from arctrue.report.charts.chart import ARCSEC, COLOURS, QUIET, Axis, Chart, Curve, Panel
+
+_MOST_POINTS = 4000
+_BASE = 1.5
+"""Radius of the base circle of the polar plot, over the largest motion."""
+
+
+def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
+    """Left: the path of the axis. Right: polar plots of x and y about a base circle."""
+    every = max(1, orbit.angle_rad.size // _MOST_POINTS)
+    found = [error_motion(orbit.angle_rad, values) for values in (orbit.x_arcsec, orbit.y_arcsec)]
+    closed = [np.append(item.mean, item.mean[0]) for item in found]
+    path = [
+        Curve(
+            orbit.x_arcsec[::every], orbit.y_arcsec[::every], "every sample", QUIET, "points",
+            size=1.5,
+        ),
+        Curve(closed[0], closed[1], "synchronous", COLOURS[0]),
+    ]  # fmt: skip
+    base = _BASE * max(float(np.nanmax(np.abs(values))) for values in closed) or 1.0
+    angle = 2.0 * np.pi * (np.arange(BINS + 1) + 0.5) / BINS
+    circle = Curve(base * np.cos(angle), base * np.sin(angle), "base circle", QUIET, dash="dot")
+    polar = [circle] + [
+        Curve((base + values) * np.cos(angle), (base + values) * np.sin(angle), name, colour)
+        for values, name, colour in zip(closed, ("x", "y"), COLOURS, strict=False)
+    ]
+    return Chart(
+        "axis_orbit",
+        "The axis' orbit, displacement over the disc's radius; without the circle once a turn that "
+        "an eccentric disc makes too.",
+        [
+            Panel(Axis("x", ARCSEC), Axis("y", ARCSEC), path),
+            Panel(
+                Axis("synchronous motion, polar", ARCSEC),
+                Axis("from the base circle", ARCSEC),
+                polar,
+            ),
+        ],
+        columns=2,
+        panel_height=4.0,
+    )

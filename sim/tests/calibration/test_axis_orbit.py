@@ -1,0 +1,101 @@
+"""The axis' orbit from a capture of four heads, against the motion that the table was given."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from arctrue.base.units import ARCSEC_PER_RAD
+from arctrue.calibration.axis_orbit import axis_orbit
+from arctrue.cli import main
+from arctrue.measurement import Capture, MeasurementSet, Table, write_measurement_set
+from arctrue.metrology.iso230_7 import error_motion
+from arctrue.studies.heads.bench import COUNTS_PER_REV, PLACES_DEG, SPEED_RAD_S, Bench
+from arctrue.table import DISC_RADIUS_M, Motion
+from arctrue.table.causes.ball_pass import BallPass
+from arctrue.table.causes.radial_motion import RadialMotion
+
+AXIS = (RadialMotion.along(2, 0.5e-6, 0.6, 1.0), BallPass(4.37, 0.25e-6))
+TURNS = 3
+
+
+def test_the_orbit_is_the_motion_of_the_axis() -> None:
+    """x and y of every sample, to the noise of the readings times √(two rows of the inverse)."""
+    bench = replace(Bench(), axis=AXIS)
+    captured = bench.captured(turns=TURNS)
+    estimate = bench.estimate(turns=TURNS)
+    orbit = axis_orbit(captured, estimate.on_disc(), COUNTS_PER_REV, bench.noise_arcsec)
+    motion = Motion.steady(
+        SPEED_RAD_S, TURNS * 2.0 * np.pi / SPEED_RAD_S + 1.0, start_rad=0.3, ripple_rad=0.002,
+        ripple_order=7,
+    )  # fmt: skip
+    seconds = np.arange(orbit.angle_rad.size) * (2.0 * np.pi / SPEED_RAD_S / bench.samples_a_turn)
+    state = motion.state(seconds)
+    shift = np.sum([cause.axis_shift_m(state) for cause in AXIS], axis=0)
+    expected = (shift - shift.mean()) / DISC_RADIUS_M * ARCSEC_PER_RAD
+    # Stator frame: head 1 stands at the stator angle 0 and sees y, head 2 at -p.
+    for found, true, u in zip(
+        (orbit.x_arcsec, orbit.y_arcsec),
+        (expected.real, expected.imag),
+        orbit.u_arcsec,
+        strict=True,
+    ):
+        left = np.sqrt(np.mean((found - true) ** 2))
+        assert left < 1.2 * u, f"{left:.3f}″ of {u:.3f}″"
+        assert true.std() > 5.0 * u
+    angle = np.unwrap(orbit.angle_rad)
+    off = angle - state.angle_rad
+    assert np.std(off) * ARCSEC_PER_RAD < 0.1
+
+
+def test_figures_of_a_known_motion() -> None:
+    """A lobe of 1 that repeats and one of 0.3 that does not; eccentricity of 5 is no error."""
+    angle = np.linspace(0.0, 20.0 * np.pi, 120_000, endpoint=False)
+    motion = 5.0 * np.cos(angle + 0.4) + np.cos(3.0 * angle) + 0.3 * np.cos(4.37 * angle)
+    found = error_motion(angle, motion)
+    # Bins of two degrees cut 1 - cos(3 * 1°) off a lobe; ten turns leave 0.3/10 of the other.
+    assert found.synchronous == pytest.approx(2.0, abs=0.09)
+    # At one angle ten phases, and the slope of the lobe within a bin: 3 * 2°.
+    assert found.asynchronous == pytest.approx(0.6, abs=0.11)
+    assert found.total == pytest.approx(2.6, abs=0.05)
+
+
+def test_two_heads_have_no_orbit() -> None:
+    bench = replace(Bench(), places_deg=(0.0, 33.0))
+    with pytest.raises(ValueError, match="3 heads or more"):
+        axis_orbit(bench.captured(), Bench().estimate().on_disc(), COUNTS_PER_REV, 0.1)
+
+
+def test_compare_draws_the_orbit(tmp_path: Path) -> None:
+    """The command on a set of four heads: figures of both directions, and a picture."""
+    captured = replace(Bench(), axis=AXIS).captured(turns=TURNS)
+    heads = dict(zip(("head3_counts", "head4_counts"), captured.further_counts, strict=True))
+    seconds = np.arange(captured.samples) * (12.0 / 12_000)
+    capture = Capture(
+        run=np.zeros(captured.samples, dtype=np.int64),
+        time_s=seconds,
+        head1_counts=captured.head1_counts,
+        head2_counts=captured.head2_counts,
+        **heads,
+    )
+    table = Table(counts_per_rev=COUNTS_PER_REV, head_places_deg=PLACES_DEG)
+    write_measurement_set(tmp_path / "set", MeasurementSet(table, capture))
+    file, out = tmp_path / "found.json", tmp_path / "out"
+    words = ["compare", str(tmp_path / "set"), "--json", str(file), "--out", str(out)]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 0, done.output
+    assert "ISO 230-7" in done.output
+    found = json.loads(file.read_text(encoding="utf-8"))["axis_orbit"]
+    # Order 2 along a line at 0.6 rad, 0.5 µm: 1.91″ times its cosine and sine, peak to peak.
+    size = 2.0 * 0.5e-6 / DISC_RADIUS_M * ARCSEC_PER_RAD
+    for direction, share in (("x", np.cos(0.6)), ("y", np.sin(0.6))):
+        # Three turns leave a third of the balls, 0.95″ about, and 66 samples of 0.1″ a bin.
+        assert found[direction]["synchronous_arcsec"] == pytest.approx(size * share, abs=0.9)
+        # The balls' circle is 1.91″ across; three phases of it show more than half.
+        assert 0.9 < found[direction]["asynchronous_arcsec"] < 1.91 + 8.0 * 0.1
+    assert (out / "axis_orbit.png").stat().st_size > 10_000
