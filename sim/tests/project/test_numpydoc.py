@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-PACKAGES = ("arctrue",)
+PACKAGES = ("arctrue", "arctrue.measurement")
 """Their ``__all__`` is read."""
 SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
 ARRAYS = ("NDArray", "ArrayLike", "Float]", "Integer")
