@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-PACKAGES = ("arctrue", "arctrue.measurement", "arctrue.importing")
+PACKAGES = ("arctrue", "arctrue.measurement", "arctrue.importing", "arctrue.calibration")
 """Their ``__all__`` is read."""
 SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
 ARRAYS = ("NDArray", "ArrayLike", "Float]", "Integer")
@@ -101,7 +101,7 @@ def faults(what: Any) -> list[str]:
         }
         for name, words in inline(what).items():
             parameters.setdefault(name, words)
-        wanted |= {name: "" for name in inline(what)}
+        wanted |= dict.fromkeys(inline(what), "")
     else:
         signature = inspect.signature(what)
         wanted = {
