@@ -15,7 +15,13 @@ from typing import Any
 
 import pytest
 
-PACKAGES = ("arctrue", "arctrue.measurement", "arctrue.importing", "arctrue.calibration")
+PACKAGES = (
+    "arctrue",
+    "arctrue.measurement",
+    "arctrue.importing",
+    "arctrue.calibration",
+    "arctrue.workbench.model",
+)
 """Their ``__all__`` is read."""
 SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
 ARRAYS = ("NDArray", "ArrayLike", "Float]", "Integer")
