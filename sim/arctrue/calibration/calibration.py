@@ -42,9 +42,22 @@ METHODS = {"fourier": fourier, "least_squares": least_squares}
 class CalibrationSettings:
     """How to calibrate; the defaults are those of the command line.
 
-    ``most_order``: orders 1 … most_order are fitted; ``runs``: None: those at the lowest speed;
-    ``separation``: None: measured by the index where it is to be believed, else nominal, and by
-    the harmonics where their standard uncertainty is less than that of either.
+    Parameters
+    ----------
+    method : {"least_squares", "fourier"}, optional
+        How the orders are found.
+    runs : sequence of int, optional
+        Runs of the capture; without it those at the lowest speed.
+    most_order : int, optional
+        Orders 1 to this one are fitted.
+    lanes : int, optional
+        Lanes of the gateware.
+    gain_limit : float, optional
+        Orders whose noise is magnified by more are left out.
+    separation : str, optional
+        Where the separation α of the heads is from. Without it: measured by the index where it is
+        to be believed, else nominal, and by the harmonics where their standard uncertainty is less
+        than that of either.
     """
 
     method: Method = "least_squares"
@@ -57,7 +70,27 @@ class CalibrationSettings:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The outcome; ``estimate`` is a function of the reading, as the gateware needs it."""
+    """The outcome of a calibration.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Error as a function of the reading, as the gateware needs it.
+    verdicts : tuple of Verdict
+        Of each order: whether it is corrected, and why not.
+    coefficients : Coefficients
+        What the gateware is loaded with.
+    turns : tuple of WholeTurns
+        What it was worked out from.
+    comparison : ReferenceComparison or None
+        Error of the reference run before and after; None where the set has none.
+    separations : mapping
+        The separation α from every source that there is.
+    objections : tuple of str
+        Why these coefficients should not be written, one sentence each.
+    warnings : tuple of str
+        What a person should know, one sentence each.
+    """
 
     estimate: Estimate
     verdicts: tuple[Verdict, ...]
@@ -74,10 +107,27 @@ class Calibration:
 def calibrate(
     measurement: MeasurementSet, settings: CalibrationSettings | None = None
 ) -> Calibration:
-    """Calibrate from the capture of ``measurement``; compare where it has a reference run.
+    """Calibrate from the capture of a set; compare where it has a reference run.
 
-    Raises CaptureRefusedError for a capture that cannot be used, ValueError for a set without
-    one, a run that is not there or an error that the gateware's formats do not hold.
+    Parameters
+    ----------
+    measurement : MeasurementSet
+        With a capture of both heads.
+    settings : CalibrationSettings, optional
+        How to calibrate.
+
+    Returns
+    -------
+    Calibration
+        Orders with their uncertainty, coefficients, comparison.
+
+    Raises
+    ------
+    CaptureRefusedError
+        The capture cannot be used; the text says why.
+    ValueError
+        The set has no capture or not that run, or the error is larger than the gateware's formats
+        hold.
     """
     settings = settings or CalibrationSettings()
     measurement = _without_masked_stations(measurement)

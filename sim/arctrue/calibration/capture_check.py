@@ -55,7 +55,19 @@ class CaptureRefusedError(Exception):
 
 @dataclass(frozen=True)
 class WholeTurns:
-    """The samples of one run that cover ``turns`` whole turns evenly, counts (n,)."""
+    """The samples of one run that cover whole turns evenly.
+
+    Parameters
+    ----------
+    run : int
+        Number of the run.
+    turns : int
+        Whole turns that are covered.
+    head1_counts : ndarray of int, shape (samples,)
+        Reading of head 1, counts.
+    head2_counts : ndarray of int, shape (samples,)
+        Reading of head 2, counts.
+    """
 
     run: int
     turns: int
@@ -66,7 +78,7 @@ class WholeTurns:
     masked: int = 0
     """Samples between the first and the last that the set says not to use."""
     further_counts: tuple[NDArray[np.int64], ...] = ()
-    """Of heads 3 and 4, where there are."""
+    """Of heads 3 and 4, where there are, each of shape (samples,)."""
 
     @property
     def heads(self) -> tuple[NDArray[np.int64], ...]:
@@ -82,9 +94,30 @@ class WholeTurns:
 def whole_turns(
     capture: Capture, counts_per_rev: int, runs: Sequence[int] | None = None, most_order: int = 1
 ) -> list[WholeTurns]:
-    """The verified whole turns of ``runs``; None: of the runs at the lowest speed.
+    """Take the whole turns of runs, verified.
 
-    Raises CaptureRefusedError with the first fault found, ValueError for a run that is not there.
+    Parameters
+    ----------
+    capture : Capture
+        Of a measurement set.
+    counts_per_rev : int
+        Counts of one turn.
+    runs : sequence of int, optional
+        Which runs; without it those at the lowest speed.
+    most_order : int, optional
+        Highest order that the samples have to show.
+
+    Returns
+    -------
+    list of WholeTurns
+        One of each run.
+
+    Raises
+    ------
+    CaptureRefusedError
+        With the first fault found.
+    ValueError
+        A run is not there.
     """
     if capture.run.size == 0:
         raise CaptureRefusedError("empty", "it has no samples")

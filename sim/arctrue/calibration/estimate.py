@@ -28,12 +28,33 @@ class RunFit:
 
 @dataclass(frozen=True)
 class Estimate:
-    """ε = Σ cosine·cos(n·x) + sine·sin(n·x), x the reading or the true angle.
+    """The error ε = Σ cosine·cos(n·x) + sine·sin(n·x), x the reading or the true angle.
 
-    ``orders``: (N,); ``values`` in arcseconds, (2N,), the cosines of all orders before the sines;
-    ``covariance`` in arcseconds², (2N, 2N), with the noise found in the data, the disagreement of
-    the runs and the uncertainty of α. Orders that cannot be seen have value 0 and infinite
-    variance.
+    Orders that cannot be seen have value 0 and infinite variance.
+
+    Parameters
+    ----------
+    function_of : {"reading", "angle"}
+        What x is.
+    orders : ndarray of int, shape (orders,)
+        The orders n.
+    values : ndarray, shape (2·orders,)
+        Arcseconds; the cosines of all orders before the sines.
+    covariance : ndarray, shape (2·orders, 2·orders)
+        Arcseconds²; with the noise found in the data, the disagreement of the runs and the
+        uncertainty of α.
+    noise_gain : ndarray, shape (orders,)
+        |TF| of every order.
+    disagreement : ndarray, shape (orders,)
+        χ² a degree of freedom between the runs; 1 where it cannot be judged.
+    residual_rms_arcsec : float
+        RMS of what is left, arcseconds.
+    u_measured_separation_rad : float
+        Standard uncertainty of the measured separation, radians.
+    runs : tuple of RunFit
+        The fit of each run.
+    iterations : int
+        Until the fit stood still.
     """
 
     function_of: Literal["reading", "angle"]
@@ -90,15 +111,37 @@ class Estimate:
         return np.asarray(np.sqrt(variance.mean(axis=0)))
 
     def error_arcsec(self, x_rad: Float) -> Float:
-        """ε at ``x_rad`` (reading or true angle, as ``function_of`` says), arcseconds."""
+        """Work out the error.
+
+        Parameters
+        ----------
+        x_rad : ndarray, shape (points,)
+            Reading or true angle, as ``function_of`` says, radians.
+
+        Returns
+        -------
+        ndarray, shape (points,)
+            ε, arcseconds.
+        """
         return error_arcsec(self.orders, self.values, x_rad)
 
     def u_error_arcsec(self, x_rad: Float, applied: NDArray[np.bool_] | None = None) -> Float:
-        """Standard uncertainty of ε at ``x_rad`` by the full covariance, (points,), arcseconds.
+        """Work out the standard uncertainty of the error by the full covariance.
 
         j(x)ᵀ C j(x) with j the cosines and sines of the orders that are seen: what the noise makes
-        of each order, and what α makes of all of them together. ``applied`` (N,): of these orders
-        alone; None: of all.
+        of each order, and what α makes of all of them together.
+
+        Parameters
+        ----------
+        x_rad : ndarray, shape (points,)
+            Reading or true angle, radians.
+        applied : ndarray of bool, shape (orders,), optional
+            Only these orders; without it all.
+
+        Returns
+        -------
+        ndarray, shape (points,)
+            Arcseconds.
         """
         number = self.orders.size
         visible = np.isfinite(np.diag(self.covariance)[:number])

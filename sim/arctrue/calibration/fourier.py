@@ -32,10 +32,41 @@ def fourier(
     index_repeatability_counts: float | None = None,
     by_harmonics: head_separation.Separation | None = None,
 ) -> tuple[Estimate, list[str]]:
-    """ε(θ) of ``turns``, one transform a run, weighted by samples and noise; also returns warnings.
+    """Fit ε(θ) with one Fourier transform a run, weighted by samples and noise.
 
-    The check that neighbours differ by one step is that of ``whole_turns``; the separation's
-    arguments are those of ``least_squares``.
+    The check that neighbours differ by one step is that of ``whole_turns``.
+
+    Parameters
+    ----------
+    turns : sequence of WholeTurns
+        Of the runs.
+    counts_per_rev : int
+        Counts of one turn.
+    nominal_separation_rad : float
+        Nominal angle α from head 1 to head 2, radians.
+    orders : array_like of int, shape (orders,)
+        Orders that are fitted.
+    separation : str, optional
+        Which α head 2's zero is set by; without it the measured one, where the index is to be
+        believed; ``harmonics`` needs ``by_harmonics``.
+    index_detection_arcsec : float, optional
+        Standard uncertainty of how far apart the heads detect the index mark, arcseconds.
+    index_repeatability_counts : float, optional
+        Standard deviation of one head's index from run to run, counts.
+    by_harmonics : Separation, optional
+        The separation from the harmonics.
+
+    Returns
+    -------
+    estimate : Estimate
+        Of every order, with its covariance.
+    warnings : list of str
+        What a person should know, one sentence each.
+
+    Raises
+    ------
+    ValueError
+        Samples of a run are masked: a transform needs every one.
     """
     for part in turns:
         if part.masked:

@@ -56,13 +56,36 @@ def least_squares(
     index_repeatability_counts: float | None = None,
     by_harmonics: head_separation.Separation | None = None,
 ) -> tuple[Estimate, list[str]]:
-    """Fit g at the readings of all ``turns`` together; also returns warnings.
+    """Fit ε as a function of the reading to all turns together.
 
-    ``separation``: which α head 2's zero is set by; None: measured, where the index is to be
-    believed; "harmonics" needs ``by_harmonics``. ``index_detection_arcsec``: standard uncertainty
-    of the difference between the places where the heads detect the index mark;
-    ``index_repeatability_counts``: standard deviation of an index from run to run. Runs are
-    weighted by the noise that each leaves.
+    Runs are weighted by the noise that each leaves.
+
+    Parameters
+    ----------
+    turns : sequence of WholeTurns
+        Of the runs.
+    counts_per_rev : int
+        Counts of one turn.
+    nominal_separation_rad : float
+        Nominal angle α from head 1 to head 2, radians.
+    orders : array_like of int, shape (orders,)
+        Orders that are fitted.
+    separation : str, optional
+        Which α head 2's zero is set by; without it the measured one, where the index is to be
+        believed; ``harmonics`` needs ``by_harmonics``.
+    index_detection_arcsec : float, optional
+        Standard uncertainty of how far apart the heads detect the index mark, arcseconds.
+    index_repeatability_counts : float, optional
+        Standard deviation of one head's index from run to run, counts.
+    by_harmonics : Separation, optional
+        The separation from the harmonics.
+
+    Returns
+    -------
+    estimate : Estimate
+        Of every order, with its covariance.
+    warnings : list of str
+        What a person should know, one sentence each.
     """
     orders = np.asarray(orders, dtype=np.int64)
     unit = arcsec_per_count(counts_per_rev)

@@ -35,12 +35,30 @@ KEEP_ZERO, REFERENCE_ZERO = "keep", "shift"
 class Settings:
     """What the user stated about the files; "" or None: not stated.
 
-    ``columns``, ``units``: by quantity (``quantities``). ``sign``: ``reading-true`` or
-    ``true-reading``, the sign of an error column. ``zero``: ``keep``, or ``shift`` to move the
-    reference's zero to that of the reading. ``clock_offset_s``: offset that is added to the
-    reference's time to get the encoder's. ``missing``: ``drop`` leaves out rows without a value.
-    ``order``: treatment of rows whose time steps back (``row_order``). ``table``, ``instrument``,
-    ``title``: as in the set.
+    Parameters
+    ----------
+    columns : mapping of str to str, optional
+        The files' column of a quantity (``quantities``).
+    units : mapping of str to str, optional
+        The unit of a quantity.
+    sign : {"", "reading-true", "true-reading"}, optional
+        What an error column is.
+    zero : {"", "keep", "shift"}, optional
+        ``shift`` turns the reference's zero to that of the reading.
+    clock_offset_s : float, optional
+        Added to the reference's time it gives the encoder's, s.
+    missing : {"", "drop"}, optional
+        ``drop`` leaves rows without a value out.
+    order : str, optional
+        What becomes of rows whose time goes back (``row_order``).
+    table : Table, optional
+        As in the set.
+    instrument : str, optional
+        What the reference is.
+    standard_uncertainty_arcsec : float, optional
+        Of the reference, arcseconds.
+    title : str, optional
+        One line that names the set.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -58,7 +76,19 @@ class Settings:
 
 @dataclass(frozen=True)
 class Imported:
-    """The set, the source of each column, and the decisions made during the import."""
+    """A set made of recordings.
+
+    Parameters
+    ----------
+    measurement : MeasurementSet
+        The set.
+    mapped : sequence of dict
+        Where each column came from, a mapping by quantity for each file.
+    notes : sequence of str
+        What was decided, one sentence each.
+    clocks : ClockOffset, optional
+        How two logs were brought to one clock.
+    """
 
     measurement: MeasurementSet
     mapped: Sequence[Mapped]
@@ -69,11 +99,34 @@ class Imported:
 def import_recordings(
     recordings: Sequence[FileContent], settings: Settings, choices: Choices
 ) -> Imported:
-    """Make the measurement set of ``recordings``.
+    """Make a measurement set of recordings.
 
     Files with the same quantities are runs of one set. A file with a reading and one with a
     reference are two logs of one motion: their clocks are aligned and the reading is interpolated
-    at the reference's times. Raises MeasurementError, AmbiguousError, ValueError.
+    at the reference's times.
+
+    Parameters
+    ----------
+    recordings : sequence of FileContent
+        What readers made of the files.
+    settings : Settings
+        What a person said of them.
+    choices : Choices
+        Asks what nobody said.
+
+    Returns
+    -------
+    Imported
+        The set, and what was decided.
+
+    Raises
+    ------
+    MeasurementError
+        A field is missing or no number: file, row, column.
+    AmbiguousError
+        A question is open.
+    ValueError
+        The columns make no set, or files contradict each other.
     """
     for recording in recordings:
         for text in recording.notes:

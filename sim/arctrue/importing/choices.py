@@ -10,9 +10,22 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Ambiguous:
-    """One question; ``option`` of the command line answers it with one of ``answers``.
+    """One question that files leave open.
 
-    ``key`` is set for an option that takes ``KEY=ANSWER`` (``--unit head1=counts``).
+    Parameters
+    ----------
+    option : str
+        The option of the command line that answers it.
+    question : str
+        What is asked, for people.
+    answers : sequence of str
+        What may be answered.
+    free_text : bool, optional
+        True: ``answers`` are examples, and any text may be given.
+    numbered : mapping of str to str, optional
+        Answers by the numbers that the question lists them with.
+    key : str, optional
+        Of an option that takes ``KEY=ANSWER`` (``--unit head1=counts``): the key.
     """
 
     option: str
@@ -30,15 +43,43 @@ class Ambiguous:
         return f"{self.option} {self.key}" if self.key else self.option
 
     def option_value(self, answer: str) -> str:
-        """Give the value of the option for ``answer``."""
+        """Write what follows the option.
+
+        Parameters
+        ----------
+        answer : str
+            The answer that is given.
+
+        Returns
+        -------
+        str
+            With the key, where the option takes one.
+        """
         return f"{self.key}={answer}" if self.key else answer
 
     def typed(self, answer: str) -> str:
-        """Give the option with ``answer`` as it is typed in a shell."""
+        """Write the option with an answer, as it is typed in a shell.
+
+        Parameters
+        ----------
+        answer : str
+            The answer that is given.
+
+        Returns
+        -------
+        str
+            Quoted where the shell needs it.
+        """
         return f"{self.option} {shlex.quote(self.option_value(answer))}"
 
     def in_words(self) -> str:
-        """Give the question and the options to type."""
+        """Write the question, and what to type.
+
+        Returns
+        -------
+        str
+            One or more sentences.
+        """
         listed = ", ".join(map(self.typed, self.answers))
         more = "Answer for instance with:" if self.free_text else "Answer with one of:"
         return f"{self.question} {more} {listed}"
@@ -54,7 +95,23 @@ class AmbiguousError(ValueError):
 
 
 def refuse(asked: Ambiguous) -> str:
-    """Refuse the question, as a script must. Raises AmbiguousError."""
+    """Answer as a script does: not at all.
+
+    Parameters
+    ----------
+    asked : Ambiguous
+        The question.
+
+    Returns
+    -------
+    str
+        Never.
+
+    Raises
+    ------
+    AmbiguousError
+        Always.
+    """
     raise AmbiguousError(asked)
 
 
@@ -88,8 +145,16 @@ def open_questions(
 class Choices:
     """Asks questions and records the decisions.
 
-    ``notes``: findings and decisions, one sentence each. ``answers``: options with the answers of
-    the user, as they would be typed. ``given``: the answers by :attr:`Ambiguous.name`.
+    Parameters
+    ----------
+    answer : callable, optional
+        Gives the answer to an Ambiguous as text; without it every question is refused.
+    notes : list of str, optional
+        What was found or decided, one sentence each.
+    answers : list of (str, str), optional
+        Options with the answers that a person gave, as they would be typed.
+    given : dict of str to str, optional
+        The answers by :attr:`Ambiguous.name`.
     """
 
     answer: Callable[[Ambiguous], str] = refuse
@@ -98,7 +163,23 @@ class Choices:
     given: dict[str, str] = field(default_factory=dict)
 
     def ask(self, asked: Ambiguous) -> str:
-        """Return the answer; ask each question once. Raises AmbiguousError without an answer."""
+        """Ask a question, once.
+
+        Parameters
+        ----------
+        asked : Ambiguous
+            The question.
+
+        Returns
+        -------
+        str
+            The answer.
+
+        Raises
+        ------
+        AmbiguousError
+            Nobody answers.
+        """
         if asked.name in self.given:
             return self.given[asked.name]
         answer = self.answer(asked)
@@ -109,6 +190,12 @@ class Choices:
         return answer
 
     def note(self, text: str) -> None:
-        """Add a sentence to the summary, once."""
+        """Keep a sentence for the summary, once.
+
+        Parameters
+        ----------
+        text : str
+            The sentence.
+        """
         if text not in self.notes:
             self.notes.append(text)

@@ -23,12 +23,24 @@ class Known:
 
 @dataclass(frozen=True)
 class FileContent:
-    """One file.
+    """What a reader makes of one file.
 
-    ``columns``: arrays (rows,) of int64, float64 or text. ``lines``: the line of each row in the
-    file; None if the file has no lines (rows then count from 1). ``known``: quantities that the
-    format itself names (as a guide log does). ``notes``: decisions of the reader. ``table``,
-    ``instrument``: what the file states about the table and the reference.
+    Parameters
+    ----------
+    path : Path
+        The file.
+    format : str
+        Name of its format.
+    columns : mapping of str to ndarray, shape (rows,)
+        Of int64, float64 or text, in the file's own units.
+    lines : ndarray of int, shape (rows,), optional
+        The line of each row in the file; without it the first row is row 1.
+    known : mapping of str to Known, optional
+        Quantities that the format itself names, with column and unit.
+    notes : tuple of str, optional
+        What the reader decided, one sentence each.
+    instrument : str, optional
+        What the file says of the reference.
     """
 
     path: Path
@@ -45,16 +57,53 @@ class FileContent:
         return next((column.size for column in self.columns.values()), 0)
 
     def first(self, rows: int) -> FileContent:
-        """Give the same content with only the first ``rows`` rows."""
+        """Take the first rows.
+
+        Parameters
+        ----------
+        rows : int
+            How many.
+
+        Returns
+        -------
+        FileContent
+            The same columns, shorter.
+        """
         lines = None if self.lines is None else self.lines[:rows]
         columns = {name: column[:rows] for name, column in self.columns.items()}
         return replace(self, columns=columns, lines=lines)
 
     def line(self, row: int) -> int:
-        """Give the line number that people see for row 0, 1, …"""
+        """Tell the place of a row for people.
+
+        Parameters
+        ----------
+        row : int
+            0, 1, ….
+
+        Returns
+        -------
+        int
+            Its line in the file, or its number from 1.
+        """
         return row + 1 if self.lines is None else int(self.lines[row])
 
     def fault(self, message: str, row: int | None = None, column: str | None = None) -> Exception:
-        """Make a MeasurementError that names the file and the place of ``row`` 0, 1, … in it."""
+        """Make the error of a place in the file.
+
+        Parameters
+        ----------
+        message : str
+            What was expected, what was found, what to do.
+        row : int, optional
+            0, 1, ….
+        column : str, optional
+            The column's name in the file.
+
+        Returns
+        -------
+        Exception
+            A MeasurementError, to be raised.
+        """
         place = None if row is None else self.line(row)
         return MeasurementError("value", self.path, message, row=place, column=column)

@@ -28,8 +28,16 @@ HEAD_BYTES = 65536
 class ReadSettings:
     """What the user stated about the files; "" or None: not stated.
 
-    ``delimiter``: comma, semicolon, tab or space. ``decimal``: point or comma. ``group``: the table
-    within a file of several tables. ``period_s``: seconds between two rows.
+    Parameters
+    ----------
+    delimiter : {"", "comma", "semicolon", "tab", "space"}, optional
+        Between the columns of a text file.
+    decimal : {"", "point", "comma"}, optional
+        In the numbers of a text file.
+    group : str, optional
+        Where in a file of several tables the columns are.
+    period_s : float, optional
+        Seconds between two rows.
     """
 
     delimiter: str = ""
@@ -42,17 +50,65 @@ class Reader(Protocol):
     """The interface of an entry point."""
 
     def recognises(self, path: Path, head: bytes) -> bool:
-        """True if the file is of this format; ``head``: its first bytes."""
+        """Tell whether a file is of this format.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        head : bytes
+            Its first bytes.
+
+        Returns
+        -------
+        bool
+            True if :meth:`read` can read it.
+        """
         ...
 
     def read(self, path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
-        """Read the columns. Raises MeasurementError (row, column), OSError, AmbiguousError."""
+        """Read the columns of a file.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        settings : ReadSettings
+            What a person said of it.
+        choices : Choices
+            Asks what nobody said.
+
+        Returns
+        -------
+        FileContent
+            Its columns.
+
+        Raises
+        ------
+        MeasurementError
+            The file is damaged: row and column.
+        AmbiguousError
+            A question is open.
+        OSError
+            It cannot be read.
+        """
         ...
 
 
 @cache
 def readers() -> Mapping[str, Reader]:
-    """Give all readers by name. Raises ValueError for a plug-in that cannot be loaded."""
+    """Find all readers.
+
+    Returns
+    -------
+    mapping of str to Reader
+        By name.
+
+    Raises
+    ------
+    ValueError
+        A plug-in cannot be loaded.
+    """
     found: dict[str, Reader] = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         try:
@@ -77,9 +133,32 @@ FALLBACK = "text"
 
 
 def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choices) -> FileContent:
-    """Read the file with the reader ``name``; if name is "", with the reader that recognises it.
+    """Read a file; one that gzip packed is unpacked first.
 
-    Raises MeasurementError, OSError, AmbiguousError, ValueError for a name that no reader has.
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str
+        Name of the reader; "" takes the one that recognises the file.
+    settings : ReadSettings
+        What a person said of it.
+    choices : Choices
+        Asks what nobody said.
+
+    Returns
+    -------
+    FileContent
+        Its columns.
+
+    Raises
+    ------
+    MeasurementError
+        The file is damaged, or a folder.
+    AmbiguousError
+        A question is open.
+    ValueError
+        No reader has that name.
     """
     recording = _unpacked_or_read(path, name, settings, choices)
     if settings.period_s is None or "time" in recording.known:

@@ -41,5 +41,16 @@ class MeasurementError(ValueError):
         self.column = column
 
     def of_file(self, file: Path) -> MeasurementError:
-        """The same fault of ``file``: of the packed one, where an unpacked copy was read."""
+        """Name another file: the packed one, where an unpacked copy was read.
+
+        Parameters
+        ----------
+        file : Path
+            The file that people know.
+
+        Returns
+        -------
+        MeasurementError
+            The same fault, of ``file``.
+        """
         return MeasurementError(self.fault, file, self.message, row=self.row, column=self.column)

@@ -28,12 +28,34 @@ class OverlapError(JoinError):
 def joined(
     sets: Sequence[MeasurementSet], *, times: Times = "", common_columns: bool = False
 ) -> tuple[MeasurementSet, list[str]]:
-    """The rows of all ``sets``, one set after the other, and what was decided, in sentences.
+    """Put the rows of several sets of one table together, one set after the other.
 
-    Run and cycle numbers of later sets are moved on so that each is there once. ``times``:
-    ``after`` lets a set whose clock begins anew follow the one before, ``keep`` takes the times as
-    they are; without it such sets are refused. A reference's own clock is brought to that of its
-    capture. ``common_columns`` leaves out what not all have. Raises JoinError.
+    Run and cycle numbers of later sets are moved on so that each is there once. A reference's own
+    clock is brought to that of its capture.
+
+    Parameters
+    ----------
+    sets : sequence of MeasurementSet
+        Of the same table.
+    times : {"", "after", "keep"}, optional
+        ``after`` lets a set whose clock begins anew follow the one before, ``keep`` takes the times
+        (s) as they are; without it such sets are refused.
+    common_columns : bool, optional
+        Leave out columns that not all sets have.
+
+    Returns
+    -------
+    joined : MeasurementSet
+        All rows.
+    notes : list of str
+        What was decided, one sentence each.
+
+    Raises
+    ------
+    JoinError
+        The sets are of different tables, or have different columns.
+    OverlapError
+        The same rows are there twice.
     """
     names = [str(item.folder or item.title or number) for number, item in enumerate(sets, start=1)]
     notes: list[str] = []

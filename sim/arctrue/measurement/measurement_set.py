@@ -66,7 +66,29 @@ HeadPlace = Annotated[float, Meta(gt=-360, lt=360)]
 
 @dataclass(frozen=True)
 class Table:
-    """The ``[table]`` of measurement.toml; None: not given."""
+    """The ``[table]`` of measurement.toml; None: not given.
+
+    Parameters
+    ----------
+    counts_per_rev : int, optional
+        Counts of one turn.
+    grating_lines : int, optional
+        Lines of the disc.
+    disc_diameter_mm : float, optional
+        Diameter at which the lines are, mm.
+    head_separation_deg : float, optional
+        Angle from head 1 to head 2, degrees.
+    index_detection_arcsec : float, optional
+        Standard uncertainty of how far apart the heads detect the same index mark, arcseconds.
+    drive_gear_teeth : float, optional
+        Teeth of the gear that drives the table; need not be whole.
+    faces : int, optional
+        Faces of the polygon that the reference runs used.
+    index_repeatability_counts : float, optional
+        Standard deviation of one head's index mark from run to run, counts.
+    head_places_deg : tuple of float, optional
+        Angle of every head after head 1, degrees; in place of ``head_separation_deg``.
+    """
 
     counts_per_rev: Annotated[int, Meta(ge=4, le=2**62)] | None = None
     grating_lines: Count | None = None
@@ -179,12 +201,34 @@ class _Rows:
 
 @dataclass(frozen=True)
 class Capture(_Rows):
-    """All heads over time, arrays (n,); the runs stand one after another.
+    """All heads over time; the runs stand one after another.
 
-    ``head3_counts``, ``head4_counts``: None where there is no such head. ``u_arcsec``: standard
-    uncertainty of R₂ − R₁ in each row. ``mask``: True where the row must not be used. ``trusted``:
-    True where the row must be used although it looks like an outlier. ``conditions``: further
-    columns of numbers by their names.
+    Parameters
+    ----------
+    run : ndarray of int, shape (rows,)
+        Number of the run, which goes one way.
+    time_s : ndarray, shape (rows,)
+        Time, s; does not run backwards within a run.
+    head1_counts : ndarray of int, shape (rows,)
+        Reading of head 1, counts, going on past a turn.
+    head2_counts : ndarray of int, shape (rows,)
+        Reading of head 2, counts.
+    temperature_c : ndarray, shape (rows,), optional
+        Temperature, °C.
+    clock_hz : float, optional
+        Clock of the gateware, Hz.
+    u_arcsec : ndarray, shape (rows,), optional
+        Standard uncertainty of R₂ − R₁ in each row, arcseconds.
+    mask : ndarray of bool, shape (rows,), optional
+        True where the row must not be used.
+    trusted : ndarray of bool, shape (rows,), optional
+        True where the row must be used although it looks like an outlier.
+    conditions : mapping of str to ndarray, shape (rows,), optional
+        Further columns of numbers by their names, in their own units.
+    head3_counts : ndarray of int, shape (rows,), optional
+        Reading of head 3, counts.
+    head4_counts : ndarray of int, shape (rows,), optional
+        Reading of head 4, counts.
     """
 
     run: Integer
@@ -215,11 +259,42 @@ class Capture(_Rows):
 
 @dataclass(frozen=True)
 class Reference(_Rows):
-    """Head 1 against a reference, arrays (n,); None: no such column or key.
+    """Head 1 against a reference; None: no such column or key.
 
-    ``u_arcsec``: standard uncertainty of ``error_arcsec`` in each row. ``mask``, ``trusted`` and
-    ``conditions`` as in a capture. ``clock_offset_s``: what has to be added to ``time_s`` to get
-    the time of the capture.
+    Parameters
+    ----------
+    target_deg : ndarray, shape (rows,)
+        Angle that was gone to, degrees.
+    error_arcsec : ndarray, shape (rows,)
+        Reading of head 1 less the angle by the reference, arcseconds.
+    run : ndarray of int, shape (rows,), optional
+        Number of the run.
+    time_s : ndarray, shape (rows,), optional
+        Time, s.
+    cycle : ndarray of int, shape (rows,), optional
+        Number of the cycle.
+    direction : ndarray of int, shape (rows,), optional
+        From where the angle was reached: 1 upwards, -1 downwards.
+    head1_counts : ndarray of int, shape (rows,), optional
+        Reading of head 1, counts.
+    temperature_c : ndarray, shape (rows,), optional
+        Temperature, °C.
+    instrument : str, optional
+        What the reference is, one line.
+    faces : int, optional
+        Faces of the polygon.
+    standard_uncertainty_arcsec : float, optional
+        Of the reference, arcseconds.
+    clock_offset_s : float, optional
+        What has to be added to ``time_s`` to get the time of the capture, s.
+    u_arcsec : ndarray, shape (rows,), optional
+        Standard uncertainty of ``error_arcsec`` in each row, arcseconds.
+    mask : ndarray of bool, shape (rows,), optional
+        True where the row must not be used.
+    trusted : ndarray of bool, shape (rows,), optional
+        True where the row must be used although it looks like an outlier.
+    conditions : mapping of str to ndarray, shape (rows,), optional
+        Further columns of numbers by their names, in their own units.
     """
 
     target_deg: Float
@@ -242,9 +317,16 @@ class Reference(_Rows):
 
 @dataclass(frozen=True)
 class Origin:
-    """How a set was made: the ``command`` that makes it again, and the ``program``'s version.
+    """How a set was made.
 
-    ``notes``: what the program decided and what it left out, one sentence each.
+    Parameters
+    ----------
+    command : str, optional
+        The command that makes it again, one line.
+    program : str, optional
+        Name and version of the program.
+    notes : tuple of str, optional
+        What the program decided and what it left out, one sentence each.
     """
 
     command: str | None = None
@@ -262,8 +344,24 @@ class Origin:
 class MeasurementSet:
     """A whole set.
 
-    ``other``: keys that this version does not know, by their dotted names; ``warnings``: what a
-    person should be told, one sentence each; ``folder``: where it was read from.
+    Parameters
+    ----------
+    table : Table
+        Counts a turn, heads, disc, gear.
+    capture : Capture, optional
+        All heads over time.
+    reference : Reference, optional
+        Head 1 against a reference.
+    title : str, optional
+        One line that names the set.
+    origin : Origin, optional
+        How the set was made.
+    other : mapping, optional
+        Keys that this version does not know, by their dotted names.
+    warnings : tuple of str, optional
+        What a person should know of the data, one sentence each.
+    folder : Path, optional
+        The folder that it was read from.
     """
 
     table: Table

@@ -42,8 +42,26 @@ def read_measurement_set(
 ) -> MeasurementSet:
     """Read a whole set; memory is 8 bytes a field and one block of the file.
 
-    ``capture``, ``reference``: False leaves that file unread. ``progress`` is told how far the
-    reading has come. Raises MeasurementError.
+    Parameters
+    ----------
+    folder : Path or str
+        The folder with ``measurement.toml``.
+    capture : bool, optional
+        False leaves ``capture.csv`` unread.
+    reference : bool, optional
+        False leaves ``reference.csv`` unread.
+    progress : callable, optional
+        Is called with file, bytes read and all bytes after every block.
+
+    Returns
+    -------
+    MeasurementSet
+        The set as its files have it.
+
+    Raises
+    ------
+    MeasurementError
+        A file is missing or wrong: file, row and column, what was expected, what was found.
     """
     folder = Path(folder)
     description = read_description(folder)
@@ -75,7 +93,23 @@ def read_measurement_set(
 
 @contextmanager
 def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
-    """The capture of a set in blocks, checked: for sets that should not be held in memory."""
+    """Read the capture of a set in blocks, checked: for sets too large for the memory.
+
+    Parameters
+    ----------
+    folder : Path or str
+        The folder with ``measurement.toml``.
+
+    Yields
+    ------
+    iterator of dict of str to ndarray, shape (rows,)
+        The columns of each block, in the units of ``capture.csv``.
+
+    Raises
+    ------
+    MeasurementError
+        The set has no capture, or a file is wrong.
+    """
     description = read_description(Path(folder))
     path = data_file(description, "capture")
     if path is None:

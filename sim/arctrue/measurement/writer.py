@@ -47,12 +47,24 @@ _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3
 
 
 def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:
-    """Write ``measurement`` to ``folder``, which is made if it is not there.
+    """Write a set into a folder.
 
     Times are written to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″, temperatures to 1 mK.
 
-    Raises ValueError for a set with neither capture nor reference or a value that is not finite or
-    that the reader refuses as too large, OSError where the folder cannot be written.
+    Parameters
+    ----------
+    folder : Path or str
+        The folder; it is made if it is not there.
+    measurement : MeasurementSet
+        What is written.
+
+    Raises
+    ------
+    ValueError
+        The set has neither capture nor reference, or a value is not finite or larger than the
+        reader takes.
+    OSError
+        The folder cannot be written.
     """
     if measurement.capture is None and measurement.reference is None:
         raise ValueError("a measurement set needs a capture or a reference run")

@@ -10,11 +10,18 @@ import inspect
 import re
 import textwrap
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import pytest
 
-PACKAGES = ("arctrue",)
+PACKAGES = (
+    "arctrue",
+    "arctrue.measurement",
+    "arctrue.importing",
+    "arctrue.calibration",
+    "arctrue.workbench.model",
+)
 """Their ``__all__`` is read."""
 SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
 ARRAYS = ("NDArray", "ArrayLike", "Float]", "Integer")
@@ -68,6 +75,20 @@ def raised(function: Any) -> bool:
     return any(isinstance(node, ast.Raise) and id(node) not in within for node in ast.walk(body))
 
 
+def inline(kind: type) -> dict[str, str]:
+    """What stands as a text below each field of a class, as Sphinx reads it too."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
+    assert isinstance(tree, ast.ClassDef)
+    return {
+        item.target.id: str(text.value.value)
+        for item, text in pairwise(tree.body)
+        if isinstance(item, ast.AnnAssign)
+        and isinstance(item.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+    }
+
+
 def faults(what: Any) -> list[str]:
     """What the docstring does not say."""
     text = inspect.getdoc(what) or ""
@@ -84,6 +105,9 @@ def faults(what: Any) -> list[str]:
             for item in dataclasses.fields(what)
             if not item.name.startswith("_")
         }
+        for name, words in inline(what).items():
+            parameters.setdefault(name, words)
+        wanted |= dict.fromkeys(inline(what), "")
     else:
         signature = inspect.signature(what)
         wanted = {
@@ -101,7 +125,8 @@ def faults(what: Any) -> list[str]:
     found += [
         f"no shape of {name}"
         for name, kind in wanted.items()
-        if any(word in kind for word in ARRAYS) and "shape" not in parameters.get(name, "shape")
+        if any(word in kind for word in ARRAYS)
+        and not re.search(r"shape|\(\w*,", parameters.get(name, "shape"))
     ]
     return found
 

@@ -23,7 +23,23 @@ Channels = dict[str, Number]
 
 @dataclass
 class ModelEffect:
-    """One effect of a model. Coefficients are empty until a fit has found them."""
+    """One effect of a model; coefficients are empty until a fit has found them.
+
+    Parameters
+    ----------
+    name : str
+        Public name of the effect.
+    settings : dict, optional
+        Those that differ from the effect's own.
+    search : dict of str to float, optional
+        Values of the search parameters, in their units.
+    columns : list of str, optional
+        One name a coefficient.
+    coefficients : list of float, optional
+        Fitted values, arcseconds or the effect's own unit.
+    parameters : dict of str to Parameter, optional
+        The same as people read them: value, standard uncertainty, unit.
+    """
 
     name: str
     settings: dict[str, object] = field(default_factory=dict)
@@ -33,10 +49,23 @@ class ModelEffect:
     parameters: dict[str, Parameter] = field(default_factory=dict)
 
     def effect(self, effects: Mapping[str, type[Effect]]) -> Effect:
-        """The effect with its settings.
+        """Make the effect with its settings.
 
-        Raises ValueError for an unknown name, setting or search parameter, and for a search
-        parameter that is missing beside others or lies outside its declared range.
+        Parameters
+        ----------
+        effects : mapping of str to type
+            The class of each effect, by its name.
+
+        Returns
+        -------
+        Effect
+            With these settings.
+
+        Raises
+        ------
+        ValueError
+            A name, setting or search parameter is not known; a search parameter is missing beside
+            others, or lies outside its declared range.
         """
         effect = effect_class(self.name, dict(effects))(**self.settings)
         known = [item.name for item in effect.search]
@@ -61,7 +90,23 @@ class ModelEffect:
         return effect
 
     def term(self, effects: Mapping[str, type[Effect]]) -> Term:
-        """The effect as a term of a fit. Raises ValueError where it has to be searched for yet."""
+        """Make the effect a term of a fit.
+
+        Parameters
+        ----------
+        effects : mapping of str to type
+            The class of each effect, by its name.
+
+        Returns
+        -------
+        Term
+            With its search parameters.
+
+        Raises
+        ------
+        ValueError
+            It has to be searched for yet.
+        """
         effect = self.effect(effects)
         if effect.search and not self.search:
             raise ValueError(f"{self.name}: the model has no search parameters; fit it first")
@@ -94,7 +139,18 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
     head_separation_deg: Number | None = None
 
     def completed(self, other: ModelTable | None) -> ModelTable:
-        """What this one does not say, as ``other`` has it."""
+        """Take what this one does not say from another.
+
+        Parameters
+        ----------
+        other : ModelTable or None
+            Of the same table.
+
+        Returns
+        -------
+        ModelTable
+            What either says.
+        """
         if other is None:
             return self
         return ModelTable(
@@ -105,7 +161,18 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
         )
 
     def differences(self, other: ModelTable) -> list[str]:
-        """What both know and differ in, in words; separations within the mounting are alike."""
+        """List in what two tables differ; separations within the mounting are alike.
+
+        Parameters
+        ----------
+        other : ModelTable
+            That of the set.
+
+        Returns
+        -------
+        list of str
+            In words; empty where both may be the same table.
+        """
         found = []
         ours, theirs = self.counts_per_rev, other.counts_per_rev
         if ours is not None and theirs is not None and ours != theirs:
@@ -120,7 +187,17 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
 
 @dataclass
 class Model:
-    """Effects, where further ones are found, and the history."""
+    """Effects, where further ones are found, and the history.
+
+    Parameters
+    ----------
+    effects : list of ModelEffect
+        In order.
+    history : list of HistoryStep, optional
+        How the error fell.
+    reference_offset_arcsec : float, optional
+        The constant a₀ of the reference, arcseconds.
+    """
 
     effects: list[ModelEffect]
     folders: list[str] = field(default_factory=list)
@@ -133,14 +210,42 @@ class Model:
     """The table that the coefficients belong to; None before a fit, and in old files."""
 
     def names(self) -> list[str]:
-        """Names of the effects, in order."""
+        """List the names of the effects.
+
+        Returns
+        -------
+        list of str
+            In order.
+        """
         return [effect.name for effect in self.effects]
 
     def terms(self, effects: Mapping[str, type[Effect]]) -> list[Term]:
-        """All effects as terms of a fit."""
+        """Make all effects terms of a fit.
+
+        Parameters
+        ----------
+        effects : mapping of str to type
+            The class of each effect, by its name.
+
+        Returns
+        -------
+        list of Term
+            In order.
+
+        Raises
+        ------
+        ValueError
+            One has to be searched for yet.
+        """
         return [effect.term(effects) for effect in self.effects]
 
 
 def default_model() -> Model:
-    """The paper's model: graduation harmonics of orders 1 to 20, α as it is nominally."""
+    """Make the paper's model: graduation harmonics of orders 1 to 20, α as it is nominally.
+
+    Returns
+    -------
+    Model
+        Not fitted yet.
+    """
     return Model([ModelEffect("graduation_harmonics")])
