@@ -7,7 +7,7 @@ from typing import Any
 from arctrue.calibration.axis_orbit import LEAST_HEADS, AxisOrbit, axis_orbit
 from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.calibration.heads_calibration import MeanSettings, calibrate_mean
-from arctrue.cli._figures import figure
+from arctrue.base.figures import figure
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console, tell_warning
 from arctrue.measurement import MeasurementSet

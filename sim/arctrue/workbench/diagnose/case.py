@@ -27,9 +27,10 @@ from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_in_capture
 from arctrue.workbench.inference.forward.search import NOT_WHITE
+from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.significance import SIGNIFICANCE
-from arctrue.workbench.noise.whiteness import whiteness
+from arctrue.workbench.noise.whiteness import LAGS, autocorrelations, whiteness
 
 NEAR_TIE = 6.0
 """BIC by which an effect must be ahead of a product of parts that could stand in for it: odds of
@@ -44,6 +45,9 @@ OF_THE_SAME_KIND = 0.1
 """Share of the first effect's gain and of its mean square: what is left beside it and is larger, a
 third of its size, may be its own shape, that the catalogue does not have. Smaller, it is a matter
 of its own."""
+LEAST_COLOUR = 0.02
+"""Sum of the squares of 20 autocorrelations: what many rows show of noise that the parts of its
+spectrum take but for a fiftieth of the variance changes no σ by more than 1 %."""
 AGAIN = 3
 """Events of one set that are a habit: two may be chance."""
 DEEPEST = 3
@@ -166,6 +170,26 @@ class Case:
                 found = oscillation_in_capture(residuals.solution)
         if found is None or found.rms_arcsec < self.survey.matters_arcsec:
             return None
+        return found
+
+    @property
+    def not_white(self) -> list[str]:
+        """Channels whose whitened residuals are not white, beside any noise that was fitted.
+
+        A dense log has the test of its forward search in place of this.
+        """
+        residuals, findings = self.survey.residuals, self.survey.findings
+        found = []
+        for channel, values, least in (
+            ("capture", residuals.capture_whitened, NOT_WHITE),
+            ("reference", residuals.reference_whitened, FAMILY_WISE / 3.0),
+        ):
+            tests = None if values is None else whiteness(values)
+            if values is None or tests is None or (channel == "reference" and findings.bands):
+                continue
+            square = float(np.sum(autocorrelations(values, min(LAGS, values.size // 4)) ** 2))
+            if tests.autocorrelation_p < least and square > LEAST_COLOUR:
+                found.append(channel)
         return found
 
     @cached_property

@@ -165,6 +165,10 @@ def diagnose(
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}
     second = _second(found.decision, left) if found.verdict == "named" else None
+    if found.named is not None and findings.steps:
+        # What the effect makes at an instant, as a delay does where the speed changes, is no jump.
+        beside = findings_of(found.named.solution, effects)
+        findings = replace(findings, steps=beside.steps)
     return replace(found, before=adding.before, left=left, second=second, findings=findings)
 
 

@@ -11,15 +11,19 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.forward.events import Step, search_steps
+from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
 from arctrue.workbench.inference.forward.of_solution import records_of, records_of_events
 from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_beside, search_record
+from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.solution import Solution
+
+Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
 """Of 1/span: a line over the angle is so wide over time, at about one speed."""
@@ -156,6 +160,8 @@ class Findings:
     """Rates that were searched."""
     oscillation: Oscillation | None = None
     """In the noise of a log with times."""
+    slow: SlowChange | None = None
+    """Beside lines, steps and an even drift, in a reference with times."""
 
     def without(self, one: RegularCause | None) -> Findings:
         """What is left with one of the causes in the model."""
@@ -188,6 +194,9 @@ class Findings:
             "regular": [cause.data() for cause in self.causes],
             "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
+            "slow_change": None
+            if self.slow is None
+            else {"size_arcsec": self.slow.size_arcsec, "length_s": self.slow.length},
             "oscillation": None if self.oscillation is None else self.oscillation.data(),
         }
 
@@ -200,6 +209,11 @@ class Findings:
         if self.steps:
             words = "; ".join(step.words() for step in self.steps)
             found.append(f"Once, which no other part of the record can confirm: {words}.")
+        if self.slow is not None:
+            found.append(
+                f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
+                f"{self.slow.length:.4g} s, is most of what else is left in the reference."
+            )
         if self.oscillation is not None:
             found.append(f"In the noise: {self.oscillation.words()}.")
         return found
@@ -221,12 +235,15 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     bands: list[Band] = []
     steps: list[Jump] = []
     oscillation: Oscillation | None = None
+    slow: SlowChange | None = None
     for record in records_of(solution, declared):
         found = search_record(record)
         whiteness.append(found.whiteness_p)
         bands.append(Band(record.in_time, record.highest))
         if timed and oscillation is None:
             oscillation = oscillation_of(found, "reference")
+        if timed and not bands[1:]:
+            slow = slow_change(record, _columns_of(found))
         if not steps:
             steps = [_jump(step, record, timed=timed) for step in found.steps]
         turns_s = record.turns_on_the_clock if timed else None
@@ -236,11 +253,16 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
             if not any(_is_same(item, other, record) for other in causes)
         ]
     if not bands:
-        steps = _of_stations(solution, timed=timed)
+        steps, slow = _of_stations(solution, timed=timed)
     causes.sort(key=lambda item: -item.taken_arcsec)
     # Over time and over the angle the same rows are looked at: what either finds white is.
     return Findings(
-        tuple(causes), tuple(steps), max(whiteness, default=None), tuple(bands), oscillation
+        tuple(causes),
+        tuple(steps),
+        max(whiteness, default=None),
+        tuple(bands),
+        oscillation,
+        slow,
     )
 
 
@@ -251,21 +273,33 @@ def _jump(step: Step, record: Record, *, timed: bool) -> Jump:
     return replace(found, time_s=float(record.measured[step.row]), turns=None)
 
 
-def _of_stations(solution: Solution, *, timed: bool) -> list[Jump]:
-    """Steps in a reference that is no dense log: stations, or a log of few rows."""
-    found: list[Jump] = []
-    for record in records_of_events(solution):
+def _columns_of(found: LineSearch) -> Float:
+    """Of its lines and steps, shape (rows, k)."""
+    record = found.record
+    lines = record.columns(np.array([line.rate for line in found.lines]))
+    return np.hstack([lines, *(step_column(record, step.row) for step in found.steps)])
+
+
+def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
+    """Steps, and a slow change beside them, in a reference that is no dense log."""
+    jumps: list[Jump] = []
+    slow: SlowChange | None = None
+    for number, record in enumerate(records_of_events(solution)):
         none = np.zeros((record.clock.size, 0))
         steps = search_steps(record, none, noise_beside(record, none))
-        found = [_jump(step, record, timed=timed) for step in steps]
-        if found:
+        if timed and (steps or number == 0):
+            slow = slow_change(
+                record, np.hstack([none, *(step_column(record, step.row) for step in steps)])
+            )
+        if steps:
+            jumps = [_jump(step, record, timed=timed) for step in steps]
             break
-    if timed:
-        return found
-    return [
-        replace(one, turns=None, row=None if one.turns is None else round(one.turns))
-        for one in found
-    ]
+    if not timed:
+        jumps = [
+            replace(one, turns=None, row=None if one.turns is None else round(one.turns))
+            for one in jumps
+        ]
+    return jumps, slow
 
 
 def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:

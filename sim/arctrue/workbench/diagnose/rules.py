@@ -209,13 +209,16 @@ def left_undescribed(case: Case) -> Decision | None:
 
 
 def jumped_or_not_white(case: Case) -> Decision | None:
-    """Nothing has a name, and something jumped once, or what is left of a log is no known noise."""
-    if case.best is not None or not case.survey.findings.not_noise:
+    """Nothing has a name, and something jumped once, or what is left is no known noise."""
+    if case.best is not None:
+        return None
+    found = set(case.not_white) | ({"reference"} if case.survey.findings.not_noise else set())
+    if not found:
         return None
     left = {
         channel: item.excess_arcsec
         for channel, item in case.survey.channels.items()
-        if channel == "reference"
+        if channel in found
     }
     return Decision("unknown", undescribed_arcsec=left)
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.studies.benchmark.independent.sets import independent_set
 from arctrue.workbench.diagnose.report import sentences
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import REFERENCE_NOISE, measurement_set
@@ -101,6 +102,15 @@ def test_without_times_the_row_is_said() -> None:
     (jump,) = found.findings.steps
     assert (jump.time_s, jump.turns, jump.row) == (None, None, 80)
     assert "something jumped at row 80 by" in jump.words()
+
+
+def test_what_a_named_effect_makes_is_no_jump() -> None:
+    """A delay, where the table begins to move another way: steps of the residual without it."""
+    measured, _ = independent_set("moving_reference", "hidden", 101, 1500)
+    found = diagnosis_of(measured)
+    assert found.named is not None
+    assert found.named.name == "latency"
+    assert found.findings.steps == ()
 
 
 def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:

@@ -1,0 +1,57 @@
+"""A slow change of unknown form is said as that: its size and how long it took."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from tests.workbench.base_diagnosis import diagnosis_of
+
+
+def _reference(error_arcsec: np.ndarray, step_s: float, turns: float) -> MeasurementSet:
+    rows = error_arcsec.size
+    reference = Reference(
+        target_deg=np.mod(np.arange(rows) / rows * turns * 360.0, 360.0),
+        error_arcsec=error_arcsec,
+        time_s=np.arange(rows) * step_s,
+        run=np.zeros(rows, dtype=np.int64),
+    )
+    return MeasurementSet(Table(), None, reference)
+
+
+@pytest.mark.parametrize(("rows", "turns"), [(144, 4.0), (1500, 0.01)])
+@pytest.mark.parametrize("periods", [1.6, 2.3])
+def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> None:
+    """3″ up and down, beside 0.3″ of noise; an even drift is taken off it."""
+    random = np.random.default_rng(3)
+    share = np.arange(rows) / rows
+    error = 1.5 * np.cos(2.0 * np.pi * periods * share) + 0.3 * random.normal(size=rows)
+    found = diagnosis_of(_reference(error, 3.0, turns))
+    slow = found.findings.slow
+    assert slow is not None
+    assert slow.length == pytest.approx(3.0 * (rows - 1))
+    drift = np.polyval(np.polyfit(share, error, 1), share)
+    # Of the curve itself, and of what the model's own slow orders take of it.
+    assert 0.5 * float(np.ptp(error - drift)) < slow.size_arcsec < float(np.ptp(error))
+    assert any(text.startswith("A slow change of unknown form") for text in sentences(found))
+    assert diagnosis_data(found, [])["findings"]["slow_change"]["length_s"] == slow.length
+
+
+@pytest.mark.parametrize("rows", [144, 1500])
+def test_white_noise_has_none(rows: int) -> None:
+    random = np.random.default_rng(4)
+    error = random.normal(size=rows)
+    assert diagnosis_of(_reference(error, 3.0, 4.0)).findings.slow is None
+
+
+def test_a_chirp_is_not_silent() -> None:
+    """1″ from 12 to 36 periods an hour in 0.3″ of noise: no line, and no known noise."""
+    random = np.random.default_rng(5)
+    time_s = np.arange(1500) * 2.4
+    share = time_s / 3600.0
+    error = np.cos(2.0 * np.pi * (12.0 + 12.0 * share) * share) + 0.3 * random.normal(size=1500)
+    found = diagnosis_of(_reference(error, 2.4, 0.01))
+    assert found.verdict == "unknown"
+    assert found.findings.causes == ()
