@@ -225,7 +225,7 @@ async def from_edges_to_corrected_edges(dut):
 
 @cocotb.test()
 async def capture_under_stalls_loses_nothing(dut):
-    """A slow processor with stalls: what it reads is whole, what it misses is counted."""
+    """A slow processor with stalls: every turn read is complete, every missed turn is counted."""
     machine = await prepared(dut, stall=0.5, seed=2)
     names = machine.registers
     await names.update("control", capture_enable=1)
@@ -252,7 +252,7 @@ async def capture_under_stalls_loses_nothing(dut):
 
 @cocotb.test()
 async def a_scattered_index_changes_no_capture(dut):
-    """Marks that repeat to ±1 count: every capture is whole, and no fault is told."""
+    """Marks that repeat to ±1 count: every capture is complete, and no fault is reported."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("index_tolerance") == 2
@@ -278,7 +278,7 @@ async def a_scattered_index_changes_no_capture(dut):
         assert await names.read(f"{head}.faults.index_errors") == 0
         fields = await names.read_fields(f"{head}.index")
         assert 0 < abs(fields["interval"] - table.COUNTS_PER_REV) <= 2
-    # The same marks with a tolerance of 1: each difference of 2 is told.
+    # The same marks with a tolerance of 1: each difference of 2 is reported.
     await names.write("index_tolerance", 1)
     end = table.motion(6.0, CLOCKS_PER_COUNT).size
     await machine.turn(table.motion(9.0, CLOCKS_PER_COUNT)[end:])
@@ -474,7 +474,7 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
     rises = np.flatnonzero(np.diff(machine.z) == 1)
     at_z = np.array(machine.output)[rises + 1]
-    # A turn from Z to Z, but for the four counts that the output did not see either.
+    # One turn from Z to Z, except the four counts that the output did not receive either.
     assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
     assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4 * (1 - heal)
     assert np.abs(np.diff(machine.corrected)).max() <= 2
@@ -510,7 +510,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
 
 @cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
-    """One mark 20 counts late, then all in their place: told, and the zero stays."""
+    """One mark 20 counts late, then all in their place: it is reported, and the zero stays."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", compensate=1, output_enable=1)
