@@ -165,7 +165,7 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
 
 
 def _multiplier(cell: dict[str, Any]) -> CellTiming:
-    """A DSP: its registers determine the ends of paths; multiplication and addition count one each."""
+    """A DSP: its registers determine the ends of paths; multiplication and addition each count."""
     timing = CellTiming()
     is_added = bool(_parameter(cell, "PREG"))
     is_multiplied = bool(_parameter(cell, "MREG"))

@@ -29,7 +29,7 @@ from arctrue.table import Motion, PinEvents, RotaryTable
 HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in range(6))
 SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
 TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
-"""Bit number in the levels of :meth:`Instrument.traced`."""
+"""Bits in the levels of :meth:`Instrument.traced`."""
 
 RESET_CLOCKS = 80
 """Reset length in clocks; arctrue_core requires at least 64."""

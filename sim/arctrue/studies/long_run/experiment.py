@@ -207,7 +207,7 @@ def _applied(result: ScenarioResult, place: int) -> dict[str, float]:
 
 
 SETTLED_TURNS = 2
-"""Turns that are captured, and turns with a ramp."""
+"""Turns before the scored ones: the captured turn and that of the ramp."""
 
 
 def _rms(values: Float) -> float:
