@@ -48,7 +48,7 @@ class Machine:
         self.output: list[int] = []
         self.z: list[int] = []
         self.stuck_at: int | None = None
-        """Reading of head 1 from which its wires hold their levels for a period: it is lost."""
+        """From this reading of head 1 its wires hold their levels for a period, which is lost."""
         self.head2_stands = False
         self.head2 = 0
         self.first_time = -1
@@ -64,7 +64,7 @@ class Machine:
             await FallingEdge(self.dut.clock)
 
     def shown(self, reading: int) -> int:
-        """What the wires of head 1 show."""
+        """Levels of the wires of head 1."""
         if self.stuck_at is not None and self.stuck_at <= reading < self.stuck_at + 4:
             return self.stuck_at
         return reading
@@ -502,7 +502,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
         if await names.read("status.capture_ready"):
             captures.append((await names.read_capture()).samples[:, 0])
             await names.command("capture_release")
-    # The first two are of before, and of the turn in which the zero moved.
+    # The first two belong to the time before, and to the turn in which the zero moved.
     samples = captures[-1]
     assert samples.size > table.COUNTS_PER_REV // step
     assert not np.any(samples % step), samples
@@ -527,7 +527,7 @@ async def a_mark_out_of_its_place_moves_nothing(dut):
 @cocotb.test()
 @cocotb.parametrize(swaps=[0, 1])
 async def polarity_and_direction_of_the_pins(dut, swaps: int):
-    """An encoder with A inverted, or exchanged too, before a drive that wants the same of B."""
+    """An encoder with A inverted, or A and B exchanged too, and a drive with the same settings."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("head1_input.pins", invert_a=1, invert_z=1, swap_ab=swaps)
@@ -587,7 +587,7 @@ async def alarm_and_release_of_the_drivers(dut):
 
 @cocotb.test()
 async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
-    """The write that ends `cannot_keep_up` ends the release for it, too; a head's flag goes on."""
+    """The write that ends `cannot_keep_up` also ends its release; a head's flag stays."""
     machine = await prepared(dut)
     names = machine.registers
     await names.command("clear_head1", "clear_head2")
