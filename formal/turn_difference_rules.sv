@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The difference of two angles below the turn equals theirs modulo the turn and is at most half a turn, for any
-// turn of 4 to 2^24 counts and a new pair of angles in every clock. Source: the entity's header.
+// The entity's difference of two angles below the turn equals their true difference modulo the turn and is at most
+// half a turn, for any turn of 4 to 2^24 counts and a new pair of angles in every clock. Source: the entity's header.
 
 module turn_difference_rules (
     input clock, input [23:0] minuend, input [23:0] subtrahend

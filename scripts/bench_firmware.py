@@ -106,7 +106,7 @@ def rows_of(method: str, samples: int, orders: int, counted: dict[str, float]) -
     kept = True
     if (samples, orders) == CASES[0]:
         goal = GOAL_MS[method]
-        comparison += f", goal {goal:g} ms (holds to {goal / low:.1f} cycles an instruction)"
+        comparison += f", goal {goal:g} ms (met up to {goal / low:.1f} cycles per instruction)"
         kept = low <= goal
     return [
         Row(
@@ -128,7 +128,7 @@ def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
     share = number / counted["least_squares"]
     return [
         Row(
-            f"judgement of {JUDGED_ORDERS} loaded orders above the fit, {samples:,} samples: "
+            f"judgement of {JUDGED_ORDERS} loaded orders that are not fitted, {samples:,} samples: "
             "million instructions",
             "10⁶",
             (number / 1e6,),

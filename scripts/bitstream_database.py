@@ -1,4 +1,4 @@
-"""Project X-Ray's database of a chip: tiles, what their bits mean, their wires and connections.
+"""Project X-Ray's database of a chip: tiles, meaning of their bits, wires and connections.
 
 The files and their meaning are Project X-Ray's (its documentation, "Database"): ``tilegrid.json``
 (tiles and where their bits lie), ``segbits_*.db`` (feature to bits), ``ppips_*.db`` (connections
@@ -36,7 +36,7 @@ def _bits(text: str) -> list[Bit]:
 
 
 class TileType:
-    """What the features of one type of tile set, by kind of frames; read from its files."""
+    """Bits that the features of one type of tile set, by kind of frames; read from its files."""
 
     def __init__(self, family: Path, name: str) -> None:
         """``family``: the database's folder of the family."""
@@ -118,14 +118,14 @@ class TileType:
 
     @cached_property
     def permanent(self) -> dict[str, str]:
-        """Wire to what always drives it."""
+        """Give for each wire its permanent driver."""
         return dict(
             entry.split(".", 1) for entry, kind in self.without_bits.items() if kind == ALWAYS
         )
 
     @cached_property
     def defaults(self) -> dict[str, str]:
-        """Wire to what drives it where no feature does: documented, or the choice of all zeros."""
+        """Give each wire's driver without a feature: documented, or the choice of all zeros."""
         found = {
             destination: source
             for destination, _, source in (
@@ -170,7 +170,7 @@ class Chip:
         self._types: dict[str, TileType] = {}
 
     def type(self, name: str) -> TileType:
-        """A type of tile by its name."""
+        """Give a type of tile by its name."""
         if name not in self._types:
             self._types[name] = TileType(self.family, name)
         return self._types[name]
@@ -214,7 +214,7 @@ class Chip:
         return found
 
     def node(self, wire: Wire) -> set[Wire]:
-        """All the wires that are one with ``wire``."""
+        """Give all wires that are connected to ``wire`` without a switch."""
         found = {wire}
         waiting = [wire]
         while waiting:

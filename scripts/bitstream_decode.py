@@ -21,9 +21,9 @@ from scripts.bitstream_slices import Slice, Text
 from scripts.netlist import ToolError
 
 LEAST_BITS: Final = 96
-"""Of every bus of the netlist, so that each is an array of words in Verilator's C++."""
+"""Least width of a bus of the netlist, so that each is an array of words in Verilator's C++."""
 RAM_HALVES: Final = {"L": "FIFO18E1", "U": "RAMB18E1", "FIFO18": "FIFO18E1", "RAMB18": "RAMB18E1"}
-"""By what the wires of a half are called; a site of type RAMBFIFO36E1 is both halves at once."""
+"""Site types by the names of a half's wires; a site of type RAMBFIFO36E1 is both halves at once."""
 RAM_OUTPUT: Final = re.compile(
     r"BRAM_(?P<site>\w+)_DO(?P<parity>P?)(?P<port>[AB])DOP?(?P<half>[LU]?)(?P<bit>\d+)"
 )
@@ -90,7 +90,7 @@ class Decoder:
         return self.net(self.routes.source(tile, pins[pin]), (tile, site, pin))
 
     def net(self, source: Source | None, sink: tuple[str, int, str]) -> str:
-        """The name of what drives a pin."""
+        """Give the name of the net that drives a pin."""
         if source is not None and self._is_idle(source):
             source = None
         if source is None:
@@ -107,7 +107,7 @@ class Decoder:
         return self._nets[key]
 
     def _is_idle(self, source: Source) -> bool:
-        """Whether it is a pin of a DSP that is not in use, whose levels are not known."""
+        """True for a pin of an unused DSP, whose levels are unknown."""
         if source.level is not None or self._site(source.tile, source.site)[0] != "DSP48E1":
             return False
         half = self.chip.type_of(source.tile).sites[source.site]["name"][-1]
@@ -141,7 +141,7 @@ class Decoder:
         return f"inputs[{self._input_bits[name]}]"
 
     def _level_of(self, tile: str, site: int) -> str:
-        """What a pad is at: a wire that is not driven is at what the outside makes of it."""
+        """Give the level of a pad: that of its driver, else that of the outside."""
         port = self._port_of(tile, site)
         if port not in self._wires:
             return self._from_outside(port)
@@ -161,7 +161,7 @@ class Decoder:
         return self.pads.get(name, name)
 
     def _buffer(self, tile: str, site: int, kind: str) -> str:
-        """A clock buffer that lets its input through; anything else is refused."""
+        """Write a clock buffer that passes its input; any other use is refused."""
         there = self.features.of(tile)
         own = self.chip.type_of(tile).sites[site]
         name = f"{kind}.{kind}_{own['name']}" if kind == "BUFHCE" else None
@@ -191,7 +191,7 @@ class Decoder:
         return net if is_straight else f"~{net}"
 
     def _output_logic(self, source: Source) -> str:
-        """What goes through an OLOGICE3 to a pad, or to its enable."""
+        """Give the signal that passes an OLOGICE3 to a pad, or to its enable."""
         there = self.features.of(source.tile)
         found = re.search(r"OLOGIC(\d)", self._site(source.tile, source.site)[1][source.pin])
         assert found
@@ -247,7 +247,7 @@ class Decoder:
         self.made.outputs.append(name)
 
     def finish(self) -> Decoded:
-        """Write what waits, and the whole."""
+        """Write the waiting cells, and then the whole netlist."""
         while self._waiting:
             tile, site, pin = self._waiting.pop()
             kind, _ = self._site(tile, site)
@@ -314,7 +314,7 @@ class Decoder:
         self.text.assignments.append(dsp(f"{name}_dsp", features, pin, out))
 
     def _ram_net(self, tile: str, site: int, pin: str) -> str:
-        """The net at an output of a block RAM, whichever of its sites the wire belongs to."""
+        """Give the net at an output of a block RAM, for any of its sites."""
         found = RAM_OUTPUT.fullmatch(self._site(tile, site)[1][pin])
         if not found:
             raise ToolError(f"{tile}: the output {pin} of a block RAM is not decoded")

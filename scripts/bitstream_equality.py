@@ -52,7 +52,7 @@ MASTER_LINES: Final = (
     *("ARVALID", "ARREADY", "ARID", "ARADDR", "ARLEN", "ARSIZE", "ARBURST"),
     *("RVALID", "RREADY", "RDATA", "RRESP", "RLAST"),
 )
-"""Of the PS7's general purpose master 0 (AXI3); a design that lacks some has them without bits."""
+"""Lines of the PS7's general purpose master 0 (AXI3); lines that a design lacks have width 0."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Port:
     outside does (0 pulls low), or the level."""
 
     def lines(self) -> list[str]:
-        """The names of its bits, as the PS7's pins are named."""
+        """Give the names of its bits, as the PS7's pins are named."""
         is_bus = self.is_processor and self.bits > 1
         return [f"{self.name}{bit}" for bit in range(self.bits)] if is_bus else [self.name]
 
@@ -105,7 +105,7 @@ def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
 
 
 def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
-    """Ports of both directions, each with its first bit of its own bus."""
+    """Give the ports of both directions, each with its first bit in its own bus."""
     return [place for is_input in (True, False) for place in _placed(ports, is_input=is_input)]
 
 
@@ -186,7 +186,7 @@ def without_repeats(netlist: str) -> str:
 
 
 def direct_tristates(netlist: str) -> str:
-    """GHDL puts two wires between an inout and what drives it or leaves it.
+    """Connect an inout directly: GHDL puts two wires between it and its driver or reader.
 
     Verilator handles 1'bz only where it is assigned to the port itself.
     """
@@ -229,7 +229,7 @@ def _kind(port: Port, first: int, clock: int) -> str:
 
 
 def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
-    """C++: what the buses' bits are."""
+    """Write C++ constants that describe the bits of the buses."""
     inputs = _placed(ports, is_input=True)
     heads: dict[str, int] = {}
     rows = []
@@ -295,12 +295,12 @@ class Compared:
 
     @property
     def is_equal(self) -> bool:
-        """Whether no output ever differed."""
+        """True if no output ever differed."""
         return self.figures["different"] == 0
 
 
 def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, folder: Path) -> Path:
-    """The program that runs ``netlist`` (GHDL's Verilog of ``top``) beside what was decoded.
+    """Build the program that runs ``netlist`` (GHDL's Verilog of ``top``) and the decoded netlist.
 
     Raises ToolError where Verilator or the compiler fails.
     """

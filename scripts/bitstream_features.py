@@ -57,7 +57,7 @@ def bits_of_bitstream(bitstream: Path, reader: str, part_file: Path) -> Bits:
 
 
 class Features:
-    """What is enabled in every tile of a chip."""
+    """The enabled features of every tile of a chip."""
 
     def __init__(self, chip: Chip, bits: Bits) -> None:
         """``bits``: of a whole configuration."""
@@ -67,7 +67,7 @@ class Features:
         self._drivers: dict[str, dict[str, str]] = {}
 
     def of(self, tile: str) -> frozenset[str]:
-        """The features of a tile that set bits, by the names of its type in the database."""
+        """Give the features of a tile that set bits, by the names of its type in the database."""
         if tile not in self._found:
             self._found[tile] = self._read(tile)
         return self._found[tile]
@@ -91,7 +91,7 @@ class Features:
         return frozenset(found)
 
     def _ones(self, tile: str, start: int) -> set[tuple[str, int, int]]:
-        """Kind, frame within the tile and bit of what is set there."""
+        """Give kind, frame within the tile and bit of every set bit."""
         found = set()
         for kind, block in self.chip.tiles[tile]["bits"].items():
             base = int(block["baseaddr"], 16)
@@ -110,7 +110,7 @@ class Features:
         return [tile for tile in self.chip.tiles if self.of(tile)]
 
     def drivers(self, tile: str) -> dict[str, str]:
-        """Wire to what drives it by a feature of the tile.
+        """Give for each wire the driver that a feature of the tile selects.
 
         Raises ToolError where two drive one wire.
         """
@@ -129,7 +129,7 @@ class Features:
 
     @staticmethod
     def _only(own: TileType, tile: str, wire: str, drivers: list[str]) -> str:
-        """The one of ``drivers`` whose bits are not among another's."""
+        """Select the one of ``drivers`` whose bits are not a subset of another's."""
 
         def ones(driver: str) -> set[tuple[int, int]]:
             return {

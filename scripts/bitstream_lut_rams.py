@@ -21,18 +21,18 @@ CHAINED_DATA: Final = {"A": ("AI", "B"), "B": ("BI", "D"), "C": ("CI", "D")}
 """Table: its own pin for data input 1, the table whose data input 1 it takes otherwise."""
 ADDRESS_7: Final = ("WA7USED", "CX", {"A": 1, "B": 0, "C": 1, "D": 0})
 ADDRESS_8: Final = ("WA8USED", "BX", {"A": 1, "B": 1, "C": 0, "D": 0})
-"""Feature, its pin of the write address, and the level of it at which each table is written."""
+"""Feature, its pin of the write address, and the level at which each table is written."""
 
 Pin = Callable[[str], str]
 
 
 def is_ram(features: frozenset[str], letter: str) -> bool:
-    """Whether a look-up table is a RAM."""
+    """True if a look-up table is a RAM."""
     return f"{letter}LUT.RAM" in features
 
 
 def is_small(features: frozenset[str], letter: str) -> bool:
-    """Whether a table that is a RAM is two RAMs of 32 words."""
+    """True if a look-up table as RAM is two RAMs of 32 words."""
     return f"{letter}LUT.SMALL" in features
 
 

@@ -22,7 +22,7 @@ from scripts.fasm_frames import frames_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
 UNPACKED = ROOT / "build" / "place_and_route"
-"""What scripts/install_place_and_route.sh makes."""
+"""Folder that scripts/install_place_and_route.sh makes."""
 INSTALL = "Run scripts/install_place_and_route.sh, "
 NEXTPNR = Tool(
     "NEXTPNR",
@@ -39,7 +39,7 @@ FRAMES2BIT = Tool(
     UNPACKED / "bin",
 )
 FASM2FRAMES = Tool("FASM2FRAMES", (), "It is utils/fasm2frames.py of github.com/f4pga/prjxray")
-"""Used only where it is named: scripts/fasm_frames.py does the same but for banks below 3.3 V."""
+"""Used only if it is named: scripts/fasm_frames.py does the same, except for banks below 3.3 V."""
 DATABASE = "PRJXRAY_DB_DIR"
 CHIPDB = "CHIPDB"
 FAMILY = "zynq7"
@@ -67,7 +67,7 @@ def is_himbaechel(nextpnr: str) -> bool:
 
 
 def database_of(part: str) -> tuple[Path | None, str]:
-    """Project X-Ray's folder of the family, or None and what to do."""
+    """Give Project X-Ray's folder of the family, or None and advice."""
     named = os.environ.get(DATABASE)
     folder = Path(named) if named else UNPACKED / "database"
     if not named and not folder.exists():
@@ -83,7 +83,7 @@ def database_of(part: str) -> tuple[Path | None, str]:
 
 
 def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
-    """nextpnr's own database where it is named, and what to do where one is needed and is not."""
+    """Give nextpnr's own database if it is named, and advice if it is needed and missing."""
     named = os.environ.get(CHIPDB)
     if named and not Path(named).exists():
         return None, f"{CHIPDB}={named}: there is no such file"
@@ -99,7 +99,7 @@ def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
 
 
 def timing_of(log: str) -> dict[str, tuple[float, str]]:
-    """Clock to what it reached in MHz and the verdict: the last one, which is after routing."""
+    """Give for each clock its frequency in MHz and the verdict, the last one: after routing."""
     return {
         found["clock"]: (float(found["reached"]), found["verdict"])
         for found in FREQUENCY.finditer(log)
@@ -160,7 +160,7 @@ def check_contents(netlist: Path, top: Top) -> None:
 
 
 def _run(command: Sequence[str], log: Path) -> tuple[int, str]:
-    """Exit code and what was said, which can be followed in the log meanwhile."""
+    """Run a command; give exit code and output, which also goes to the log meanwhile."""
     with log.open("w", encoding="utf-8") as file:
         file.write(f"{' '.join(command)}\n")
         file.flush()
@@ -182,7 +182,7 @@ def _run_step(job: Job, name: str, command: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class Routed:
-    """What place and route makes: FASM, the placed netlist, a sentence about the timing."""
+    """Results of place and route: FASM, the placed netlist, a sentence about the timing."""
 
     fasm: Path
     netlist: Path
@@ -266,7 +266,7 @@ def find_open_tools(part: str) -> OpenTools:
 
 
 def write_frames(job: Job, tools: OpenTools, routed: Routed) -> Path:
-    """The frames of what was routed, completed where nextpnr leaves a feature out, and checked.
+    """Make the frames of a routed design, add features that nextpnr omits, and check them.
 
     Raises ToolError for a feature that the database lacks and for a pin that nothing drives.
     """
@@ -285,7 +285,7 @@ def write_frames(job: Job, tools: OpenTools, routed: Routed) -> Path:
 
 
 def write_bitstream_of(job: Job, tools: OpenTools, routed: Routed) -> None:
-    """From what was routed to the bitstream. Raises ToolError for a step that fails."""
+    """Make the bitstream of a routed design. Raises ToolError for a step that fails."""
     frames = write_frames(job, tools, routed)
     options = ["--part_file", str(tools.family / job.part / "part.yaml")]
     options += ["--part_name", job.part, "--frm_file", str(frames)]
@@ -294,7 +294,7 @@ def write_bitstream_of(job: Job, tools: OpenTools, routed: Routed) -> None:
 
 
 def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
-    """From the mapped netlist to the bitstream; a sentence about the timing.
+    """Make the bitstream of a mapped netlist; return a sentence about the timing.
 
     Raises ToolError for a step that fails, TimingError for a slow clock.
     """

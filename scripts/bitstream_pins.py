@@ -73,7 +73,7 @@ def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[st
 
 
 def open_ram_pins(routes: Routes) -> list[str]:
-    """A sentence for every pin that look-up tables as RAM depend on and that nothing drives."""
+    """Give a sentence for every undriven pin on which look-up tables as RAM depend."""
     faults = []
     for tile, place, own in slices_with_ram(routes.features):
         wires = routes.chip.type_of(tile).sites[place]["site_pins"]
@@ -86,7 +86,7 @@ def open_ram_pins(routes: Routes) -> list[str]:
 
 
 def has_no_source(tile: str, name: str, pin: str) -> bool:
-    """Whether the chip has no wire to a pin: it is a cascade input of the lowest DSP of a column.
+    """True if the chip has no wire to a pin: a cascade input of the lowest DSP of a column.
 
     The DSP must not depend on it: the decoded netlist has random levels there.
     """
@@ -95,7 +95,7 @@ def has_no_source(tile: str, name: str, pin: str) -> bool:
 
 
 def open_pins(routes: Routes) -> list[str]:
-    """A sentence for every pin that nothing drives, and for every tie-off that is inverted."""
+    """Give a sentence for every undriven pin, and for every inverted tie-off."""
     features = routes.features
     chip = features.chip
     faults = open_ram_pins(routes)

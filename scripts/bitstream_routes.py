@@ -1,4 +1,4 @@
-"""Follows the wires of a configured chip from where a signal ends to what drives it."""
+"""Follows the wires of a configured chip from the end of a signal to its driver."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CASCADE: Final = re.compile(r"BRAM_CASCOUT_ADDR(?P<port>ARD|BWR)ADDRU\d+")
 
 @dataclass(frozen=True)
 class Source:
-    """What drives a wire: a pin of a site, or a constant (``level``)."""
+    """The driver of a wire: a pin of a site, or a constant (``level``)."""
 
     tile: str = ""
     site: int = 0
@@ -36,7 +36,7 @@ class Routes:
         self._known: dict[Wire, Source | None] = {}
 
     def source(self, tile: str, wire: str) -> Source | None:
-        """What drives a wire; None where nothing does.
+        """Find the driver of a wire; None if it has none.
 
         Raises ToolError where two do, or where a wire drives itself.
         """
@@ -60,7 +60,7 @@ class Routes:
         return found
 
     def _is_active(self, tile: str, wire: str) -> bool:
-        """Whether a connection that is always there lets its signal through."""
+        """True if a permanent connection passes its signal."""
         found = CASCADE.fullmatch(wire)
         return not found or f"CASCOUT_{found['port']}_ACTIVE" in self.features.of(tile)
 

@@ -21,35 +21,35 @@ SHIFT_CHAIN: Final = {
     "B": ("BI", "DI_CMC31", "C"),
     "C": ("CI", "DI_DMC31", "D"),
 }
-"""Look-up table: its own pin for data, the other choice, the table whose end that is."""
+"""By look-up table: its own data pin, the alternative choice, the table that drives the latter."""
 
 
 @dataclass
 class Text:
-    """Verilog in the making: declarations, assignments, statements by the edge they wait for."""
+    """Collects Verilog: declarations, assignments, and statements by their clock edge."""
 
     declarations: list[str] = field(default_factory=list)
     assignments: list[str] = field(default_factory=list)
     clocked: dict[str, list[str]] = field(default_factory=dict)
 
     def wire(self, name: str, expression: str) -> str:
-        """A wire and what it is; returns its name."""
+        """Declare a wire with this expression; return its name."""
         self.declarations.append(f"wire {name};")
         self.assignments.append(f"assign {name} = {expression};")
         return name
 
     def register(self, name: str, bits: int, initial: int) -> str:
-        """A register and its level at the start; returns its name."""
+        """Declare a register with this initial level; return its name."""
         self.declarations.append(f"reg [{bits - 1}:0] {name} = {bits}'d{initial};")
         return name
 
     def at(self, edge: str, statement: str) -> None:
-        """A statement at the edge (``posedge clock``) of a clock."""
+        """Add a statement at an edge (``posedge clock``) of a clock."""
         self.clocked.setdefault(edge, []).append(statement)
 
 
 class Slice:
-    """One slice; signals are made when they are asked for, each once."""
+    """One slice; each signal is written once, when it is first used."""
 
     def __init__(
         self,
@@ -124,7 +124,7 @@ class Slice:
         init = vector(self.features, f"{letter}LUT.INIT") & ((1 << (1 << inputs)) - 1)
         pins = [self._pin(f"{letter}{place}") for place in range(1, inputs + 1)]
         free: list[str] = []
-        # Constant inputs first, so that what is left is a table of what changes.
+        # Insert constant inputs first, so that the remaining table has only variable inputs.
         for place in reversed(range(inputs)):
             if pins[place] in ("1'b0", "1'b1"):
                 init = _halve(init, place, len(free) + place + 1, pins[place] == "1'b1")
@@ -207,7 +207,7 @@ class Slice:
         return full
 
     def _f7(self, letter: str) -> str:
-        """Of A and B where ``letter`` is A, of C and D where it is C: the lower where X is 1."""
+        """Wide multiplexer of A and B (``letter`` A) or of C and D (C); X = 1 selects the lower."""
         upper = LETTERS[LETTERS.index(letter) + 1]
 
         def make() -> str:
@@ -256,7 +256,7 @@ class Slice:
         def make() -> str:
             initial = int(f"{register}.ZINI" not in self.features)
             full = self._text.register(f"{self.name}_{register}", 1, initial)
-            # The name stands before its data is looked for: the data may depend on it.
+            # Set the name before reading the data, because the data may depend on it.
             self._made[register] = full
             self._text.at(self._edge(), self._update(register, letter, full))
             return full
@@ -282,7 +282,7 @@ class Slice:
 
 @cache
 def _halve(table: int, place: int, inputs: int, level: bool) -> int:
-    """A table of ``inputs`` bits with the input at ``place`` held at a level."""
+    """Reduce a table of ``inputs`` bits by holding the input at ``place`` at a level."""
     halved = 0
     for index in range(1 << (inputs - 1)):
         low = index & ((1 << place) - 1)

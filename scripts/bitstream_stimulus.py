@@ -18,19 +18,19 @@ from arctrue.generated import number_formats, registers
 from scripts.bitstream_accesses import WORD, Access, Answer, Burst, Response
 
 BASE: Final = 0x4000_0000
-"""Of the core in the processor's addresses, rtl/top/axi3_to_axi_lite.vhd."""
+"""Base address of the core for the processor, rtl/top/axi3_to_axi_lite.vhd."""
 BUS_BEYOND: Final = 0x4004_0000
 WORDS_A_LANE: Final = 4
 SETTLED_CLOCKS: Final = 300
 """A re-arm takes 128 clocks, ``command.rearm``."""
 CLOCKS_A_ROUND: Final = 20_000
-"""About: what CLOCKS are divided by."""
+"""Approximate clocks per round: CLOCKS divided by this give the number of rounds."""
 MIXED: Final = 220
 """Steps of the mixture in a round."""
 COUNTS_A_TURN: Final = 96
-"""Of the encoders of bench.cpp."""
+"""Counts per turn of the encoders of bench.cpp."""
 FILLINGS: Final = 8
-"""Of a bank to its end: positions of both signs come into every part of both."""
+"""Number of fillings of a bank: every part of both banks gets positions of both signs."""
 FEWEST_CORRECTIONS: Final = 50
 """Different values of the correction that must have been read: those of every lane are in it."""
 FEWEST_SAMPLES: Final = 100
@@ -46,7 +46,7 @@ CORRECTING: Final = registers.CONTROL_COMPENSATE_MASK | registers.CONTROL_OUTPUT
 
 @dataclass(frozen=True)
 class Core:
-    """What the core was built with."""
+    """Generics of the core."""
 
     lanes: int
     depth: int
@@ -62,13 +62,13 @@ class Core:
 
 
 def questions() -> list[Access]:
-    """Accesses that ask the core what it was built with."""
+    """Give accesses that read the generics of the core."""
     places = (registers.CORE_CONFIGURATION_ADDRESS, registers.PIPELINE_ADDRESS)
     return [Access("n", data=SETTLED_CLOCKS), *(Access("r", BASE + place) for place in places)]
 
 
 def core_of(answers: Sequence[Answer]) -> Core:
-    """From the answers to ``questions``."""
+    """Read the generics from the answers to ``questions``."""
     configuration, pipeline = (answer.data for answer in answers)
 
     def field(word: int, name: str) -> int:
@@ -83,7 +83,7 @@ def core_of(answers: Sequence[Answer]) -> Core:
 
 
 def stored(address: int, value: int) -> int:
-    """What a word of coefficients reads as after a write, by the register map."""
+    """Give the read-back of a coefficient word after a write, by the register map."""
     word = (address - registers.COEFFICIENTS_ADDRESS) // 4 % WORDS_A_LANE
     if address == registers.COEFFICIENT_OFFSET_ADDRESS or word == 3:
         sign = 1 << (number_formats.AMPLITUDE_WIDTH - 1)
@@ -132,7 +132,7 @@ class Stimulus:
         return Access("r", BASE + address, beats=beats, together=self._one_in(2))
 
     def _full_banks(self) -> Iterator[Access]:
-        """A sample a clock until a bank is full, some times; each is read at random places."""
+        """Capture a sample per clock until a bank is full, several times; read random places."""
         yield self._write(registers.COUNTS_PER_REV_ADDRESS, 1 << 24)
         yield self._write(registers.FILTER_LENGTH_ADDRESS, 2)
         yield self._write(registers.SAMPLE_PERIOD_ADDRESS, 1)
@@ -159,7 +159,7 @@ class Stimulus:
         return max(4, self._of_any_size(24))
 
     def _setting(self) -> dict[int, int]:
-        """A value for every setting with which the core still counts."""
+        """Give a value for every setting with which the core still counts."""
         draw = self._random
         pins = [draw.getrandbits(4) if self._one_in(2) else 0 for _ in range(3)]
         filters = [self._random.randrange(8) << 8 if self._one_in(3) else 0 for _ in range(2)]
@@ -285,7 +285,7 @@ class Stimulus:
         yield self._write(address, value)
 
     def _odd(self) -> Iterator[Access]:
-        """What the bus or the map refuses, and bursts of other kinds and sizes."""
+        """Give accesses that the bus or the map refuses, and bursts of other kinds and sizes."""
         draw = self._random
         anywhere = BASE + 4 * draw.randrange(1 << 16)
         scratch = BASE + registers.SCRATCH_ADDRESS
@@ -310,12 +310,12 @@ class Stimulus:
 
 
 def accesses_of(core: Core, clocks: int, seed: int) -> list[Access]:
-    """For about so many clocks."""
+    """Give accesses for about this number of clocks."""
     return Stimulus(core, seed).accesses(-(-clocks // CLOCKS_A_ROUND))
 
 
 def shortfalls(core: Core, accesses: Sequence[Access], answers: Sequence[Answer]) -> list[str]:
-    """Sentences about what the accesses did not reach, or found otherwise than the map says."""
+    """Give sentences about what the accesses did not reach, or read contrary to the map."""
     asked = {BASE + address: address for address in core.coefficients}
     held = dict.fromkeys(core.coefficients, 0)
     written: set[int] = set()

@@ -1,4 +1,4 @@
-"""``make verify-bitstream``: checks that a bitstream computes what the VHDL says.
+"""``make verify-bitstream``: checks that a bitstream computes the same as its VHDL.
 
 The finished bitstream is decoded back into a netlist, all of it but the PS7, and run beside GHDL's
 netlist of the VHDL that it was made of, with the same random levels and, where there is a core, the
@@ -53,7 +53,7 @@ BITREAD = Tool(
 
 @dataclass(frozen=True)
 class Design:
-    """What a bitstream was made of: GHDL's netlist, and the same mapped by Yosys."""
+    """Sources of a bitstream: GHDL's netlist, and the same mapped by Yosys."""
 
     top: str
     netlist: Path
@@ -105,7 +105,7 @@ def decode(
 
 
 def faults_of(compared: Compared, *, are_rams_written: bool = True) -> list[str]:
-    """Sentences about what speaks against a bitstream, or against the test of it.
+    """Give sentences about faults of a bitstream, or of its test.
 
     ``are_rams_written`` is False where the design writes constants into its look-up tables as RAM:
     then their outputs need not move.
@@ -125,7 +125,7 @@ def faults_of(compared: Compared, *, are_rams_written: bool = True) -> list[str]
 
 
 def run_core(bench: Path, clocks: int, seed: int) -> tuple[Compared, list[str]]:
-    """Run it with accesses to the core that it has; and sentences about what they did not reach.
+    """Run it with accesses to its core; also give sentences about what these did not reach.
 
     Raises ToolError as ``run`` does.
     """

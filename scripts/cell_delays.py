@@ -54,7 +54,7 @@ DSP_MULTIPLY_THROUGH_NS: Final = 3.9
 
 @dataclass(frozen=True)
 class Arc:
-    """From one bit to another within a cell; ``levels`` counts LUTs, ``multipliers`` DSPs."""
+    """A path between two bits of a cell; ``levels`` counts LUTs, ``multipliers`` DSPs."""
 
     start: int
     end: int
@@ -64,12 +64,12 @@ class Arc:
     is_carry_entry: bool = False
     """From a LUT or a register into a carry chain."""
     is_direct: bool = False
-    """Always from a neighbour in the slice, without a wire."""
+    """The arc starts at a neighbour in the slice and needs no wire."""
 
 
 @dataclass(frozen=True)
 class Pin:
-    """Where a path begins (``delay_ns`` after the clock) or ends (that much before it)."""
+    """The start of a path (``delay_ns`` after the clock) or its end (``delay_ns`` before it)."""
 
     bit: int
     delay_ns: float
@@ -78,7 +78,7 @@ class Pin:
 
 @dataclass
 class CellTiming:
-    """What one cell adds to the paths of a netlist."""
+    """Starts, ends and arcs that one cell adds to the paths of a netlist."""
 
     begins: list[Pin] = field(default_factory=list)
     ends: list[Pin] = field(default_factory=list)
@@ -86,7 +86,7 @@ class CellTiming:
 
 
 def wire_ns(fan_out: int) -> float:
-    """The guess for a net with so many loads."""
+    """Estimate the delay of a net with this number of loads."""
     return WIRE_NS + WIRE_DOUBLING_NS * math.log2(max(fan_out, 1))
 
 
@@ -106,7 +106,7 @@ def _parameter(cell: dict[str, Any], name: str) -> int:
 
 
 def _clocked(cell: dict[str, Any], out_ns: float, setup_ns: float) -> CellTiming:
-    """A cell whose inputs all end and whose outputs all begin paths."""
+    """A cell at whose inputs all paths end, and at whose outputs all paths begin."""
     timing = CellTiming()
     for port in _ports(cell, "output"):
         timing.begins += [Pin(bit, out_ns) for bit in _bits(cell, port)]
@@ -118,7 +118,7 @@ def _clocked(cell: dict[str, Any], out_ns: float, setup_ns: float) -> CellTiming
 
 
 def _through(cell: dict[str, Any], delay_ns: float, levels: int) -> CellTiming:
-    """Every input to every output."""
+    """A cell with a path from every input to every output."""
     arcs = [
         Arc(start, end, delay_ns, levels)
         for source in _ports(cell, "input")
@@ -130,7 +130,7 @@ def _through(cell: dict[str, Any], delay_ns: float, levels: int) -> CellTiming:
 
 
 def _wide_multiplexer(cell: dict[str, Any]) -> CellTiming:
-    """Two LUTs of the slice, or two of these, and a choice that comes by wire."""
+    """A multiplexer of two LUTs of the slice, or of two multiplexers; its select comes by wire."""
     arcs = [
         Arc(start, end, MULTIPLEXER_NS, is_direct=port != "S")
         for port in ("I0", "I1", "S")
@@ -154,7 +154,7 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
             end = bits[place]
             timing.arcs += [Arc(bit, end, through) for bit in _bits(cell, "CI")]
             entries = _bits(cell, "CYINIT")
-            # A carry of the same place does not enter its own sum.
+            # A place's own S and DI do not affect its sum through the carry.
             below = {"S": place + 1, "DI": place + (port == "CO")}
             for source, count in below.items():
                 entries += [
@@ -165,7 +165,7 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
 
 
 def _multiplier(cell: dict[str, Any]) -> CellTiming:
-    """Registers tell where a path ends; multiplication and addition count as one DSP each way."""
+    """A DSP: its registers determine the ends of paths; multiplication and addition each count."""
     timing = CellTiming()
     is_added = bool(_parameter(cell, "PREG"))
     is_multiplied = bool(_parameter(cell, "MREG"))
@@ -203,7 +203,7 @@ def _multiplier(cell: dict[str, Any]) -> CellTiming:
 
 
 def _lut_ram(cell: dict[str, Any]) -> CellTiming:
-    """Written with the clock, read without it."""
+    """A LUT as RAM: writes are clocked, reads are not."""
     written = [port for port in _ports(cell, "input") if re.match(r"DI|D$|WE|ADDRD$", port)]
     timing = _clocked(cell, LUT_RAM_OUT_NS, MEMORY_SETUP_NS)
     addresses = [
@@ -218,7 +218,7 @@ def _lut_ram(cell: dict[str, Any]) -> CellTiming:
 
 
 def timing_of(cell: dict[str, Any]) -> CellTiming:
-    """Beginnings, ends and arcs of a cell of Yosys' JSON; raises ValueError for an unknown one."""
+    """Give starts, ends and arcs of a cell of Yosys' JSON; raises ValueError for an unknown one."""
     kind = str(cell["type"]).removeprefix("\\")
     if FLIP_FLOP.fullmatch(kind):
         return _clocked(cell, FLIP_FLOP_OUT_NS, 0.0)

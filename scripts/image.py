@@ -29,11 +29,13 @@ BRANCH_TO_ITSELF = 0xEAFF_FFFE
 WIDTH_DETECTION = 0xAA99_5566
 SIGNATURE = 0x584C_4E58  # "XLNX"
 HEADER_VERSION = 0x0101_0000
-RESERVED = 0  # mkimage of U-Boot, whose images boot from QSPI too, takes nothing else
+RESERVED = 0  # the only value that mkimage of U-Boot accepts, whose images also boot from QSPI
 FIRST_CHECKED, CHECKSUM = 0x20, 0x48
 REGISTER_TABLE, REGISTER_PAIRS = 0xA0, 256
 NO_REGISTER = 0xFFFF_FFFF
-PROGRAM_OFFSET = 0x8C0  # the first that the boot ROM takes: after the table, a multiple of 64
+PROGRAM_OFFSET = (
+    0x8C0  # the lowest offset that the boot ROM accepts: after the table, a multiple of 64
+)
 PROGRAM_ALIGNMENT = 64
 ENTRY_ALIGNMENT = 64
 ERASED = b"\xff"
@@ -43,16 +45,16 @@ BEFORE_SYNC = 48  # bytes of dummy words and width detection that the configurat
 
 
 class ImageError(Exception):
-    """Why no image can be made, in words for the person at the keyboard."""
+    """The reason why no image can be made, in words for the user."""
 
 
 def padded(data: bytes, multiple: int) -> bytes:
-    """Filled up with what an erased flash holds."""
+    """Pad with the content of an erased flash."""
     return data + ERASED * (-len(data) % multiple)
 
 
 def boot_image(program: bytes, entry: int) -> bytes:
-    """Header and program; the program is loaded to address 0 and started at ``entry``.
+    """Make header and program; the program is loaded to address 0 and started at ``entry``.
 
     Raises:
         ImageError: the program does not fit, or does not start inside itself at a multiple of 64.
@@ -78,21 +80,21 @@ def boot_image(program: bytes, entry: int) -> bytes:
 
 
 def header_constants() -> dict[str, int]:
-    """What the firmware expects of the bitstream's header, from its own source."""
+    """Read the constants of the bitstream's header from the firmware's source."""
     text = FABRIC_IMAGE.read_text("utf-8")
     found = re.findall(r"^#define FABRIC_IMAGE_(\w+) (0x[0-9A-F]+|\d+)U$", text, re.MULTILINE)
     return {name: int(value, 0) for name, value in found}
 
 
 def flash_map() -> dict[str, int]:
-    """What lies where in the flash, from the firmware's own source; bytes."""
+    """Read the places of the flash from the firmware's source; bytes."""
     text = FLASH_MAP.read_text("utf-8")
     found = re.findall(r"^#define FLASH_MAP_(\w+) (0x[0-9A-F]+)U$", text, re.MULTILINE)
     return {name: int(value, 0) for name, value in found}
 
 
 def fabric_image(bitstream: bytes, source: str) -> bytes:
-    """Header of the firmware's own, then the bitstream as the configuration port takes it.
+    """Make the firmware's own header, followed by the bitstream for the configuration port.
 
     ``bitstream`` is a .bit or a raw .bin, both with the most significant byte of a word first.
 
@@ -114,7 +116,7 @@ def fabric_image(bitstream: bytes, source: str) -> bytes:
 
 
 def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str = "") -> bytes:
-    """All that is written to the flash from its beginning on.
+    """Make the whole content of the flash from its beginning on.
 
     Raises:
         ImageError: see ``boot_image`` and ``fabric_image``.
@@ -130,7 +132,7 @@ def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str
 
 
 def program_of(elf: Path) -> tuple[bytes, int]:
-    """The bytes of the on-chip memory from address 0 on, and the address of the first instruction.
+    """Give the bytes of the on-chip memory from address 0 on, and the first instruction's address.
 
     Raises:
         ImageError: there is no such file, or it is not an ELF of the firmware.

@@ -1,6 +1,6 @@
 """Writes docs/effects.md, the catalogue of physical effects, from the effects' declarations.
 
-What the lanes leave of each is in docs/data/taken_away.json (scripts/measure_taken_away.py).
+docs/data/taken_away.json contains the error that the lanes leave (scripts/measure_taken_away.py).
 
 Run ``python -m scripts.make_effects_page``; with ``--check`` nothing is written, and a page that
 differs from the declarations is named (exit code 1).
@@ -57,7 +57,7 @@ is 3.82″.
 
 
 def compensation_words(effect: type[Effect]) -> str:
-    """Whether the gateware can take the effect away, in words."""
+    """State whether the gateware can correct the effect."""
     words = COMPENSATED[effect.compensation]
     return f"{words}; {effect.compensation_note}" if effect.compensation_note else words
 
@@ -78,7 +78,7 @@ def _summary(effects: dict[str, type[Effect]]) -> list[str]:
 
 
 def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
-    """Who takes each effect away, and what is left: as measured on simulated tables."""
+    """Tabulate what corrects each effect, and the remaining error, from simulated tables."""
     measured = stored()
     lines = [
         "",

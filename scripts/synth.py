@@ -198,9 +198,9 @@ def report_folds(
     folder: Path,
     generics: Mapping[str, int | str] | None = None,
 ) -> tuple[dict[int, Resources], list[str]]:
-    """Map the core for each of ``folds``, write and print their table beside ``unfolded``.
+    """Map the core for each of ``folds``; write and print a table that also has ``unfolded``.
 
-    ``generics``: others than FOLD, the same for all.
+    ``generics``: other generics than FOLD, the same for all.
     Returns the resources by fold and what is exceeded. Raises ToolError.
     """
     cores = {1: unfolded} if unfolded else {}

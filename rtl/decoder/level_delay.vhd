@@ -2,8 +2,8 @@
 --
 -- # level_delay
 --
--- Delays A, B and Z of a head together by 0 to 255 clocks. This compensates a slower electronics of
--- another head: 100 ns at 90 degrees per second are 0.032 arcsec.
+-- Delays A, B and Z of a head together by 0 to 255 clocks. This compensates the longer delay of another head's
+-- electronics: 100 ns at 90 degrees per second are 0.032 arcsec.
 --
 -- **Latency.** `delay` clocks from `levels` to `delayed`, 0 included. A change of `delay` takes effect 2 clocks later and skips
 -- or repeats levels, so change it only while the table stands.

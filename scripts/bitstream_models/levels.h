@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Single lines of a bus of words, and random numbers.
+// Accesses single lines of a bus that is stored in words, and draws random numbers.
 
 #pragma once
 

@@ -48,7 +48,7 @@ class Machine:
         self.output: list[int] = []
         self.z: list[int] = []
         self.stuck_at: int | None = None
-        """Reading of head 1 from which its wires hold their levels for a period: it is lost."""
+        """From this reading of head 1 its wires hold their levels for a period, which is lost."""
         self.head2_stands = False
         self.head2 = 0
         self.first_time = -1
@@ -64,7 +64,7 @@ class Machine:
             await FallingEdge(self.dut.clock)
 
     def shown(self, reading: int) -> int:
-        """What the wires of head 1 show."""
+        """Levels of the wires of head 1."""
         if self.stuck_at is not None and self.stuck_at <= reading < self.stuck_at + 4:
             return self.stuck_at
         return reading
@@ -225,7 +225,7 @@ async def from_edges_to_corrected_edges(dut):
 
 @cocotb.test()
 async def capture_under_stalls_loses_nothing(dut):
-    """A slow processor with stalls: what it reads is whole, what it misses is counted."""
+    """A slow processor with stalls: every turn read is complete, every missed turn is counted."""
     machine = await prepared(dut, stall=0.5, seed=2)
     names = machine.registers
     await names.update("control", capture_enable=1)
@@ -252,7 +252,7 @@ async def capture_under_stalls_loses_nothing(dut):
 
 @cocotb.test()
 async def a_scattered_index_changes_no_capture(dut):
-    """Marks that repeat to ±1 count: every capture is whole, and no fault is told."""
+    """Marks that repeat to ±1 count: every capture is complete, and no fault is reported."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("index_tolerance") == 2
@@ -278,7 +278,7 @@ async def a_scattered_index_changes_no_capture(dut):
         assert await names.read(f"{head}.faults.index_errors") == 0
         fields = await names.read_fields(f"{head}.index")
         assert 0 < abs(fields["interval"] - table.COUNTS_PER_REV) <= 2
-    # The same marks with a tolerance of 1: each difference of 2 is told.
+    # The same marks with a tolerance of 1: each difference of 2 is reported.
     await names.write("index_tolerance", 1)
     end = table.motion(6.0, CLOCKS_PER_COUNT).size
     await machine.turn(table.motion(9.0, CLOCKS_PER_COUNT)[end:])
@@ -474,7 +474,7 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
     rises = np.flatnonzero(np.diff(machine.z) == 1)
     at_z = np.array(machine.output)[rises + 1]
-    # A turn from Z to Z, but for the four counts that the output did not see either.
+    # One turn from Z to Z, except the four counts that the output did not receive either.
     assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
     assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4 * (1 - heal)
     assert np.abs(np.diff(machine.corrected)).max() <= 2
@@ -502,7 +502,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
         if await names.read("status.capture_ready"):
             captures.append((await names.read_capture()).samples[:, 0])
             await names.command("capture_release")
-    # The first two are of before, and of the turn in which the zero moved.
+    # The first two belong to the time before, and to the turn in which the zero moved.
     samples = captures[-1]
     assert samples.size > table.COUNTS_PER_REV // step
     assert not np.any(samples % step), samples
@@ -510,7 +510,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
 
 @cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
-    """One mark 20 counts late, then all in their place: told, and the zero stays."""
+    """One mark 20 counts late, then all in their place: it is reported, and the zero stays."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", compensate=1, output_enable=1)
@@ -527,7 +527,7 @@ async def a_mark_out_of_its_place_moves_nothing(dut):
 @cocotb.test()
 @cocotb.parametrize(swaps=[0, 1])
 async def polarity_and_direction_of_the_pins(dut, swaps: int):
-    """An encoder with A inverted, or exchanged too, before a drive that wants the same of B."""
+    """An encoder with A inverted, or A and B exchanged too, and a drive with the same settings."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("head1_input.pins", invert_a=1, invert_z=1, swap_ab=swaps)
@@ -587,7 +587,7 @@ async def alarm_and_release_of_the_drivers(dut):
 
 @cocotb.test()
 async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
-    """The write that ends `cannot_keep_up` ends the release for it, too; a head's flag goes on."""
+    """The write that ends `cannot_keep_up` also ends its release; a head's flag stays."""
     machine = await prepared(dut)
     names = machine.registers
     await names.command("clear_head1", "clear_head2")

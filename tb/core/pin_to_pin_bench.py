@@ -1,4 +1,4 @@
-"""cocotb test of the whole core: how long an edge takes from head 1's pins to the output's pins."""
+"""cocotb test of the whole core: the delay of an edge from head 1's pins to the output's pins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The watch of the processor in VHDL: silent exactly where nothing was told for the limit."""
+"""The watch of the processor in VHDL: it turns silent exactly when the limit has passed."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ def test_core() -> None:
 
 
 def test_folded_core() -> None:
-    """The way of the data with one pipeline for four lanes, and what the registers tell of it."""
+    """The core with one pipeline for four lanes, and the registers that state it."""
     for testcase in (
         "from_edges_to_corrected_edges",
         "illegal_accesses_are_refused",

@@ -1,4 +1,4 @@
-"""cocotb tests of level_delay: what comes out came in so many clocks before."""
+"""cocotb tests of level_delay: outputs equal the inputs of the set number of clocks before."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ async def faults_of_unrelated_edges(dut: Any) -> None:
 
 @cocotb.test()
 async def a_period_ahead(dut: Any) -> None:
-    """Levels that run ahead of edges that stand: told at the fourth count, not at the third."""
+    """Levels run ahead of standing edges: the fault comes at the fourth count, not the third."""
     for name in ("a", "b", "comes", "moves", "up", "down", "breaks_order", "misplaced", "clear"):
         getattr(dut, name).value = 0
     dut.stands.value = 1

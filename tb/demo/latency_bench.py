@@ -1,4 +1,4 @@
-"""One step of the angle through the units of the compensation: when does each answer?"""
+"""Measures when each unit of the compensation answers a step of the angle."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.studies.demo.files import DemoFiles
 OUTPUTS = ("phases", "pair_sums", "delayed_angle", "corrected_angle")
 # From 1/8 to 3/8 of a turn: every output changes.
 BEFORE, AFTER = 1 << 21, 3 << 21
-# The ramp from no correction at the start ends within this.
+# The ramp from the initial zero correction ends within this time.
 SETTLE_CLOCKS = 12_000
 
 

@@ -1,4 +1,4 @@
-"""What the player plays, the recorder writes: the same file comes back."""
+"""The recorder writes exactly the file that the player plays."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Two or four heads of encoder_source, decoded here and beside the equation in float64."""
+"""Two to four heads of encoder_source: their signals are decoded here and compared with float64."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AMPLITUDES = (9, 4)
 TURNS = (0.334, 0.668)
 LATENCY = 35
 CLOCKS = 15_600
-"""Two turns of 6,400 clocks, and what passes before the first index."""
+"""Two turns of 6,400 clocks, and the time before the first index."""
 
 BOUND_COUNTS = 1.6
 """The true angle is cut to a count (1); reading (0.5) and coefficients (0.1) are rounded."""

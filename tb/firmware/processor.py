@@ -28,7 +28,7 @@ class BusError(RuntimeError):
 
 
 class SimulatedCore:
-    """What the firmware reads and writes; its calls come from a thread of their own."""
+    """Performs the firmware's register accesses, which come from another thread."""
 
     def __init__(self, dut: HierarchyObject, on_capture: Callable[[], None]) -> None:
         """``on_capture`` is called before a bank is read."""
@@ -91,16 +91,16 @@ class Processor:
         return answer
 
     async def start(self) -> None:
-        """What follows a reset of the processor."""
+        """Act as the processor does after a reset."""
         library, application = self._firmware.library, self._firmware.application
         await self._call(lambda: library.application_start(application))
 
     async def type(self, line: str) -> str:
-        """Type a line on the console; what it says."""
+        """Type a line on the console; return the answer."""
         return await self._call(lambda: self._firmware.send(line))
 
     async def work(self) -> str:
-        """Once round the main loop of firmware/board/main.c; what the console says meanwhile."""
+        """Run the main loop of firmware/board/main.c once; return the console's output."""
         if self._interrupt.value == 1:
             library, application = self._firmware.library, self._firmware.application
             await self._call(lambda: library.application_interrupt(application))
@@ -113,7 +113,7 @@ class Processor:
 
     @property
     def phase(self) -> str:
-        """What the application is at."""
+        """Phase of the application."""
         return self._firmware.phase
 
     @property
@@ -122,7 +122,7 @@ class Processor:
         return int(self._firmware.application.swaps)
 
     async def settled(self) -> bool:
-        """Coefficients of its own are active, and the ramp of their swap is over."""
+        """True when the firmware's own coefficients are active and their ramp has ended."""
         library = self._firmware.library
         status = await self._call(lambda: library.core_status(self.core.access))
         return bool(self.swaps and status.compensating and not status.ramp_busy)

@@ -1,4 +1,4 @@
-"""The firmware against the VHDL, which is also the demo at an eighth of its counts."""
+"""The firmware against the VHDL; this is also the demo at an eighth of its counts."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from arctrue.studies.demo.run import run_demo
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import PinEvents
 
-# One lane fewer than the disc has orders: the smallest is left, too small for the limit here.
+# One lane fewer than the disc has orders: the smallest order stays, below the limit here.
 SETTINGS = DemoSettings(counts_per_rev=1 << 13, lanes=3, disc_scale=16.0)
 HEAD_SEPARATION_DEG = 33.0
 TOLD_DECIMALS = 2e-9
-"""Two units of the ninth decimal, with which the console tells arcsec and rad."""
+"""Two units of the ninth decimal, in which the console prints arcsec and rad."""
 
 
 def calibrate_in_numpy(counts: NDArray[np.int64]) -> Calibration:
@@ -50,7 +50,7 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
     assert [harmonic.order for harmonic in result.harmonics] == [1, 2, 3]
     assert any("reading a captured turn" in line for line in lines)
 
-    # What is on the console came from C, and C says what numpy says.
+    # The console shows the results of the C code, which equal those of numpy.
     files = DemoFiles(tmp_path)
     told = result.turns[0]
     counts = np.load(files.capture)
@@ -68,7 +68,7 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
             np.array(values)[chosen], expected[chosen], rtol=0, atol=TOLD_DECIMALS
         )
 
-    # The next turn tells nothing new, and the firmware leaves the bank alone.
+    # The next turn brings no improvement, and the firmware keeps the bank.
     assert [turn.result for turn in result.turns[1:]] == ["kept"]
-    # No edge of the output is illegal or nearer than a clock to the one before it.
+    # No edge of the output is illegal, and two edges are at least a clock apart.
     assert np.diff(PinEvents.read(files.recorded).clock).min() >= 1

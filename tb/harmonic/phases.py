@@ -1,4 +1,4 @@
-"""Phases that a test of the cosine should not leave out."""
+"""Phases that every test of the cosine should cover."""
 
 from __future__ import annotations
 

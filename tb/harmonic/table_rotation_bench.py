@@ -1,4 +1,4 @@
-"""cocotb test of table_rotation against its model: every place that it tells apart."""
+"""cocotb test of table_rotation against its model, at every place that it distinguishes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One term of equation (9) in VHDL equals its model; its error is drawn beside the bounds."""
+"""One term of equation (9) in VHDL equals its model; a picture shows its error and the bounds."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A compiled netlist that is given its inputs clock by clock and tells its outputs.
+"""A compiled netlist that reads its inputs clock by clock and returns its outputs.
 
 The program is the same for every entity: its ports are read from the header that Verilator
 writes. Words of 32 bits, low word first, port after port in the header's order.
@@ -31,7 +31,7 @@ from arctrue.instrument.build import (
 from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"
-# The model runs for some thousand clocks: compiling is what takes time.
+# The model runs for some thousand clocks, so the compilation takes most of the time.
 OPTIMISE = "-O0"
 MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")

@@ -1,4 +1,4 @@
-"""What the units are given for their comparison: random, and within what each port allows."""
+"""Random inputs of the units for their comparison, within the range of each port."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DEPTH = 8
 
 @dataclass(frozen=True)
 class Case:
-    """An entity with its generics and what it is given; outputs are known from ``settled`` on."""
+    """An entity with its generics and inputs; outputs are known from ``settled`` on."""
 
     entity: str
     generics: dict[str, int | str]

@@ -1,4 +1,4 @@
-"""cocotb tests of mean_words: what is written is swapped whole, and read back."""
+"""cocotb tests of mean_words: a written set is swapped as a whole, and read back."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HEAD1_ALONE = {**dict.fromkeys(range(CHOICE), 0), CHOICE: 1 << 4}
 
 
 def stored(address: int, data: int) -> int:
-    """What is read back of a word that was written, as 32 bits."""
+    """Give the read-back of a written word, as 32 bits."""
     if address < CHOICE:
         if address % HEADS_MAX >= HEADS:
             return 0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from arctrue.gateware.quadrature_output import LATENCY as OUTPUT_LATENCY
 
 DECODER_LATENCY = 4
-"""Clocks of the decoder beside those of its filter: synchroniser 2, decoding 2."""
+"""Clocks of the decoder in addition to its filter: synchroniser 2, decoding 2."""
 
 REST = 60
 RESETS = 8

@@ -97,7 +97,7 @@ SNAPSHOT = {
     0x138: (WORD, "snapshot_correction", 0),
     0x13C: (WORD, "snapshot_following_error", 0),
 }
-"""Address: bits that exist, port, its bit that is bit 0; latched by a read of 0x100."""
+"""Address: existing bits, port, the port's bit that is bit 0; latched by a read of 0x100."""
 
 PROBE = {
     0x160: (WORD, "probe_time", 0),

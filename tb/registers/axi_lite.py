@@ -32,7 +32,7 @@ class BusError(Exception):
 
 
 def stalls(generator: random.Random, share: float) -> Iterator[bool]:
-    """For ever: pause (True) in a ``share`` of the clocks, in bursts of random length."""
+    """Yield for ever: pause (True) in a ``share`` of the clocks, in bursts of random length."""
     while True:
         pause = generator.random() < share
         yield from itertools.repeat(pause, generator.randint(1, 6))

@@ -56,7 +56,7 @@ WIDTH = {"turn_position1": 32, "turn_position2": 32}
 
 @dataclass
 class Seen:
-    """What the simulation showed, one entry a clock."""
+    """Recorded outputs of the simulation, one entry per clock."""
 
     released: list[bool] = field(default_factory=list)
     outputs: list[tuple[int, ...]] = field(default_factory=list)
@@ -68,7 +68,7 @@ class Seen:
 
 
 class Processor:
-    """Decides on reads and releases, and knows what a read has to give."""
+    """Decides on reads and releases, and computes the expected data of a read."""
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         self.random = random.Random(seed)

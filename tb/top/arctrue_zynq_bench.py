@@ -133,7 +133,7 @@ async def started(dut: Any) -> Device:
 
 @cocotb.test()
 async def registers_over_axi3(dut: Any) -> None:
-    """Bursts with IDs reach the register map at the base address, and nothing beside it."""
+    """Bursts with IDs reach the register map at the base address, and no other address does."""
     device = await started(dut)
     axi, names = device.axi, device.registers
     found = await names.check_identity()
@@ -159,7 +159,7 @@ async def registers_over_axi3(dut: Any) -> None:
 
 @cocotb.test()
 async def from_edges_to_corrected_edges(dut: Any) -> None:
-    """What the output travels is the difference of R - e(R), equations (8) and (9) in float64."""
+    """The output travels by the difference of R - e(R), equations (8) and (9) in float64."""
     device = await started(dut)
     names = device.registers
     await device.configure()

@@ -50,7 +50,7 @@ class Axi3Master:
         await FallingEdge(self.ps7.fabric_clock)
 
     async def _give(self, channel: str, **payload: int) -> None:
-        """Show a payload until it is taken."""
+        """Apply a payload until it is accepted."""
         for name, value in payload.items():
             getattr(self.ps7, f"master_{channel}{name}").value = value
         valid = getattr(self.ps7, f"master_{channel}valid")

@@ -68,7 +68,7 @@ async def reset_puts_all_out(dut: Any) -> None:
     for name in STATES:
         getattr(dut, name).value = 0
     dut.reset.value = 0
-    # What was seen before the reset is forgotten.
+    # A reset clears the recorded events.
     for _ in range(3 * WINDOW):
         await FallingEdge(dut.clock)
         assert lit(dut) == (0, 0, 0)

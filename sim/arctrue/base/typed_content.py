@@ -26,7 +26,7 @@ from arctrue.base.similar import similar
 T = TypeVar("T")
 
 LARGEST = sys.float_info.max
-"""A range that excludes NaN and infinity."""
+"""The largest finite number: a range up to it excludes NaN and infinity."""
 LARGE_POWER = 40
 """Limits from here on are printed as a power of two."""
 LONGEST_FOUND = 60

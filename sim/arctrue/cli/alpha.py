@@ -61,7 +61,7 @@ def alpha(
 ) -> None:
     """Give noise gain, blind orders and sensitivity to α, and the best α for orders 1 to N.
 
-    The page also gives the error of the paper's table that each number of lanes and bits leaves.
+    The page also gives the remaining error of the paper's table by number of lanes and of bits.
     For three and four heads the command gives the places with the least noise gain for orders 1 to
     N; there the mean of all heads, or of any three of four, has less noise than one head.
     """

@@ -62,28 +62,30 @@ def demo(out: Path, lanes: int, act: str) -> None:
     if lack := lack_of_source_tree():
         raise ValueError(lack)
     out = out.resolve()
-    beside = None
+    second_act = None
     if act != "1":
-        beside = Beside(lambda: run_second_act(HiddenSettings(), out / SECOND_FOLDER, _say("2 | ")))
+        second_act = Beside(
+            lambda: run_second_act(HiddenSettings(), out / SECOND_FOLDER, _say("2 | "))
+        )
     faults: list[str] = []
     cannot: list[str] = []
     first_written = False
     if act != "2":
         try:
-            tell = _say("1 | " if beside else "")
+            tell = _say("1 | " if second_act else "")
             first = run_demo(DemoSettings(lanes=lanes), out, tell)
         except (DemoError, RecordingError) as error:
             cannot.append(str(error))
         else:
             page = out / FIRST_PAGE
             first_written = True
-            write_demo_page(first, page, SECOND_PAGE if beside else "")
+            write_demo_page(first, page, SECOND_PAGE if second_act else "")
             _print_result(first)
             say(f"\nPage: {page}\n")
             faults += first.faults
-    if beside is not None:
+    if second_act is not None:
         try:
-            second = beside.wait()
+            second = second_act.wait()
         except InstrumentError as error:
             cannot.append(f"second act: {error}")
         else:

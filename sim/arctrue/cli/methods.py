@@ -16,7 +16,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 
 LEAST_MINUTES = 8.0
-"""The polygon takes five cycles; with fewer its mountings do not reach all faces."""
+"""Time of five cycles of the polygon; with fewer its mountings do not reach all faces."""
 
 
 @click.command(short_help="Methods of calibration on the same simulated table.")

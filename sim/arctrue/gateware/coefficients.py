@@ -32,7 +32,7 @@ ORDER_MAX = (1 << ORDER_WIDTH) - 1
 AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
 AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
 RANGE_STEPS = 32
-"""Number of temperatures of a range at which bounds are computed; equal to the firmware's."""
+"""Number of steps of a temperature range for bounds over it; equal to the firmware's."""
 STEEPEST = STEEPEST_PERCENT / 100
 AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
 

@@ -26,7 +26,7 @@ def latency_clocks(filter_length: int = 1, stages: int = STAGES_DEFAULT) -> int:
 
 @dataclass(frozen=True)
 class DecoderInputs:
-    """What the decoder sees, one value a clock or one for all clocks."""
+    """Inputs of the decoder, one value per clock or one for all clocks."""
 
     a: ArrayLike
     b: ArrayLike

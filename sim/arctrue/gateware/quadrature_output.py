@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 LATENCY = 6
-"""Clocks from a position to its edge, when nothing holds the edge back."""
+"""Clocks from a position to its edge, if no rule delays the edge."""
 
 _A_OF_PHASE = (0, 1, 1, 0)
 _B_OF_PHASE = (0, 0, 1, 1)
 _TURNS = range(-2, 2)
 _Z_COUNTS = (1, 2, 4, 4)
-# The lag in hand is that of two clocks ago and lacks the steps since.
+# The present lag is that of two clocks ago, without the later steps.
 _STEPS_UNDER_WAY = 3
 
 
@@ -25,7 +25,7 @@ def _wrapped(value: int) -> int:
 
 @dataclass(frozen=True)
 class OutputInputs:
-    """What the quadrature output sees, one value a clock or one for all clocks."""
+    """Inputs of the quadrature output, one value per clock or one for all clocks."""
 
     corrected_position: ArrayLike
     """Counts, multi-turn, signed, 32 bits."""
@@ -72,7 +72,7 @@ class _ZSettings(NamedTuple):
     width: int
 
     def is_high(self, behind_zero: int, phase: int) -> bool:
-        """Whether Z is high so many counts after the zero, at this place of (A, B)."""
+        """True if Z is high at this count after the zero and this phase of (A, B)."""
         counts = _Z_COUNTS[self.width]
         if not self.gated:
             return 0 <= behind_zero < counts
@@ -81,7 +81,7 @@ class _ZSettings(NamedTuple):
 
 
 class _Follower:
-    """The registers of the entity; each method is one stage of it, last stage first."""
+    """The registers of the entity; each method is one stage, last stage first."""
 
     def __init__(self) -> None:
         self.output = self.lag = self.near_lag = 0
@@ -90,16 +90,16 @@ class _Follower:
         self.phase = self.phase_then = 0
         self.spacing = 0
         self.pins = [0, 0, 0]
-        # From the position to the angle, and a turn: of one, two and three clocks ago.
+        # Counts from position to angle, and the turn, of one, two and three clocks ago.
         self.references = [(0, 0, False)] * 3
         self.behind_zero = 0
-        # Looked at a clock before they act
+        # These settings are sampled a clock before they act.
         self.z_before = _ZSettings(False, 0, 0)
         self.phase_of_zero = 0
         self.restart()
 
     def restart(self) -> None:
-        """What a reset touches."""
+        """Set the registers that a reset changes."""
         self.following = self.too_far = False
         self.enabled = (False, False)
         self.steps = [0] * _STEPS_UNDER_WAY
@@ -128,7 +128,7 @@ class _Follower:
         if self.following and self.enabled[0]:
             self.following_error = self.lag
             self.too_far = abs(self.lag) > self.limit
-        # Two settings, compared in a clock of their own.
+        # Two settings, compared in a separate clock.
         self.limit = self.turn_limit if self.turns_are_less else following_limit
         self.turns_are_less = following_limit > self.turn_limit
         self.turn_limit = 2 * turn - 1

@@ -129,7 +129,7 @@ class RegisterMap:
                 raise KeyError(f"{path} has several fields, name one: {', '.join(values)}")
             return next(iter(values.values()))
         register, _, field = path.rpartition(".")
-        # A name without such a register is told whole.
+        # A name without such a register is reported completely.
         known = register_named(register if register in _BY_PATH else path)
         return known.field(field).get(await self.read_raw(register))
 

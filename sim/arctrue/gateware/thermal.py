@@ -1,4 +1,4 @@
-"""Lanes that follow the temperature: what the firmware works them out from."""
+"""Lanes that follow the temperature: the parameters from which the firmware computes them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 
 SLOPE_LSB_COUNTS = 2.0**-20
-"""Of a word of a slope: counts a kelvin, and a kelvin squared."""
+"""Unit of a slope's word: counts per kelvin, and per kelvin squared."""
 SLOPE_WORD_MAX = 2**31 - 1
 ORDERS_MOST = 16
-"""That follow the temperature, in the firmware."""
+"""Greatest number of orders that follow the temperature in the firmware."""
 TIME_CONSTANT_MOST_S = 3600.0
 
 
@@ -91,7 +91,7 @@ class ThermalLanes:
         return (self.least_c, self.most_c) == tuple(round(limit, 3) for limit in span)
 
     def change_counts(self, order: int, celsius: float) -> complex:
-        """Cosine and sine (as real and imaginary part) that an order gains from T₀ on, counts."""
+        """Cosine and sine (real and imaginary part) added to an order beyond T₀, counts."""
         if order not in self.orders:
             return 0j
         cosine, sine, cosine2, sine2 = self.slopes[self.orders.index(order)] * SLOPE_LSB_COUNTS

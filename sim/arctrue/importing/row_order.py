@@ -15,7 +15,7 @@ ANEW_SHARE = 0.05
 """A run begins where the time returns to its start within this share of the whole time."""
 LEAST_ROWS_A_RUN = 8
 SHORTER = 0.75
-"""Share of the rows' way as they stand; if sorting makes it shorter, they were out of order."""
+"""Sorted rows must travel less than this share of the unsorted travel to count as out of order."""
 
 
 def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:

@@ -35,7 +35,7 @@ class EdgeTrack:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """One recording: the output of the core and, beside it, head 1 as it came in."""
+    """One recording: the output of the core, and the incoming signal of head 1."""
 
     output: EdgeTrack
     head1: EdgeTrack

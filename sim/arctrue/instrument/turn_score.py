@@ -42,7 +42,7 @@ class TurnScore:
 
     @classmethod
     def of_edges(cls, true_angle_rad: Float, error_arcsec: Float, zero_arcsec: float = 0.0) -> Self:
-        """From all edges of a turn, arrays ``(n,)``; their mean is told against ``zero_arcsec``."""
+        """Score all edges of a turn, arrays ``(n,)``; their mean is relative to ``zero_arcsec``."""
         place = np.floor(np.mod(true_angle_rad, TURN_RAD) * (BINS / TURN_RAD)).astype(np.int64)
         place = np.minimum(place, BINS - 1)
         edges = np.bincount(place, minlength=BINS)
@@ -154,7 +154,7 @@ class TurnScore:
         }
 
     def curve_as_json(self) -> dict[str, list[float]]:
-        """The mean of each half a degree, which is much beside the figures."""
+        """Give the mean of each half degree: a long list, kept apart from the figures."""
         return {
             "angle_deg": np.rad2deg(self.angle_rad).tolist(),
             "error_arcsec": self.error_arcsec.tolist(),

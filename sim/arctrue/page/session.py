@@ -35,7 +35,7 @@ class Opened:
 
     title: str
     folder: str
-    """Title of the measurement set."""
+    """Folder of the measurement set."""
     named: str
     """Name of the set on a command line."""
     command: str

@@ -26,7 +26,7 @@ from arctrue.studies.campaign.store import told_state
 
 SETS_PAGE = "benchmark-sets.md"
 MOST_FAILURES = 12
-"""Number of outcomes listed on the page, in the order of SEVEREST."""
+"""Number of failures listed on the page, in the order of SEVEREST."""
 SEVEREST = {FALSE_NAME: 0, FALSE_ADEQUATE: 1, FALSE_CLASS: 2}
 PICTURE_TOLD = "The same as a matrix, and how often a stated probability is right"
 RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"

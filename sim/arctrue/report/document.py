@@ -18,11 +18,11 @@ from arctrue.report.svg import to_svg
 
 _A4_INCHES = (8.27, 11.69)
 _MARGIN = 0.06
-"""Width of a picture as a share of the page."""
+"""Margin of a page as a share of its width."""
 COLUMNS = 110
 """Characters per line of a page."""
 LINES = 72
-"""Lines of a page."""
+"""Lines per page."""
 _FONT_POINTS = 7.5
 
 

@@ -23,7 +23,7 @@ from arctrue.report.charts.matplotlib_chart import save_chart
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 DEVIATION_SCALE = 300
-"""Scale of the deviations in the paper's figure, which makes them visible next to 150″."""
+"""Scale of the deviations, as in the paper, so that they are visible next to 150″."""
 
 
 def figure_11_name(found: Mapping[str, Any]) -> str:

@@ -26,7 +26,7 @@ Ranking = dict[str, Any]
 ``device``."""
 
 SEED = 1
-"""Number of draws that determine what chance alone explains, as in ``arctrue compare``."""
+"""Seed of the draws that determine what chance alone explains, as in ``arctrue compare``."""
 
 
 def ranked(

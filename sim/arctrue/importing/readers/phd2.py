@@ -153,8 +153,8 @@ def _error(
     rate = section.rate_px_s
     sent = np.copysign(duration_s * (rate or 0.0), guide)
     moved = (duration_s > 0.0) & (guide != 0.0)
-    # The length of a pulse is limited, so its duration gives the true correction. Old logs state
-    # the rate in pixels per millisecond, which does not agree with that.
+    # The length of a pulse is limited, so the correction is its duration times the guide rate. The
+    # rate of old logs, in pixels per millisecond, does not agree with that.
     agrees = moved.any() and 0.5 < float(np.median(np.abs(sent[moved] / guide[moved]))) < 2.0
     if not (rate and agrees):
         sent = guide

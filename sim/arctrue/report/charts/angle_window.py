@@ -18,7 +18,7 @@ _PLACES = 3600
 _ARC_DEG = 180.0
 """Rows with a larger gap between them cover an arc, which is drawn over its own ends."""
 _EDGE, _LEAST_SPAN_DEG = 0.03, 0.1
-"""Left free at each end of an arc, as a share of it; and the axis of a single place."""
+"""Margin at each end of an arc, as a share of the arc; and the axis of a single place."""
 
 
 @dataclass(frozen=True)

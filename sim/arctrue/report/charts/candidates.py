@@ -16,7 +16,7 @@ _MOST = 10
 LINEAR_TO = 10.0
 """ΔBIC is drawn linearly up to here, odds of 150 to 1, and logarithmically beyond."""
 _ROOM = 0.4
-"""Beside the longest bars, for their figures: decades."""
+"""Space next to the longest bars for their figures, in decades."""
 
 
 def candidates_chart(result: Diagnosis) -> Chart:

@@ -42,7 +42,7 @@ class Axis:
     ticks: Sequence[tuple[float, str]] | None = None
     """Places with their names; None: numbers."""
     also: tuple[str, float] | None = None
-    """A second unit, and how many of it one of ``unit`` is: on paper, at the other side."""
+    """A second unit, and its factor relative to ``unit``: on paper, at the other side."""
 
     @property
     def text(self) -> str:
@@ -66,13 +66,13 @@ class Curve:
     width: float = 1.6
     size: float = 5.0
     labels: Sequence[str] = ()
-    """Text beside each point."""
+    """Text next to each point."""
     values_shown: bool = False
     """True: the text is the value of y, in the unit that is shown."""
 
     @property
     def texts(self) -> list[str]:
-        """What stands beside each point; empty: nothing."""
+        """Give the text next to each point; empty: none."""
         if self.values_shown:
             return [f"{value:.3f}" if np.isfinite(value) else "" for value in self.y.tolist()]
         return list(self.labels)

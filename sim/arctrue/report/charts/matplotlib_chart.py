@@ -125,7 +125,7 @@ def _second_unit(axes: Axes, axis: Axis, also: tuple[str, float]) -> None:
 
 
 def _legend(axes: Axes, entries: int, columns: int) -> None:
-    """Above what was measured: no corner of a picture is sure to be free."""
+    """Place the legend above the data, because every corner of a picture may be used."""
     rows = -(-entries // columns)
     low, high = axes.get_ylim()
     if axes.get_yscale() == "log":

@@ -31,7 +31,7 @@ _ENTRY_PX, _LETTER_PX = 46, 6.0
 _TICK_LINE_PX = 16
 """Of each line of a tick's name after the first."""
 _BESIDE_PX = 300
-"""A panel beside another is at least so wide."""
+"""Least width of a panel next to another."""
 _ONE_TWO_FIVE = (1.0, 2.0, 5.0)
 _EVERY_DIGIT = tuple(float(digit) for digit in range(1, 10))
 _EVERY_TWENTIETH = tuple(n / 20.0 for n in range(20, 200))

@@ -30,7 +30,7 @@ _LABELS = {"order": "order, cycles a turn", "hz": "frequency", "s": "period"}
 
 CHANCE_P = 0.01
 _MARKED = 3
-"""Lines whose place is written beside them."""
+"""Number of lines that are labelled with their place."""
 _HEADROOM = 1.25
 """Above the highest line, for its place."""
 _MOST_POINTS = 2000

@@ -28,7 +28,7 @@ MOST_QUANTILES = 1000
 
 
 def whitened(residuals: Residuals) -> Chart:
-    """Autocorrelation by lag, and quantiles beside those of the normal distribution, by channel.
+    """Autocorrelation by lag, and quantiles against those of the normal distribution, by channel.
 
     Whitened with the fitted noise, residuals are independent draws of the standard normal
     distribution where that noise is right: bars within the band, points on the line.
@@ -40,7 +40,7 @@ def whitened(residuals: Residuals) -> Chart:
     ):
         if values is not None and values.size >= LEAST_ROWS and float(np.ptp(values)) > 0.0:
             panels += [_autocorrelation(channel, values), _quantiles(channel, values)]
-    words = "Whitened residuals: autocorrelation by lag, and quantiles beside normal ones."
+    words = "Whitened residuals: autocorrelation by lag, and quantiles against normal ones."
     return Chart("whitened", words, panels, columns=2, panel_height=2.6)
 
 

@@ -34,7 +34,7 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""Number of consecutive dead workers without a result that ends the campaign."""
+"""Consecutive broken pools without a result that end the campaign: a task kills its worker."""
 
 
 STOP_POLL_S = 0.5

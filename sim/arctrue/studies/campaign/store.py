@@ -16,7 +16,7 @@ from arctrue.studies.campaign.task import Task, canonical, task_key
 
 HEADER = "campaign.json"
 COMMIT = "commit"
-"""Facts that are recorded but not compared: another commit may have the same source."""
+"""Key of the commit, which is recorded but not compared: another one may have the same source."""
 
 
 class StoreError(ValueError):

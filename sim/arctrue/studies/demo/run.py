@@ -158,11 +158,10 @@ def _latency_faults(measured: dict[str, int]) -> list[str]:
         for unit, paper in PAPER_LATENCY_CLOCKS.items()
         if measured.get(unit) != paper
     ]
-    beside = measured["phase calculation"] + measured["harmonic calculation"]
-    if measured["delay line"] != beside:
+    both = measured["phase calculation"] + measured["harmonic calculation"]
+    if measured["delay line"] != both:
         found.append(
-            f"delay line: measured {measured['delay line']} clocks, "
-            f"phase and harmonic take {beside}"
+            f"delay line: measured {measured['delay line']} clocks, phase and harmonic take {both}"
         )
     return found
 
@@ -173,15 +172,15 @@ def _harmonics(
     arcsec = settings.arcsec_per_count
     return tuple(
         LoadedHarmonic(
-            order=told.order,
-            amplitude_counts=told.amplitude_arcsec / arcsec,
-            phase_deg=float(np.rad2deg(np.angle(np.exp(1j * told.phase_rad)))),
-            standard_uncertainty_counts=told.standard_uncertainty_arcsec / arcsec,
-            before_counts=float(before.amplitude_arcsec[told.order - 1]) / arcsec,
-            after_counts=float(after.amplitude_arcsec[told.order - 1]) / arcsec,
+            order=harmonic.order,
+            amplitude_counts=harmonic.amplitude_arcsec / arcsec,
+            phase_deg=float(np.rad2deg(np.angle(np.exp(1j * harmonic.phase_rad)))),
+            standard_uncertainty_counts=harmonic.standard_uncertainty_arcsec / arcsec,
+            before_counts=float(before.amplitude_arcsec[harmonic.order - 1]) / arcsec,
+            after_counts=float(after.amplitude_arcsec[harmonic.order - 1]) / arcsec,
         )
-        for told in turn.harmonics
-        if told.applied and told.order <= MOST_ORDER
+        for harmonic in turn.harmonics
+        if harmonic.applied and harmonic.order <= MOST_ORDER
     )
 
 

@@ -46,12 +46,12 @@ class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
 
 def told_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
     """Give the turns that the firmware calibrated; refused turns and alarms are left out."""
-    told = [
+    sent = [
         {**json.loads(line.text), "clock": line.clock}
         for line in console
         if not line.typed and line.text.startswith("{")
     ]
-    return [typed(turn, ToldTurn) for turn in told if turn["result"] not in ("refused", "alarm")]
+    return [typed(turn, ToldTurn) for turn in sent if turn["result"] not in ("refused", "alarm")]
 
 
 def console_faults(console: Iterable[ConsoleLine]) -> list[str]:
@@ -62,10 +62,10 @@ def console_faults(console: Iterable[ConsoleLine]) -> list[str]:
         if line.typed:
             continue
         if line.text.startswith("{"):
-            told = json.loads(line.text)
-            found += [f"turn {told['turn']}: alarm {alarm}" for alarm in told["alarms"]]
-            if told["result"] == "refused":
-                found.append(f"turn {told['turn']}: refused, {told['reason']}")
+            sent = json.loads(line.text)
+            found += [f"turn {sent['turn']}: alarm {alarm}" for alarm in sent["alarms"]]
+            if sent["result"] == "refused":
+                found.append(f"turn {sent['turn']}: refused, {sent['reason']}")
             continue
         name, _, value = line.text.partition(" ")
         counted[name] = value

@@ -72,7 +72,7 @@ def run_long(
     contain too little information.
     """
     begun = time.process_time()
-    told: dict[str, list[dict[str, Any]]] = {}
+    telemetry: dict[str, list[dict[str, Any]]] = {}
     found: dict[str, ScenarioResult] = {}
     learned: list[LearnedOrder] = []
     reference_c = 20.0
@@ -81,7 +81,7 @@ def run_long(
             report_step(f"{name}: {STRATEGIES[name]}")
         wanted = _by_strategy(scenario, name)
         if name == "model":
-            learned, reference_c = _learned(found["single"], told["single"])
+            learned, reference_c = _learned(found["single"], telemetry["single"])
             bank = as_coefficients(
                 learned, reference_c, scenario.scale.counts_per_rev, scenario.scale.lanes
             )
@@ -90,7 +90,7 @@ def run_long(
                 firmware=dataclasses.replace(wanted.firmware, loaded=bank, thermometer=True),
             )
         result = run_scenario(wanted, report_run=report_run, report_step=report_step)
-        told[name] = [one for turn in result.turns for one in turn.told]
+        telemetry[name] = [one for turn in result.turns for one in turn.told]
         found[name] = result
     truth = Truth(scenario)
     last = round(LEARNED_PART * len(found["single"].turns))
@@ -124,8 +124,8 @@ def run_long(
                 for one in learned
             ],
         },
-        "allan": _allan(told["single"], len(found["single"].turns), scenario.orders),
-        "trends": _trends(told["single"]),
+        "allan": _allan(telemetry["single"], len(found["single"].turns), scenario.orders),
+        "trends": _trends(telemetry["single"]),
         "uncorrected_rms_arcsec": np.round(
             [_rms(truth.error_arcsec(turn.number)) for turn in found["single"].turns], DECIMALS
         ),
@@ -146,10 +146,10 @@ def _by_strategy(scenario: Scenario, name: str) -> Scenario:
 
 
 def _learned(
-    result: ScenarioResult, told: Sequence[dict[str, Any]]
+    result: ScenarioResult, telemetry: Sequence[dict[str, Any]]
 ) -> tuple[list[LearnedOrder], float]:
     """Give the model, and the temperature for which its cold part is valid."""
-    turns, values = told_orders(told)
+    turns, values = told_orders(telemetry)
     first = turns <= round(LEARNED_PART * len(result.turns))
     celsius = np.array([turn.temperature_c for turn in result.turns])[turns - 1]
     reference_c = round(float(celsius[first].mean()), 3)
@@ -158,7 +158,7 @@ def _learned(
 
 def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[str, Any]:
     """Give the error under the coefficients in each turn, and that of the core's output."""
-    told = [one for turn in result.turns for one in turn.told]
+    telemetry = [one for turn in result.turns for one in turn.told]
     left = np.array([truth.left_arcsec(turn) for turn in result.turns])
     worst = SETTLED_TURNS + int(np.argmax(left[SETTLED_TURNS:]))
     output = [
@@ -187,7 +187,7 @@ def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[st
         "largest_turn": worst + 1,
         "largest_orders": _applied(result, worst),
         "output_rms_median_arcsec": float(np.nanmedian(output[SETTLED_TURNS:])),
-        "applied": sum(one["result"] == "applied" for one in told),
+        "applied": sum(one["result"] == "applied" for one in telemetry),
         "refused": refused,
         "alarms": alarms,
     }
@@ -207,16 +207,18 @@ def _applied(result: ScenarioResult, place: int) -> dict[str, float]:
 
 
 SETTLED_TURNS = 2
-"""Turns that are captured, and turns with a ramp."""
+"""Turns before the scored ones: the captured turn and that of the ramp."""
 
 
 def _rms(values: Float) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _allan(told: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]) -> dict[str, Any]:
+def _allan(
+    telemetry: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]
+) -> dict[str, Any]:
     """Give the root mean of the variances of cosine and sine for each listed order."""
-    numbers, values = told_orders(told)
+    numbers, values = told_orders(telemetry)
     series = np.full((turns + 1, values.shape[1]), np.nan, dtype=np.complex128)
     series[numbers[numbers <= turns]] = values[numbers <= turns]
     series = series[1:]
@@ -224,7 +226,7 @@ def _allan(told: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]) ->
     averaged = np.unique(np.rint(np.geomspace(1, most, 25)).astype(np.int64))
     uncertainty = {
         str(order): float(
-            np.median([one["harmonics"][order - 1][3] for one in told if one.get("harmonics")])
+            np.median([one["harmonics"][order - 1][3] for one in telemetry if one.get("harmonics")])
         )
         for order in orders
     }
@@ -238,11 +240,11 @@ def _allan(told: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]) ->
     return {"averaged_turns": averaged, "deviation_arcsec": found, "u_arcsec": uncertainty}
 
 
-def _trends(told: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def _trends(telemetry: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """List the trends that ``arctrue monitor`` would report."""
     watch = TrendWatch()
     found = []
-    for one in told:
+    for one in telemetry:
         for trend in watch.add(int(one["turn"]), one.get("harmonics", [])):
             found.append(
                 {

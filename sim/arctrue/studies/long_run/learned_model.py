@@ -31,12 +31,12 @@ class LearnedOrder:
     """Standard uncertainty of each component."""
 
 
-def told_orders(told: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np.int64], Complex]:
+def told_orders(telemetry: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np.int64], Complex]:
     """Give turn numbers (t,) and coefficients (t, orders) of all turns that were not refused.
 
     A turn that the firmware reported twice, with a further alarm, counts once.
     """
-    by_turn = {int(one["turn"]): one["harmonics"] for one in told if one.get("harmonics")}
+    by_turn = {int(one["turn"]): one["harmonics"] for one in telemetry if one.get("harmonics")}
     turns = np.array(sorted(by_turn), dtype=np.int64)
     values = np.array(
         [[h[1] * np.exp(-1j * h[2]) for h in by_turn[int(turn)]] for turn in turns],

@@ -32,4 +32,4 @@ class NormalEquations:
 
 
 LEAST_SINGULAR = 1e-9
-"""Limit for eigenvalues of the scaled normal matrix: directions 30,000 times less visible are 0."""
+"""Least eigenvalue of the scaled normal matrix: directions 30,000 times weaker are undetermined."""

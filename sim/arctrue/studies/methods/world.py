@@ -56,7 +56,7 @@ class Output:
 
 TURN_RAD = 2.0 * np.pi
 SCORED_ANGLES = 7200
-"""Spacing of the evaluated angles, a twentieth of a degree: 60 points per wave of order 120."""
+"""Number of evaluated angles, one each twentieth of a degree: 60 per wave of order 120."""
 MOST_SCORED_ORDER = 128
 LATER_TURNS = 3
 MOUNTING_ARCSEC = 50.0

@@ -23,15 +23,15 @@ def bessel_deviation(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def mounting_eccentricity_rad(offset_m: float, flatness_m: float, width_m: float) -> float:
-    """u₄: a face of ``width_m`` that is hollow by ``flatness_m``, met ``offset_m`` off its centre.
+    """u₄: a face of ``width_m``, hollow by ``flatness_m``, observed ``offset_m`` off its centre.
 
-    Equation (14) without its factor ρ, which makes arcseconds of it.
+    Equation (14) without its factor ρ, which converts to arcseconds.
     """
     return 8.0 * offset_m * flatness_m / width_m**2
 
 
 def tower_difference_rad(working_angle_rad: float, tilt_rad: float) -> float:
-    """u₅: faces that lean by up to ``tilt_rad`` against the axis, equation (15) without ρ."""
+    """u₅: faces tilted by up to ``tilt_rad`` against the axis, equation (15) without ρ."""
     return float(np.sin(working_angle_rad) * np.sin(tilt_rad) ** 2 / np.cos(tilt_rad))
 
 

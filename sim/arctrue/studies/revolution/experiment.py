@@ -106,7 +106,7 @@ def run_revolution(
             stage="calibration, swap and ramp",
             poll_clocks=poll,
         )
-        told = firmware.telemetry[0]
+        telemetry = firmware.telemetry[0]
         firmware.send("freeze on")
 
         after = _recorded_turn(instrument, settings, "second turn: corrected")
@@ -115,7 +115,7 @@ def run_revolution(
             settings=settings,
             before=score_turn(before.output),
             after=score_turn(after.output),
-            telemetry=told,
+            telemetry=telemetry,
             applied_orders=0
             if coefficients is None
             else int(np.count_nonzero(coefficients.amplitudes)),
@@ -160,9 +160,10 @@ def settled(instrument: Instrument, firmware: Firmware) -> bool:
     Raises InstrumentError if the firmware did not apply it.
     """
     if firmware.telemetry[0]["result"] != "applied":
-        told = firmware.telemetry[0]
+        telemetry = firmware.telemetry[0]
         raise InstrumentError(
-            f"the firmware did not apply the first turn: {told['result']}, {told['reason']}"
+            f"the firmware did not apply the first turn: {telemetry['result']}, "
+            f"{telemetry['reason']}"
         )
     if firmware.phase != "capture":
         return False

@@ -17,15 +17,15 @@ def results_table(files: Sequence[Path]) -> str:
         "|---|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]
     for file in files:
-        told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        last = told["turns"][-1]
+        stored: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        last = stored["turns"][-1]
         before, after = last["uncorrected"], last["corrected"]
         seen = last["reference"]
         shown = f"{seen['rms_arcsec']:.2f}″" if seen else ""
         # Adding 0 makes a 0 of a negative one.
         mean = round(after["mean_arcsec"], 2) + 0.0
         lines.append(
-            f"| `{file.stem}` | {len(told['turns'])} | {told['applied']} | {told['refused']} "
+            f"| `{file.stem}` | {len(stored['turns'])} | {stored['applied']} | {stored['refused']} "
             f"| {before['rms_arcsec']:.2f}″ | {after['rms_arcsec']:.2f}″ "
             f"| {after['edges_rms_arcsec']:.2f}″ | {mean:.2f}″ | {shown} |"
         )

@@ -1,4 +1,4 @@
-"""Whether what a scenario asks for holds."""
+"""Checks the limits of a scenario."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn
 
 
 def broken_limits(result: ScenarioResult) -> tuple[str, ...]:
-    """One sentence for each limit that does not hold."""
+    """Give one sentence for each exceeded limit."""
     limits = result.scenario.limits
     found = []
     last = limits.to_turn or len(result.turns)

@@ -1,4 +1,4 @@
-"""Scenario files: read strictly, refused in words for people."""
+"""Reads scenario files strictly; errors are sentences for people."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ PINS = {
     "head2.z": HEAD2_Z,
 }
 REFERENCE = frozenset({"instrument_error_rad"})
-"""What a reference instrument beside the virtual one honours."""
+"""Methods of a cause that a reference instrument next to the virtual one applies."""
 NAMES = tuple(
     name
     for name, cause in CAUSES.items()
@@ -55,7 +55,7 @@ NAMES = tuple(
 )
 """The causes that may stand in ``[[cause]]``. A counter that loses counts is a fault of pins."""
 PAUSE_RUN_S = 0.5
-"""What is run of a pause, unless the file says it."""
+"""Default time of a pause that is run, clock by clock."""
 Speed = Annotated[float, Meta(gt=0, le=3600)]
 Pin = Literal["head1.a", "head1.b", "head1.z", "head2.a", "head2.b", "head2.z"]
 
@@ -151,7 +151,7 @@ class _Pins(_Fault, tag="pins", kw_only=True):
 
 
 class _Parameters(Struct):
-    """Those of the firmware that a scenario may set; the others follow from its scale."""
+    """Parameters of the firmware that a scenario may set; the others follow from its scale."""
 
     keep: Number | None = None
     method: Number | None = None
@@ -226,16 +226,16 @@ class _File(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
-    """The scenario of a file; ``lines`` replaces the number of lines of the disc.
+    """Read the scenario of a file; ``lines`` replaces the number of lines of the disc.
 
-    With another number of lines the counts are not those that the limits in arcsec were made for:
-    these are not asked for then.
+    The limits in arcsec are made for the file's own counts: with another number of lines they
+    are not checked.
 
     Raises ScenarioError: file, key, what was expected and what was found.
     """
     try:
         content = read_toml(path)
-        # Another format may have keys of other types: they are not what is wrong then.
+        # Another format may have keys of other types, which would give misleading errors.
         typed(content, _OnlyFormat)
         return _scenario(typed(content, _File), path.parent, lines)
     except OSError as error:
@@ -281,7 +281,7 @@ class _OnlyName(Struct):
 
 
 def _renamed(values: dict[str, object]) -> dict[str, object]:
-    """Write an ``[[effect]]`` as the ``[[cause]]`` that it is called now."""
+    """Convert an ``[[effect]]`` to a ``[[cause]]``, its present name."""
     return {("name" if key == "cause" else key): value for key, value in values.items()}
 
 
@@ -309,7 +309,7 @@ def _cause(values: dict[str, object], place: str, lines: int) -> ScenarioCause:
 
 
 def _check(scenario: Scenario) -> None:
-    """Raise ContentError for what only the parts together can tell."""
+    """Raise ContentError for contradictions between parts of the scenario."""
     try:
         course: Course = scenario.course()
     except ValueError as error:

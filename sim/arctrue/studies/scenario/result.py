@@ -1,4 +1,4 @@
-"""What came of a scenario."""
+"""The result of a scenario."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ class ScenarioTurn:
     """One turn of travel."""
 
     number: int
-    """The first is 1."""
+    """Number of the turn, from 1."""
     temperature_c: float
-    """In the middle of the turn's travel."""
+    """Temperature in the middle of the turn's travel."""
     uncorrected: TurnScore | None
-    """Head 1 as it came in."""
+    """Error of the incoming signal of head 1."""
     corrected: TurnScore | None
     """The output."""
     reference: TurnScore | None
-    """The output as a wrong reference shows it, at the faces only."""
+    """Error of the output as a wrong reference shows it, at the faces only."""
     told: tuple[dict[str, Any], ...]
-    """Telemetry that the firmware gave meanwhile."""
+    """Telemetry of the firmware during the turn."""
     flags: tuple[str, ...]
-    """Raised at some time in the turn."""
+    """Flags that were raised in the turn."""
     events: tuple[str, ...]
     bank: Coefficients | None = None
-    """Active at the end of the turn; None before the first. Not in the JSON."""
+    """Coefficients at the end of the turn; None before the first. Not in the JSON."""
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain values."""
@@ -52,25 +52,25 @@ class ScenarioTurn:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioResult:
-    """All turns, and which limits were broken."""
+    """All turns, and the exceeded limits."""
 
     scenario: Scenario
     turns: tuple[ScenarioTurn, ...]
     illegal: int
-    """Clocks in which A and B of the output changed together."""
+    """Number of clocks in which A and B of the output changed together."""
     clocks: int
     wall_s: float
     broken: tuple[str, ...] = ()
-    """Limits of the scenario that do not hold, in words."""
+    """Exceeded limits of the scenario, in words."""
 
     @property
     def applied(self) -> int:
-        """Calibrations that the firmware applied."""
+        """Number of calibrations that the firmware applied."""
         return self._told("applied")
 
     @property
     def refused(self) -> int:
-        """Captures that the firmware refused."""
+        """Number of captures that the firmware refused."""
         return self._told("refused")
 
     def _told(self, result: str) -> int:

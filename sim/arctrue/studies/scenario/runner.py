@@ -1,4 +1,4 @@
-"""A scenario on the virtual instrument, turn by turn."""
+"""Runs a scenario on the virtual instrument, turn by turn."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ THERMOMETER_STEP_K = 1 / 128
 
 
 class _Run:
-    """One run under way."""
+    """One run of a scenario."""
 
     def __init__(self, instrument: Instrument, scenario: Scenario, course: Course) -> None:
         self.instrument, self.scenario, self.course = instrument, scenario, course
@@ -44,7 +44,7 @@ class _Run:
 
     @property
     def rows(self) -> int:
-        """Turns of travel, the last of which may be a part of one."""
+        """Number of turns of travel; the last one may be partial."""
         return max(1, int(np.ceil(self.course.turns - 1e-6)))
 
     def _row_of(self, turn: float) -> int:
@@ -53,7 +53,7 @@ class _Run:
     def _note_pauses(self) -> None:
         turn = 0.0
         for before, leg in zip((None, *self.scenario.legs), self.scenario.legs, strict=False):
-            # What happens at the end of the last turn stands in its row.
+            # Events at the end of the last turn belong to its row.
             row = self._row_of(turn)
             if not leg.turns:
                 self.events[row].append(f"pause of {leg.pause_s:g} s")
@@ -71,7 +71,7 @@ class _Run:
         return self._row_of(float(self.course.travel_turns(np.array([now_s]))[0]))
 
     def spans(self, what: str) -> list[tuple[int, int, int]]:
-        """First and last clock of each fault of a kind, and the most clocks of a stall."""
+        """Give first and last clock of each fault of a kind, and the longest stall."""
         return [
             (self.clock_at(begin), max(self.clock_at(begin) + 1, self.clock_at(end)), f.most_clocks)
             for f in self.scenario.faults
@@ -80,7 +80,7 @@ class _Run:
         ]
 
     def lay_pin_faults(self) -> None:
-        """All faults of pins, at their clocks."""
+        """Apply all faults of pins at their clocks."""
         found = []
         for fault in self.scenario.faults:
             if fault.what != "pins":
@@ -113,14 +113,14 @@ class _Run:
         self._heard = len(telemetry)
 
     def thermometer_c(self) -> float:
-        """What the thermometer on the table shows now."""
+        """Give the present value of the thermometer on the table."""
         now_s = (self.instrument.clock - self.started) / self.instrument.clock_hz
         instant = min(max(now_s, 0.0), self.course.duration_s)
         celsius = float(self.course.temperature_c(np.array([instant]))[0])
         return round(celsius / THERMOMETER_STEP_K) * THERMOMETER_STEP_K
 
     def freeze_when_wanted(self) -> None:
-        """Hold the coefficients after the first that were applied."""
+        """Freeze the coefficients after the first applied ones, if the scenario asks for it."""
         applied = any(t["result"] == "applied" for t in self.instrument.firmware.telemetry)
         firmware = self.scenario.firmware
         if firmware.recalibrate == "first_turn" and applied and not self._firmware_held:
@@ -128,7 +128,7 @@ class _Run:
             self.instrument.firmware.send("freeze on")
 
     def go(self, poll_clocks: int) -> None:
-        """The whole motion, with its faults."""
+        """Run the whole motion with its faults."""
         instrument = self.instrument
         hung, stalls = self.spans("hung_processor"), self.spans("bus_stall")
         edges = sorted({clock for begin, end, _ in (*hung, *stalls) for clock in (begin, end)})
@@ -159,7 +159,7 @@ def run_scenario(
 ) -> ScenarioResult:
     """Run it.
 
-    Raises InstrumentError where the instrument cannot be built, or the heads find no index.
+    Raises InstrumentError if the instrument cannot be built, or a head finds no index.
     """
     course, scale = scenario.course(), scenario.scale
     with Instrument(

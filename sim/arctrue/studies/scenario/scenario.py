@@ -1,4 +1,4 @@
-"""A scenario: what is run, as plain values."""
+"""A scenario as plain values."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ Reason = Literal[
     "noise",
     "not_better",
 ]
-"""Why the firmware refuses or keeps, as its telemetry says it."""
+"""Reasons of the firmware to refuse or keep, as in its telemetry."""
 FLAGS: tuple[str, ...] = get_args(Flag)
 REASONS: tuple[str, ...] = get_args(Reason)
 
@@ -78,11 +78,11 @@ class Scale(Struct, frozen=True, forbid_unknown_fields=True):
     interpolation: Annotated[int, Meta(ge=4, le=1024)] = 1024
     lanes: Annotated[int, Meta(ge=1, le=64)] = 4
     samples: Annotated[int, Meta(ge=400, le=12000)] = 1200
-    """In a turn at the slowest speed; a faster turn has fewer."""
+    """Samples in a turn at the slowest speed; a faster turn has fewer."""
     clocks_per_count: Annotated[float, Meta(ge=1.05, le=100)] = 1.1
     """At the fastest speed."""
     seed: Annotated[int, Meta(ge=0, le=2**31)] = 1
-    """Of the readings' noise and of the random faults."""
+    """Seed of the readings' noise and of the random faults."""
 
     @property
     def counts_per_rev(self) -> int:
@@ -91,17 +91,17 @@ class Scale(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def capture_depth(self) -> int:
-        """Samples that a bank holds: those of a turn and a margin, in steps of 512."""
+        """Samples that a bank holds: those of a turn plus a margin, in steps of 512."""
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
 
 class TableErrors(Struct, frozen=True, forbid_unknown_fields=True):
-    """What is wrong with the table apart from the causes that are named: the ``[table]``."""
+    """Errors of the table in addition to the named causes: the ``[table]``."""
 
     errors: Literal["paper", "none"] = "paper"
     """The paper's kind of error, [−150.0″, 137.9″], or a perfect disc."""
     separation_error_arcsec: Annotated[float, Meta(ge=-3600, le=3600)] = 0.0
-    """How far the heads' separation is from the 33° that the firmware is told."""
+    """Difference of the heads' separation from the 33° that the firmware assumes."""
     noise_arcsec: Annotated[float, Meta(ge=0, le=100)] = 0.2
     """Standard deviation of each head's reading."""
 
@@ -111,13 +111,13 @@ class TemperaturePoint(Struct, frozen=True, forbid_unknown_fields=True):
 
     celsius: Annotated[float, Meta(ge=-50, le=150)]
     at_turn: NotNegative = 0.0
-    """Where the time counts from: the first instant of this turn."""
+    """Start of the time: the first instant of this turn."""
     after_s: Number = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioCause:
-    """A cause as it stands in the file, ready for the table."""
+    """A cause of the file, ready for the table."""
 
     name: str
     physical: Cause
@@ -126,7 +126,7 @@ class ScenarioCause:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Something that goes wrong for a while."""
+    """A temporary fault."""
 
     what: str
     """``pins``, ``bus_stall`` or ``hung_processor``."""
@@ -157,12 +157,12 @@ class FirmwareSettings:
     """``every_turn``, ``first_turn`` (then frozen) or ``never``."""
     orders: int = 32
     calculation_s: float = 0.25
-    """What a calibration may take, in the table's time."""
+    """Duration of a calibration, in table time."""
     parameters: tuple[tuple[str, float], ...] = ()
     loaded: Coefficients | None = None
-    """Loaded over the console at the start, as ``arctrue load`` does it."""
+    """Coefficients that are loaded over the console at the start, as by ``arctrue load``."""
     thermometer: bool = False
-    """On the table, in steps of 1/128 K, without a lag."""
+    """True: a thermometer on the table, in steps of 1/128 K, without lag."""
 
 
 TurnNumber = Annotated[int, Meta(ge=1)]
@@ -170,14 +170,14 @@ Count = Annotated[int, Meta(ge=0)]
 
 
 class Limits(Struct, frozen=True, forbid_unknown_fields=True):
-    """What must hold, or the run has failed: the ``[limits]``; None is not asked for."""
+    """Conditions of a passed run: the ``[limits]``; None is not checked."""
 
     from_turn: TurnNumber = 3
     to_turn: TurnNumber | None = None
     corrected_rms_arcsec: NotNegative | None = None
     corrected_reach_arcsec: NotNegative | None = None
     worse_by_arcsec: NotNegative | None = None
-    """By how much the corrected RMS may lie above the uncorrected one, in any turn."""
+    """Permitted excess of the corrected RMS over the uncorrected one, in any turn."""
     applied_turns_least: Count | None = None
     refused_turns_least: Count | None = None
     refused_turns_most: Count | None = None
@@ -187,14 +187,14 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
     flags_allowed: tuple[Flag, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a last turn before the first."""
+        """Raise ValueError for a last turn before the first."""
         if self.to_turn is not None and self.to_turn < self.from_turn:
             raise ValueError(
                 f"to_turn: expected {self.from_turn} (from_turn) or more, found {self.to_turn}"
             )
 
     def without_arcsec(self) -> Limits:
-        """The same without those that depend on the size of a count."""
+        """Give the same limits without those that depend on the size of a count."""
         return structs.replace(
             self, corrected_rms_arcsec=None, corrected_reach_arcsec=None, worse_by_arcsec=None
         )
@@ -202,7 +202,7 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """Everything that a file says."""
+    """The whole content of a file."""
 
     title: str
     about: str
@@ -217,7 +217,7 @@ class Scenario:
     firmware: FirmwareSettings = field(default_factory=FirmwareSettings)
     limits: Limits = field(default_factory=Limits)
     orders: tuple[int, ...] = (1, 2, 3)
-    """Shown for each turn."""
+    """Orders that are printed for each turn."""
     faces: int = FACES
     """Of the polygon, where a cause concerns the reference."""
 
@@ -228,7 +228,7 @@ class Scenario:
 
     @property
     def clock_hz(self) -> float:
-        """Clocks of the gateware in a second of the table's time."""
+        """Clocks of the gateware per second of table time."""
         return clock_hz_for(
             self.scale.counts_per_rev, max(self.speeds_rad_s), self.scale.clocks_per_count
         )
@@ -255,7 +255,7 @@ class Scenario:
 
     @property
     def kept_every(self) -> int:
-        """Which edges are kept: odd, so that they meet every phase of a line's counts."""
+        """Step between kept edges: odd, so that they meet every phase of a line's counts."""
         turns = sum(abs(leg.turns) for leg in self.legs)
         every = max(
             1,
@@ -270,7 +270,7 @@ class Scenario:
         return ARCSEC_PER_TURN / self.scale.counts_per_rev
 
     def course(self) -> Course:
-        """The motion with its temperature. Raises ValueError where it cannot be driven."""
+        """Give the motion with its temperature. Raises ValueError if it cannot be driven."""
         bare = Course.over(
             self._legs_in_samples(), ripple_rad=self.ripple_rad, ripple_order=self.ripple_order
         )
@@ -300,14 +300,14 @@ class Scenario:
         ]
 
     def table(self) -> RotaryTable:
-        """The table with all that acts on it; the noise of the readings comes last."""
+        """Give the table with all its causes; the noise of the readings comes last."""
         causes: list[Cause] = []
         if self.errors.errors == "paper":
             plain = self.revolution.table().causes
             causes += [e for e in plain if isinstance(e, DiscEccentricity | GraduationHarmonics)]
         causes += [cause.physical for cause in self.causes if not cause.reference_only]
         if self.errors.noise_arcsec:
-            # Independent from one sample to the next.
+            # The noise is independent from one sample to the next.
             correlation_s = self.sample_period_clocks / self.clock_hz / 5
             rms_rad = self.errors.noise_arcsec * RAD_PER_ARCSEC
             causes.append(ReadingNoise(rms_rad, correlation_s, self.scale.seed))

@@ -1,4 +1,4 @@
-"""What a reference instrument with errors of its own would show of the output."""
+"""The error of the output as a reference instrument with its own errors shows it."""
 
 from __future__ import annotations
 

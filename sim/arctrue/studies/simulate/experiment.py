@@ -1,4 +1,4 @@
-"""What is measured: the runs of a capture and the stations of a reference run."""
+"""Experiments: the runs of a capture and the stations of a reference run."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class CaptureRun:
     """Signed."""
     samples: int
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C)
-    """At the first and the last sample; straight in between."""
+    """Temperatures at the first and the last sample; linear in between."""
 
     profile: tuple[tuple[float, float], ...] = ()
     """Any speed profile in place of the one speed: seconds since the start, signed speed at each,
     straight in between; at the least to the last sample."""
 
     def motion(self, start_rad: float) -> Motion:
-        """What the drive is asked for, from the angle ``start_rad`` on."""
+        """Give the requested motion, from the angle ``start_rad`` on."""
         if not self.profile:
             return Motion.steady(self.speed_rad_s, self.duration_s, start_rad=start_rad)
         times_s, speeds_rad_s = zip(*self.profile, strict=True)
@@ -40,13 +40,13 @@ class CaptureRun:
 
     @property
     def last_sample_s(self) -> float:
-        """Since the first."""
+        """Time of the last sample since the first."""
         return self.duration_s * (1.0 - 1.0 / self.samples)
 
 
 @dataclass(frozen=True, slots=True)
 class MovingReference:
-    """Passes over a reference that is read on the move, one turn a speed."""
+    """Passes over a reference that is read during motion, one turn per speed."""
 
     speeds_rad_s: tuple[float, ...]
     stations: int = 360
@@ -61,19 +61,19 @@ class ReferencePlan:
     station_s: float = 4.0
     moving: MovingReference | None = None
     turned_faces: tuple[float, ...] = (0.0,)
-    """By how many faces the polygon is turned on the table, one pass of all cycles each."""
+    """Faces by which the polygon is turned on the table; one pass of all cycles for each entry."""
 
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """Runs and a reference run (or none)."""
+    """Runs, and a reference run or None."""
 
     name: str
     runs: tuple[CaptureRun, ...]
     reference: ReferencePlan | None
 
     def smaller(self, samples: int, cycles: int) -> Experiment:
-        """The same with fewer samples a run and fewer cycles."""
+        """Give the same with fewer samples per run and fewer cycles."""
         reference = None if self.reference is None else replace(self.reference, cycles=cycles)
         return Experiment(
             self.name, tuple(replace(run, samples=samples) for run in self.runs), reference
@@ -81,17 +81,17 @@ class Experiment:
 
     @property
     def honoured(self) -> frozenset[str]:
-        """What a cause may act on to be seen in one of the channels."""
+        """Methods of a cause that a channel of this experiment shows."""
         nothing: frozenset[str] = frozenset()
         return (CAPTURE if self.runs else nothing) | (REFERENCE if self.reference else nothing)
 
     def can_honour(self, recipe: Recipe) -> bool:
-        """Whether a cause acts on nothing that this experiment leaves out."""
+        """True if the experiment shows every method of the cause."""
         return acts_on(CAUSES[recipe.cause].kind) <= self.honoured
 
     @property
     def occasion(self) -> Occasion:
-        """What a drawn cause may know of the runs."""
+        """Properties of the runs that a draw may use."""
         return Occasion(
             tuple(run.start_s for run in self.runs),
             tuple(run.duration_s for run in self.runs),
@@ -100,7 +100,7 @@ class Experiment:
 
     @property
     def temperature(self) -> TemperatureCourse:
-        """The temperature over all runs; straight in the pauses too."""
+        """The temperature over all runs; linear also in the pauses."""
         knots = [
             (run.start_s + share * run.last_sample_s, run.temperature_c[share])
             for run in self.runs
@@ -142,7 +142,7 @@ def lean() -> Experiment:
 
 
 def one_pass() -> Experiment:
-    """Up for one turn, and once over the faces."""
+    """One turn upwards, and one cycle over the faces."""
     run = replace(_run(0.0, SLOW_RAD_S), duration_s=2 * np.pi / SLOW_RAD_S)
     return Experiment("one_pass", (run,), ReferencePlan(cycles=1))
 
@@ -154,7 +154,7 @@ def one_speed() -> Experiment:
 
 
 def short() -> Experiment:
-    """The full one with a sixth of the samples: quick to make and to judge."""
+    """The full experiment with a sixth of the samples: quick to make and to diagnose."""
     return replace(full().smaller(SAMPLES // 6, cycles=10), name="short")
 
 
@@ -168,10 +168,10 @@ FURTHER_REINDEXED_FACES = 6.0
 
 
 def with_further(experiment: Experiment, kind: str) -> Experiment:
-    """The experiment with one measurement more, at its end.
+    """Append one measurement to the experiment.
 
-    The kinds are those that a diagnosis asks for. Raises ValueError for another one, or for one
-    that this experiment cannot have.
+    The kinds are those that a diagnosis requests. Raises ValueError for another kind, or for one
+    that does not fit this experiment.
     """
     if kind not in FURTHER:
         raise ValueError(f"no further measurement {kind!r}; there are: {', '.join(FURTHER)}")

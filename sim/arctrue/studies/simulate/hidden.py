@@ -1,4 +1,4 @@
-"""Which cause is hidden in a table that is drawn by a seed."""
+"""Draws the hidden cause of a table from a seed."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from arctrue.table.registry import RECIPES
 
 
 def hidden_effect(seed: int, experiment: Experiment) -> str:
-    """One cause of the catalogue that acts on a channel of the experiment.
+    """Draw one cause of the catalogue that acts on a channel of the experiment.
 
-    Its own stream: the seed of the table must not tell it.
+    The draw has its own stream, so that the table's seed does not reveal it.
     """
     names = sorted(
         recipe.name

@@ -1,4 +1,4 @@
-"""Measures a table with all its causes, as samplers and a polygon would."""
+"""Measures a table with all its causes, like samplers and a polygon."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ CLOCK_HZ = 100e6
 
 @dataclass(frozen=True)
 class TrueNoise:
-    """The noise of one channel's rows, as it was drawn."""
+    """The drawn noise of one channel's rows."""
 
     gaussian: Noise
     """Rounding to whole counts included, as white noise of a twelfth of a count² a head."""
     struck: NDArray[np.bool_]
-    """Rows of which a head was struck by an outlier."""
+    """Rows in which an outlier struck a head."""
 
 
 @dataclass(frozen=True)
@@ -58,15 +58,15 @@ class Measured:
     measurement: MeasurementSet
     floor_arcsec: dict[str, float]
     exact_arcsec: dict[str, Float]
-    """R₂ − R₁ − α of every capture row and ε of every reference row, neither noise nor rounding."""
+    """R₂ − R₁ − α of every capture row and ε of every reference row, without noise and rounding."""
     noise: dict[str, TrueNoise]
     """By channel."""
     index_variance_arcsec2: float
-    """Of R₂ − R₁ from run to run."""
+    """Variance of R₂ − R₁ from run to run."""
 
 
 class MeasuredTable:
-    """A table, its causes and the random numbers of one measurement."""
+    """A table, its causes and the random streams of one measurement."""
 
     def __init__(
         self,
@@ -76,19 +76,19 @@ class MeasuredTable:
         index_scatter_counts: int,
         random: np.random.Generator,
     ) -> None:
-        """``index_scatter_counts``: each head takes its index up to so many counts off, a run."""
+        """``index_scatter_counts``: largest error, in counts, of a head's index in a run."""
         self.table = table
         self.causes = [cause for cause in table.causes if acts_on(cause) - GEOMETRY]
         self.reference_noise_arcsec = reference_noise_arcsec
         self.index = IndexScatter(index_scatter_counts)
         self.random = random
-        # Streams of their own: a noise more leaves the draws of all others as they are.
+        # Each cause has its own stream, so that another noise leaves the other draws unchanged.
         self._cause_random = random.spawn(len(self.causes))
 
     def measure(
         self, experiment: Experiment, *, title: str, drive_gear_teeth: float | None = None
     ) -> Measured:
-        """Everything the experiment asks for.
+        """Measure everything in the experiment.
 
         Raises UnhonouredCauseError for a cause that acts on a channel that is not measured.
         """
@@ -160,7 +160,7 @@ class MeasuredTable:
             for cause, random in zip(self.causes, self._cause_random, strict=True):
                 process = cause.head_noise(head, state)
                 if process is not None:
-                    # The noise that is told is that of R₂ − R₁.
+                    # The stated noise is that of R₂ − R₁.
                     if head < 2:
                         processes.append(process)
                     noisy = noisy + process.draw(random) / self.table.count_rad
@@ -196,7 +196,7 @@ class MeasuredTable:
         )
 
     def _head_places(self) -> dict[str, Any]:
-        """Where the drawing has the heads: keys of ``[table]``."""
+        """Nominal places of the heads: keys of ``[table]``."""
         heads = len(self.table.heads)
         if heads == 2:
             return {"head_separation_deg": float(np.rad2deg(HEAD_SEPARATION_RAD))}
@@ -218,7 +218,7 @@ class MeasuredTable:
         travelled_rad: float,
         temperature: TemperatureCourse,
     ) -> Conditions:
-        # The file gives times to the microsecond, and the sampler keeps to them.
+        # The file has microseconds, and the sampler keeps to them.
         nominal_s = np.arange(run.samples) * (run.duration_s / run.samples)
         time_s = np.round(nominal_s / MICROSECOND_S) * MICROSECOND_S
         motion = run.motion(start_rad)
@@ -247,13 +247,13 @@ class MeasuredTable:
         turned_faces = np.repeat([item.turned_faces for item in plans], sizes)
         wanted_rad = np.deg2rad(target_deg)
         conditions = stations(time_s, wanted_rad, direction, speed)
-        # It reads the scale where the table is; what arrives late, arrives late for all heads.
+        # The head reads the scale at the present place; a late reading is late for all heads.
         for _ in range(SERVO_ROUNDS):
             standing = replace(conditions, speed_rad_s=np.zeros_like(speed))
             # The servo brings the reading of head 1, not the table, to the target.
             missing = wanted_rad - self.table.reading_rad(0, standing)
             conditions = conditions.turned(conditions.angle_rad + missing)
-        # On the move the reading that arrives with the mark is older than the mark.
+        # In motion, the reading that arrives with the mark is older than the mark.
         reading = self.table.reading_rad(0, conditions)
         deviation = reading - conditions.angle_rad
         face = np.round(target_deg * plan.faces / 360.0 - turned_faces).astype(np.int64)

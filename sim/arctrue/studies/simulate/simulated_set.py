@@ -1,4 +1,4 @@
-"""One measurement set with chosen causes, and its truth."""
+"""Makes one measurement set with chosen causes, and its truth."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ NOISE_ARCSEC = 0.1
 REFERENCE_NOISE_ARCSEC = 0.15
 INDEX_SCATTER_COUNTS = 1
 LARGEST_SIZE = 1000.0
-"""Of a cause, of the largest that is drawn: more is beyond turns of the table and whole counts."""
+"""Limit relative to the largest drawn size: more exceeds turns of the table and whole counts."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A cause by its name; without a size one is drawn."""
+    """A cause by name; without a size one is drawn."""
 
     name: str
     size: float | None = None
@@ -44,16 +44,16 @@ class Wanted:
 
 @dataclass(frozen=True)
 class SimulatedSet:
-    """The set that may be shown, and the truth that may not."""
+    """The set, which may be shown, and its truth, which may not."""
 
     measurement: MeasurementSet
     truth: dict[str, Any]
     exact_arcsec: dict[str, NDArray[np.float64]]
-    """What each channel would show without noise and rounding; as little to be shown."""
+    """Channels without noise and rounding; part of the truth."""
     noise: dict[str, TrueNoise]
     index_variance_arcsec2: float
     table: RotaryTable
-    """With all its causes."""
+    """The table with all its causes."""
 
 
 def simulate_set(
@@ -70,16 +70,16 @@ def simulate_set(
     noise: Sequence[Wanted] = (),
     heads: int = 2,
 ) -> SimulatedSet:
-    """A table drawn by ``seed`` with all the causes wanted, measured as the experiment says.
+    """Draw a table by ``seed`` with all wanted causes, and measure it as the experiment says.
 
-    ``again`` counts further measurements of the same table: only the noise and the take-off of
+    ``again`` numbers further measurements of the same table: only the noise and the detection of
     the index differ from the first one, number 0.
 
-    ``further`` names measurements to be made after those of the experiment, on the same table;
-    the runs of the experiment stay the same to the last count.
+    ``further`` names measurements that are made after those of the experiment, on the same table;
+    the runs of the experiment stay identical.
 
-    ``noise`` are noise causes of the registry beside the white noise of both heads and the
-    reference; they draw from streams of their own, so that all else stays as it is.
+    ``noise`` are noise causes of the registry in addition to the white noise of both heads and the
+    reference; they draw from their own streams, so that everything else stays identical.
 
     A latency needs a reference that is read on the move; it is added to the experiment.
     Raises ValueError for a name that no recipe has, a size that is not positive or that no angle
@@ -148,7 +148,7 @@ def simulate_set(
         _heads(heads), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
     )
     for kind in further:
-        # After the causes were drawn: they stay those of the experiment itself.
+        # This follows the draw of the causes, which stay those of the experiment itself.
         experiment = with_further(experiment, kind)
     teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
     measured_table = MeasuredTable(
@@ -184,7 +184,7 @@ def simulate_set(
 
 
 def _heads(number: int) -> tuple[Head, ...]:
-    """The paper's two; three or four at their places. Raises ValueError for another number."""
+    """Give the paper's two heads, or three or four. Raises ValueError for another number."""
     if number not in HEAD_PLACES_DEG:
         raise ValueError(f"heads: expected {min(HEAD_PLACES_DEG)} to {max(HEAD_PLACES_DEG)}")
     return two_heads() if number == 2 else heads_at(np.deg2rad(HEAD_PLACES_DEG[number]).tolist())
@@ -202,7 +202,7 @@ def _base_effects(random: np.random.Generator) -> list[Cause]:
 
 
 def _with_order(part: str, cause: Cause) -> str:
-    """``order:*`` of a recipe with the order that was drawn."""
+    """Insert the drawn order into ``order:*`` of a recipe."""
     if part != "order:*":
         return part
     assert isinstance(cause, BeltPull)

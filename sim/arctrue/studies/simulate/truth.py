@@ -1,4 +1,4 @@
-"""The sealed truth: what was hidden in a measurement set, beside its folder and never in it."""
+"""The sealed truth: the hidden causes of a measurement set, in a file next to its folder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class _Sealed(Struct):
 
 
 class BrokenSealError(ValueError):
-    """The set is no longer the one that the truth was written for."""
+    """The set has changed since its truth was written."""
 
 
 def truth_path(folder: Path) -> Path:
@@ -40,9 +40,9 @@ def fingerprint(folder: Path) -> dict[str, str]:
 
 
 def refuse_recorded(folder: Path) -> None:
-    """Raise ValueError where ``folder`` holds a set whose truth is not beside it.
+    """Raise ValueError if ``folder`` holds a set without a truth file.
 
-    Such a set was recorded, and nothing brings it back once it is written over.
+    Such a set was recorded, and overwriting would lose it.
     """
     if (folder / FILE_NAME).exists() and not truth_path(folder).exists():
         raise ValueError(f"{folder}: holds a measurement set already; name a new folder")
@@ -58,7 +58,7 @@ def write_truth(folder: Path, truth: dict[str, Any]) -> Path:
 
 
 def read_truth(folder: Path) -> dict[str, Any]:
-    """The truth of the set in ``folder``.
+    """Read the truth of the set in ``folder``.
 
     Raises FileNotFoundError without a truth file, ContentError for one that is none, and
     BrokenSealError when the set was changed.

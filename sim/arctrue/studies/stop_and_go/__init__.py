@@ -1,1 +1,1 @@
-"""The paper's ten cycles as they are made: a servo brings the table to each face, and it stops."""
+"""The paper's ten cycles in its own way: a servo moves the table to each face and stops it."""

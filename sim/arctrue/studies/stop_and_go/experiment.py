@@ -1,4 +1,4 @@
-"""Ten cycles of 24 faces by a servo: with head 1's own signal as feedback, and with the corrected.
+"""Ten cycles of 24 faces with a servo whose feedback is head 1's own or the corrected signal.
 
 The table of ``arctrue revolution`` is calibrated from one captured turn by least squares; the
 corrected signal is equation (9) from the coefficients as the gateware holds them, rounded to a
@@ -41,7 +41,7 @@ ORDERS = np.arange(1, 17)
 
 @dataclass(frozen=True)
 class StopAndGoSettings:
-    """The servo is that of :mod:`servo`; noise of the heads acts on every sample of the loop."""
+    """Settings; the servo is that of :mod:`servo`; noise acts on every sample of the loop."""
 
     cycles: int = PUBLISHED.cycles
     noise_arcsec: float = 0.1
@@ -52,7 +52,7 @@ class StopAndGoSettings:
 
 
 def run_stop_and_go(settings: StopAndGoSettings | None = None) -> dict[str, Any]:
-    """Raw and corrected feedback as plain values. Raises ValueError below two cycles."""
+    """Run both feedbacks; return plain values. Raises ValueError below two cycles."""
     settings = settings or StopAndGoSettings()
     if settings.cycles < 2:
         raise ValueError(f"a deviation needs two cycles or more, found {settings.cycles}")
@@ -84,7 +84,7 @@ def run_stop_and_go(settings: StopAndGoSettings | None = None) -> dict[str, Any]
 
 
 def calibrated(table: RotaryTable, random: np.random.Generator) -> Coefficients:
-    """From one captured turn at 30°/s, least squares, in the gateware's formats."""
+    """Calibrate from one captured turn at 30°/s, least squares, in the gateware's formats."""
     speed = float(np.radians(30.0))
     motion = Motion.steady(speed, TURN_RAD / speed, ripple_rad=0.002, ripple_order=7)
     state = motion.state(np.arange(SAMPLES) * np.float64(motion.duration_s / SAMPLES))
@@ -105,7 +105,7 @@ def calibrated(table: RotaryTable, random: np.random.Generator) -> Coefficients:
 def feedback_of(
     table: RotaryTable, coefficients: Coefficients | None, random: np.random.Generator
 ) -> Feedback:
-    """The signal that leaves for the servo, counts as an angle; None: head 1 as it is."""
+    """Give the servo's feedback, counts as an angle; None: head 1 without correction."""
 
     def shown(angle_rad: Float) -> Float:
         counts = table.counts(0, TableState.at_rest(angle_rad), random)
@@ -118,7 +118,7 @@ def feedback_of(
 
 
 def _cycles(settings: StopAndGoSettings, feedback: Feedback) -> Stopped:
-    """All moves at once: each begins at rest at the face before, which it has settled at."""
+    """Simulate all moves at once: each begins at rest at the previous face."""
     faces = PUBLISHED.faces
     target = np.tile(np.arange(faces), settings.cycles) * np.float64(TURN_RAD / faces)
     moves = Moves(target - TURN_RAD / faces, target)
@@ -126,7 +126,7 @@ def _cycles(settings: StopAndGoSettings, feedback: Feedback) -> Stopped:
 
 
 def _plain(errors: StationErrors, stopped: Stopped, off_rad: Float) -> dict[str, Any]:
-    # The sense of the stations: a table that stands too far on has an error below zero.
+    # Sign of the stations: a table beyond its target has an error below zero.
     by_cycle = -off_rad.reshape(-1, errors.mean_arcsec.size) * ARCSEC_PER_RAD
     true = by_cycle.mean(axis=0)
     return {

@@ -1,4 +1,4 @@
-"""A rotary axis with motor, friction and a position loop that sees an encoder signal alone.
+"""A rotary axis with motor, friction and a position loop whose only feedback is an encoder.
 
 Friction is the LuGre model (Canudas de Wit et al., IEEE Trans. Automatic Control 40, 1995):
 bristles of stiffness σ₀ that bend before the axis slides, Stribeck's curve, viscous friction. The
@@ -18,7 +18,7 @@ Float = NDArray[np.float64]
 SETTLED_COUNTS = 5.0
 """0.39″ at 2²⁴ counts a turn."""
 RECENT_SHARE = 0.01
-"""The feedback is smoothed over 100 samples, 10 ms, before it is judged: its noise is 0.1″."""
+"""The feedback is averaged over 100 samples, 10 ms, before the test: its noise is 0.1″."""
 Feedback = Callable[[Float], Float]
 """Position that the encoder signal shows, radians, for the true angle; whole counts."""
 
@@ -41,7 +41,7 @@ class Axis:
     def friction(self, speed: Float, bend: Float, step_s: float) -> tuple[Float, Float]:
         """Torque of the friction and the bristles' bend a step later, each ``(n,)``.
 
-        The bend is taken implicitly: while the axis slides it settles within less than a step.
+        The bend is computed implicitly: while the axis slides it settles within less than a step.
         """
         level = self.coulomb_n_m + (self.static_n_m - self.coulomb_n_m) * np.exp(
             -((speed / self.stribeck_rad_s) ** 2)
@@ -49,7 +49,7 @@ class Axis:
         stiffness = self.bristle_n_m_rad * np.abs(speed) / level
         after = (bend + speed * step_s) / (1.0 + stiffness * step_s)
         change = (after - bend) / step_s
-        # Damping of the bristles fades while the axis slides: without that it would be as large
+        # The damping of the bristles decreases while the axis slides; else it would be as large
         # as a second viscous friction.
         damping = self.bristle_n_m_s * np.exp(-((speed / self.stribeck_rad_s) ** 2))
         torque = self.bristle_n_m_rad * after + damping * change + self.viscous_n_m_s * speed
@@ -64,14 +64,14 @@ class Controller:
     position_1_s: float = 60.0
     speed_n_m_s: float = 8.0
     integral_n_m: float = 1_600.0
-    """Of the speed loop's integral, that is per radian of position."""
+    """Gain of the speed loop's integral, which is per radian of position."""
     smoothing: float = 0.3
-    """Share of a new speed in the filtered one."""
+    """Weight of a new speed in the filtered one."""
 
 
 @dataclass(frozen=True)
 class Moves:
-    """Many moves side by side, each from rest to rest; arrays ``(moves,)`` in radians."""
+    """Many independent moves, each from rest to rest; arrays ``(moves,)`` in radians."""
 
     start_rad: Float
     target_rad: Float
@@ -79,7 +79,7 @@ class Moves:
     acceleration_rad_s2: float = float(np.radians(120.0))
 
     def path(self, time_s: float) -> tuple[Float, Float]:
-        """Position and speed of a trapezoid of speed at a time, in the feedback's angle."""
+        """Give position and speed of a trapezoidal profile at a time, in the feedback's angle."""
         length = np.abs(self.target_rad - self.start_rad)
         side = np.sign(self.target_rad - self.start_rad)
         top = np.minimum(self.speed_rad_s, np.sqrt(length * self.acceleration_rad_s2))
@@ -95,7 +95,7 @@ class Moves:
 
     @property
     def duration_s(self) -> float:
-        """Of the longest."""
+        """Duration of the longest move."""
         length = float(np.max(np.abs(self.target_rad - self.start_rad)))
         top = min(self.speed_rad_s, float(np.sqrt(length * self.acceleration_rad_s2)))
         return length / top + top / self.acceleration_rad_s2 if top else 0.0
@@ -103,16 +103,16 @@ class Moves:
 
 @dataclass(frozen=True)
 class Stopped:
-    """Where the table stands after each move, ``(moves,)``."""
+    """Final state of the table after each move, ``(moves,)``."""
 
     angle_rad: Float
     """True angle, mean over the dwell."""
     tremble_rad: Float
-    """Largest less smallest true angle during the dwell."""
+    """Largest minus smallest true angle during the dwell."""
     following_rad: float
     """Largest distance of the feedback from the path during the moves."""
     settled_s: Float
-    """From the end of the path until the feedback, smoothed, stays within five counts."""
+    """Time from the end of the path until the averaged feedback stays within five counts."""
 
 
 def drive(
@@ -125,7 +125,7 @@ def drive(
     settle_s: float = 0.8,
     dwell_s: float = 0.2,
 ) -> Stopped:
-    """Make all moves at once. The table stands at first where the feedback shows the start.
+    """Make all moves at once. At first the feedback of the table shows the start.
 
     Steps are those of the controller; within one, torque is constant and the axis is carried on by
     the semi-implicit Euler rule, at 0.04 of a radian of the bristles' oscillation.

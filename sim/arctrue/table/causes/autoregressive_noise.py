@@ -15,7 +15,7 @@ from arctrue.table.noise import Noise
 
 @dataclass(frozen=True, slots=True)
 class AutoregressiveNoise(Cause):
-    """x_i = correlation·x_{i−1} + w_i from row to row, whatever the time; each run begins anew."""
+    """x_i = correlation·x_{i−1} + w_i from row to row, not over time; each run begins anew."""
 
     sigma_rad: float
     correlation: float

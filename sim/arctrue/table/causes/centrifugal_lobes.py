@@ -27,7 +27,7 @@ class CentrifugalLobes(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """What the lines say too much, shape ``(n,)``."""
+        """Error of the lines, shape ``(n,)``."""
         wave = np.cos(self.order * disc_angle_rad + self.phase_rad)
         return np.asarray(self.stretch_rad_s2 * state.speed_rad_s**2 * wave)
 

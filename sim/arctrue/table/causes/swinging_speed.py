@@ -19,7 +19,7 @@ class SwingingSpeed(Cause):
     phase_rad: float
 
     def driven(self, motion: Motion) -> Motion:
-        """Give the motion with the ripple that varies the speed by the share."""
+        """Add to the motion the ripple that varies its speed by the share."""
         return replace(
             motion,
             ripple_rad=self.share / self.order,

@@ -73,7 +73,7 @@ def test_list_names_every_cause() -> None:
     [
         (["--effect", "friction"], "no cause is called friction"),
         (["--effect", "latency", "--hidden"], "either --hidden or --effect"),
-        (["--size", "1"], "1 sizes for 0 effects"),
+        (["--size", "1"], "found 1 --size for 0 --effect"),
         (["--effect", "latency", "--size", "0"], "must be positive"),
     ],
 )
