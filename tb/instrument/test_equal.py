@@ -98,10 +98,11 @@ def does_the_same_from_random_registers(
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     usual = replay.outputs(inputs, folder)
     at_random = compiled("arctrue_core", generics, with_random_registers)
-    begun = {tuple(values[0] for values in usual.values())}
+    # Of the clocks before it settles: in the first one alone two draws of few outputs may be alike.
+    begun = {tuple(tuple(values[:CORE_SETTLED]) for values in usual.values())}
     for seed in POWER_UPS:
         other = at_random.outputs(inputs, folder, seed)
-        begun.add(tuple(values[0] for values in other.values()))
+        begun.add(tuple(tuple(values[:CORE_SETTLED]) for values in other.values()))
         for name in usual:
             # What the bus says beside them is nobody's until they are high. With more than two
             # heads the words of the mean, which outlive a reset, decide when a capture is ready,
