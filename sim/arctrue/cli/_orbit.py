@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from arctrue.base.figures import figure
 from arctrue.calibration.axis_orbit import LEAST_HEADS, AxisOrbit, axis_orbit
 from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.calibration.heads_calibration import MeanSettings, calibrate_mean
-from arctrue.base.figures import figure
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console, tell_warning
 from arctrue.measurement import MeasurementSet

@@ -6,7 +6,7 @@ from typing import Any
 
 from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.coverage import Coverage
+from arctrue.workbench.diagnose.coverage import Coverage, aliases
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.posterior import SILENT
 from arctrue.workbench.diagnose.probabilities import LIKE_BENCHMARK
@@ -101,6 +101,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         },
         "verdict": result.verdict,
         "named": None if result.named is None else result.named.name,
+        "aliases": [] if said.first is None else aliases(said.first, result.observations),
         "class": result.effect_class,
         "class_correlation": dict(said.class_correlation),
         "description": result.description,
@@ -148,7 +149,7 @@ def sentences(result: Diagnosis) -> list[str]:
         said = [f"Missing: {result.named.name}. {result.named.effect.physics}"]
         told = result.named.effect.told(result.named.nonlinear, result.observations)
         seen = result.named.effect.seen(result.named.parameters())
-        said += [words for words in (told, seen) if words]
+        said += [words for words in (told, seen, *_aliased(result)) if words]
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
             said.append(f"Larger effects would explain it too, with more freedom: {larger}.")
@@ -162,7 +163,7 @@ def sentences(result: Diagnosis) -> list[str]:
                 f"{result.named.name} and diagnose again."
             )
     elif result.verdict == "ambiguous":
-        said = _undecided(result)
+        said = [*_undecided(result), *_aliased(result)]
     elif result.decision.resembles is not None:
         said = [
             f"None of the known effects fits. It resembles {result.decision.resembles.name}, but: "
@@ -238,6 +239,19 @@ def _covered(covers: Coverage) -> list[str]:
         more = " and so on" if len(covers.blind_orders) > MOST_ORDERS else ""
         said.append(f"Orders that it cannot see at this head separation: {first}{more}.")
     return said
+
+
+def _aliased(result: Diagnosis) -> list[str]:
+    """Orders that the stations cannot exclude, one sentence."""
+    first = result.decision.first
+    found = [] if first is None else aliases(first, result.observations)
+    if not found:
+        return []
+    orders = ", ".join(f"{order:.6g}" for order in found)
+    return [
+        f"Its order has fewer than two stations a period: orders {orders} and others look the same "
+        "at these stations. Stations that are closer, or uneven, would tell."
+    ]
 
 
 MOST_ORDERS = 5

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import ALPHA, measurement_set
 
-from arctrue.workbench.diagnose.coverage import blindness, coverage, effect_or_noise
+from arctrue.workbench.diagnose.coverage import aliases, blindness, coverage, effect_or_noise
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
@@ -152,3 +152,37 @@ def test_noise_beside_many_columns_is_little_known(
     )
     assert (effect_or_noise([item], 19, 0.04) is not None) == told
     assert effect_or_noise([item], 19, 0.2) is None
+
+
+def test_an_order_with_fewer_than_two_stations_a_period_has_aliases() -> None:
+    """90 teeth at 24 faces: cos and sin of 18, 6, 42 and 30 are the same columns there."""
+    made = measurement_set(runs=2)
+    assert made.reference is not None
+    target = np.radians(made.reference.target_deg)
+    made.reference.error_arcsec[:] += 1.0 * np.cos(90.0 * target + 0.5)
+    made = replace(made, table=replace(made.table, drive_gear_teeth=90.0))
+    result = diagnose(observations_of(made), [_base()], EFFECTS)
+    assert result.effect_class[0] == "drive_gear_error"
+    found = diagnosis_data(result, ["graduation_harmonics"])["aliases"]
+    assert found == [6.0, 18.0, 30.0, 42.0]
+    waves = np.stack([np.cos(90.0 * target), np.sin(90.0 * target)], axis=1)
+    for order in found:
+        same = np.stack([np.cos(order * target), np.sin(order * target)], axis=1)
+        left = waves - same @ np.linalg.lstsq(same, waves, rcond=None)[0]
+        np.testing.assert_allclose(left, 0.0, atol=1e-9)
+    assert any("orders 6, 18, 30, 42 and others" in words for words in sentences(result))
+
+
+@pytest.mark.parametrize(("order", "stations"), [(5.0, 24), (90.0, 360)])
+def test_an_order_with_two_stations_a_period_has_none(order: float, stations: int) -> None:
+    observations: Any = SimpleNamespace(
+        capture=None,
+        reference=SimpleNamespace(target_rad=np.arange(stations) * 2.0 * np.pi / stations),
+    )
+    effect = SimpleNamespace(declared_order=lambda _: order)
+    item: Any = SimpleNamespace(effect=effect, parameters=dict)
+    assert aliases(item, observations) == []
+    uneven = observations.reference.target_rad
+    uneven[::3] += 0.01
+    effect.declared_order = lambda _: 10.0 * stations
+    assert aliases(item, observations) == []
