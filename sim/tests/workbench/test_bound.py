@@ -15,6 +15,7 @@ from arctrue.measurement import MeasurementSet
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.detectable import (
+    _powerful,
     held_out_gain,
     needed_gain,
     smallest_detectable,
@@ -49,6 +50,18 @@ def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> 
     found = float(np.mean(ratio > stats.f.ppf(1.0 - SIGNIFICANCE / TESTS, rank, freedom)))
     # Three standard errors of 40,000 draws at 95 %, and the 32 quantiles of the noise.
     assert found == pytest.approx(0.95, abs=0.0033 + 0.003)
+
+
+def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
+    """A log of a servo asked for F above 10⁷, where the series of noncentral F ends in NaN."""
+    rank, freedom, threshold, draws = 4, 2.0, 3.8e7, 200_000
+    random = np.random.default_rng(7)
+    stating, showing = (random.chisquare(freedom, draws) / freedom for _ in range(2))
+    columns = random.normal(size=(draws, rank))
+    columns[:, 0] += np.sqrt(_powerful(rank, freedom, threshold) * stating)
+    found = float(np.mean(np.sum(columns**2, axis=1) / rank / showing > threshold))
+    # Three standard errors of the draws, and 32 quantiles of a noise of two degrees of freedom.
+    assert found == pytest.approx(0.95, abs=0.0015 + 0.012)
 
 
 @pytest.mark.parametrize("rank", [1, 2, 8])

@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.candidates import looked_for
+from arctrue.workbench.diagnose.candidates import looked_for, regular_candidates
 from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.forward.search import Line
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import ModelEffect, default_model
@@ -95,6 +97,18 @@ def test_a_line_that_is_the_same_both_ways_stays_one_line(order: float) -> None:
     # the place is found to a hundredth of what a turn resolves.
     assert place["order"] == pytest.approx(order, abs=0.01)
     assert residuals.score(effect, place).gain > 100.0
+
+
+def test_a_line_of_the_forward_search_is_asked_for_its_directions_too() -> None:
+    """It looks for one wave in both directions, and its best rate lies beside the whole order."""
+    residuals = Residuals(fit(TERMS, observations_of(_log(72.0, (6.0, 4.0), (6.0, 95.0)))))
+    line = Line(72.03, 5.0, 0.0, 3.5, 0.9, 300.0, 200.0, 432.0, 180.0)
+    place = {"order": line.rate, "frequency": 0.0, "in_time": 0.0, "in_capture": 0.0}
+    cause = RegularCause(EFFECTS["periodic_error"](), place, (line,), False, None)
+    (found,) = regular_candidates(residuals, [cause], tests=19)
+    assert found.effect.settings == {"by_direction": True}
+    assert found.nonlinear["order"] == 72.0
+    assert found.regular is cause
 
 
 def test_the_diagnosis_says_both_directions() -> None:

@@ -54,7 +54,7 @@ def regular_candidates(
     """A candidate of the largest cause of each name that a forward search found."""
     found: dict[str, Candidate] = {}
     for cause in causes:
-        form, place = cause.effect, dict(cause.nonlinear)
+        form, place = cause.effect.at_place(residuals, cause.nonlinear)
         if form.name in found or residuals.score(form, place).rank == 0:
             continue
         item = _candidate(form, place, cause.trials, residuals, tests)
