@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from arctrue.report.analysis import Analysis, analyse, with_effect
 from arctrue.report.charts.bins import of_turn
-from arctrue.report.charts.chart import Chart, Curve, HeatMap, in_unit
+from arctrue.report.charts.chart import ARCSEC, QUIET, Axis, Chart, Curve, HeatMap, Panel, in_unit
 from arctrue.report.charts.heat_map import heat_map
 from arctrue.report.charts.ladder import ladder
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
@@ -186,3 +186,22 @@ def test_a_name_with_marks_is_text(added: Analysis, tmp_path: object) -> None:
 def test_a_picture_is_written(added: Analysis, tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = save_chart(ladder(added.model.history), tmp_path / "new" / "ladder.png")
     assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_circle_of_equal_scales_is_a_circle_on_paper_and_on_the_page() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    circle = Curve(np.cos(angle), 3.0 * np.sin(angle), "orbit", QUIET)
+    panel = Panel(Axis("x", ARCSEC), Axis("y", ARCSEC), [circle], equal_scales=True)
+    chart = Chart("orbit", "The orbit of an axis.", [panel])
+    assert go.Figure(chart_data(chart)).layout.yaxis.scaleanchor == "x"
+    path = max(
+        (
+            item.attrib["d"]
+            for item in ElementTree.fromstring(chart_svg(chart)).iter()
+            if "d" in item.attrib
+        ),
+        key=len,
+    )
+    numbers = np.array([part.split() for part in path.replace("M", "").split("L")], dtype=float)
+    across, upright = np.ptp(numbers, axis=0)
+    assert upright / across == pytest.approx(3.0, rel=0.01)

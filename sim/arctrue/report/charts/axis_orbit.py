@@ -37,11 +37,12 @@ def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
         "The axis' orbit, displacement over the disc's radius; without the circle once a turn that "
         "an eccentric disc makes too.",
         [
-            Panel(Axis("x", ARCSEC), Axis("y", ARCSEC), path),
+            Panel(Axis("x", ARCSEC), Axis("y", ARCSEC), path, equal_scales=True),
             Panel(
                 Axis("synchronous motion, polar", ARCSEC),
                 Axis("from the base circle", ARCSEC),
                 polar,
+                equal_scales=True,
             ),
         ],
         columns=2,

@@ -139,6 +139,8 @@ class Panel:
     y: Axis
     layers: Sequence[Layer]
     title: str = ""
+    equal_scales: bool = False
+    """A unit is as long on both axes, so that a circle is a circle."""
 
 
 @dataclass(frozen=True)

@@ -104,6 +104,8 @@ def _draw(figure: Figure, axes: Axes, panel: Panel, columns: int) -> None:
     _dress(axes, panel.y, math.inf, horizontal=False)
     if any(isinstance(layer, HeatMap) for layer in panel.layers):
         axes.grid(visible=False)
+    if panel.equal_scales:
+        axes.set_aspect("equal", adjustable="datalim")
     if panel.y.also is not None:
         _second_unit(axes, panel.y, panel.y.also)
     handles, names = axes.get_legend_handles_labels()

@@ -84,6 +84,7 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
             **_axis(panel.y, body),
             "domain": upright,
             "anchor": f"x{suffix}",
+            **({"scaleanchor": f"x{suffix}"} if panel.equal_scales else {}),
         }
         layout[f"legend{suffix}"] = {
             "orientation": "h",
