@@ -126,8 +126,8 @@ COEFFICIENT_MEMORY = (
             ),
             Break(
                 "a swap does not wait for a write under way",
-                "swap_allowed and is_quiet and not writing;\n",
-                "swap_allowed and is_quiet and not (writing and filling);\n",
+                "swap_allowed and is_quiet and not writing and swept;\n",
+                "swap_allowed and is_quiet and not (writing and filling) and swept;\n",
             ),
             Break(
                 "amplitudes come a clock too late",

@@ -10,6 +10,10 @@ from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 
+LEAST_OFFSETS = 2
+"""Offsets of runs, beyond the columns of the effect, that must agree with the known index. A single
+one agrees whenever two runs were moved alike, as by a head that was knocked in both."""
+
 
 def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> bool:
     """With the effect in the model, the offsets of the runs scatter as the index is known to.
@@ -20,7 +24,7 @@ def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> 
     offsets = known.solution_with(effect, nonlinear, score).run_offsets_arcsec
     free = offsets.size - score.rank
     square = float(offsets @ offsets) / known.solution.noise.index_variance
-    return free > 0 and float(chdtrc(free, square)) >= SIGNIFICANCE
+    return free >= LEAST_OFFSETS and float(chdtrc(free, square)) >= SIGNIFICANCE
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:

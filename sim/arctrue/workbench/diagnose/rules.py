@@ -27,7 +27,7 @@ from arctrue.workbench.diagnose.next_measurement import (
     NextMeasurement,
     Question,
 )
-from arctrue.workbench.diagnose.of_the_runs import runs_differ_with
+from arctrue.workbench.diagnose.of_the_runs import LEAST_OFFSETS, runs_differ_with
 from arctrue.workbench.diagnose.own_tests import follows_the_reading, one_pattern
 from arctrue.workbench.diagnose.posterior import (
     CLASS_SHARE,
@@ -269,8 +269,11 @@ def makes_it_worse(case: Case) -> Decision | None:
 
 
 def _of_the_runs(case: Case) -> bool:
+    """The offsets of enough runs decide whether the best is there."""
     best = case.best
     if best is None or best.evidence is None:
+        return False
+    if best.solution.observations.runs - best.rank < LEAST_OFFSETS:
         return False
     return best.evidence.index_share >= RUNS_ARE_THE_SAMPLE
 

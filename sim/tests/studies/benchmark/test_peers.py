@@ -227,5 +227,5 @@ def test_a_subject_without_its_library_is_an_error_for_people(monkeypatch) -> No
     module = "arctrue.studies.benchmark.peers.gaussian_process"
     monkeypatch.delitem(sys.modules, module, raising=False)
     monkeypatch.setitem(sys.modules, "sklearn.exceptions", None)
-    with pytest.raises(ValueError, match=r"pip install 'arctrue\[peers\]'"):
+    with pytest.raises(ValueError, match=r"pip install 'arctrue\[studies\]'"):
         find_subject("gaussian_process")

@@ -178,7 +178,12 @@ def _left(rms: float, noise: float = 0.1, reference: float = 0.1) -> SimpleNames
 
 def _case(before: SimpleNamespace, after: SimpleNamespace, lack_of_fit_p: float = 0.0) -> Case:
     item = SimpleNamespace(
-        name="count_slip", moved_arcsec={"capture": 0.3}, gain=100.0, share=None, regular=None
+        name="count_slip",
+        moved_arcsec={"capture": 0.3},
+        gain=100.0,
+        share=None,
+        regular=None,
+        evidence=None,
     )
     channel = SimpleNamespace(lack_of_fit_p=lack_of_fit_p, noise_arcsec=0.1)
     fit_of = {"capture": channel, "reference": SimpleNamespace(lack_of_fit_p=0.5, noise_arcsec=0.1)}

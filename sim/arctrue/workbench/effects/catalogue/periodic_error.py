@@ -73,10 +73,6 @@ class PeriodicError(Effect):
         "period_time": "s",
         "amplitude": "arcsec",
         "phase": "deg",
-        "up_amplitude": "arcsec",
-        "up_phase": "deg",
-        "down_amplitude": "arcsec",
-        "down_phase": "deg",
     }
     defaults: ClassVar[dict[str, object]] = {"by_direction": False}
     compensation = "lanes"
