@@ -394,7 +394,7 @@ class Effect(ABC):
         return ""
 
     def seen(self, parameters: Mapping[str, Parameter]) -> str:
-        """What the fitted values say that :meth:`told` cannot, a sentence; empty: nothing."""
+        """Describe the fitted values in a sentence; empty: :meth:`told` has said it all."""
         return ""
 
     def derived(
