@@ -29,7 +29,7 @@ REGISTERS := $(wildcard rtl/registers/*.rdl)
 C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark blind peers fuzz coverage-gateware coverage-firmware mutate nightly site lock ci clean distclean
+.PHONY: help setup generate demo test test-large lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark blind peers fuzz coverage-gateware coverage-firmware mutate nightly site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-17s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -50,9 +50,13 @@ build/generated/.made: $(GENERATORS) rtl/formats/number_formats_pkg.vhd $(REGIST
 demo: generate ## the main job: calibration in GHDL; beside it a hidden effect at full scale, named and corrected
 	$(VENV)/arctrue demo
 
-test: generate lint ## every check and test; JUnit report in build/reports/
+test: generate lint ## every check and test but the largest configurations; JUnit report in build/reports/
 	@mkdir -p build/reports
-	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
+	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) -m "not large" --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
+
+test-large: generate ## the largest configurations of the benches, proofs and worlds that make test leaves out
+	@mkdir -p build/reports
+	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) -m large --junitxml=build/reports/junit_large.xml $(PYTEST_OPTIONS)
 
 lint: generate ## style, types and order of imports: ruff, mypy, import-linter, clang-format, cppcheck, vsg; documents out of date
 	$(VENV)/ruff check --quiet

@@ -50,7 +50,7 @@ def run(
     )
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_a_turn_of_12000_angles_with_the_default_lanes() -> None:
     run("a_turn_of_angles", lanes=32, angles=12_000)
 
@@ -60,10 +60,10 @@ def test_a_turn_of_12000_angles_with_the_default_lanes() -> None:
     [
         (1, 2**24, 8191.0),
         (3, 4, 0.4),
-        (4, 1000, 300.0),
-        (5, 65_536, 0.0),
+        pytest.param(4, 1000, 300.0, marks=pytest.mark.large),
+        pytest.param(5, 65_536, 0.0, marks=pytest.mark.large),
         (8, 12_345_677, 60_000.0),
-        (64, 16_777_213, 0.0),
+        pytest.param(64, 16_777_213, 0.0, marks=pytest.mark.large),
     ],
 )
 def test_other_configurations(lanes: int, counts_per_rev: int, sum_counts: float) -> None:
@@ -119,14 +119,15 @@ def test_an_unknown_rotation_is_refused(capfd: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.parametrize(
-    ("lanes", "fold", "cosine_width"), [(2, 2, 18), (6, 2, 18), (4, 2, 20), (64, 8, 18)]
+    ("lanes", "fold", "cosine_width"),
+    [(2, 2, 18), (6, 2, 18), (4, 2, 20), pytest.param(64, 8, 18, marks=pytest.mark.large)],
 )
 def test_other_folded_configurations(lanes: int, fold: int, cosine_width: int) -> None:
     """One lane built, an odd number of them, a cosine whose pair sums are cut off, the most."""
     run("a_turn_of_angles", lanes, angles=200, fold=fold, cosine_width=cosine_width)
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_32_lanes_folded_by_4() -> None:
     run("a_turn_of_angles", lanes=32, angles=1_000, fold=4)
 

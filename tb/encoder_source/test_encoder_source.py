@@ -6,7 +6,7 @@ from tb.encoder_source.encoder_source_bench import AHEAD, AMPLITUDES, COUNTS_PER
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("heads", [2, 4])
+@pytest.mark.parametrize("heads", [2, pytest.param(4, marks=pytest.mark.large)])
 def test_encoder_source(heads: int) -> None:
     generics = {
         "COUNTS_PER_REV": COUNTS_PER_REV,

@@ -59,7 +59,7 @@ def test_unit(case: Case, tmp_path: Path) -> None:
     [
         {"LANES": 2, "CAPTURE_DEPTH": 16},
         {"LANES": 4, "CAPTURE_DEPTH": 16, "FOLD": 2, "ROTATION": "table"},
-        {"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4},
+        pytest.param({"LANES": 2, "CAPTURE_DEPTH": 16, "HEADS": 4}, marks=pytest.mark.large),
     ],
     ids=["parallel", "folded_table", "four_heads"],
 )

@@ -97,7 +97,7 @@ def test_c_header_compiles_and_places_the_registers() -> None:
     )
 
 
-@pytest.mark.parametrize("heads", [2, 3, 4])
+@pytest.mark.parametrize("heads", [2, pytest.param(3, marks=pytest.mark.large), 4])
 def test_windows_of_the_mean_and_of_further_heads(heads: int) -> None:
     """Every address is answered or refused as the map says for the heads that are built."""
     for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):

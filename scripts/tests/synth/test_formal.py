@@ -26,11 +26,18 @@ from scripts.tests.synth.tools import tools_missing
 MISSING = tools_missing(find_ghdl, find_sby)
 needs_tools = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 QUICK = [proof for proof in PROOFS if proof.quick]
+LONGEST = ("coefficient_memory", "coefficient_memory_folded")
 OUTPUT = next(proof for proof in PROOFS if proof.name == "quadrature_output")
 
 
 @needs_tools
-@pytest.mark.parametrize("proof", QUICK, ids=[proof.name for proof in QUICK])
+@pytest.mark.parametrize(
+    "proof",
+    [
+        pytest.param(proof, id=proof.name, marks=[pytest.mark.large] * (proof.name in LONGEST))
+        for proof in QUICK
+    ],
+)
 def test_proof(proof: Proof, tmp_path: Path) -> None:
     faults, _ = check(replace(proof, breaks=proof.breaks[:1]), tmp_path)
     assert faults == []

@@ -148,7 +148,11 @@ def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "micrometres"), [("bearing_ball_pass", 0.25), ("thermal_eccentricity", 2.0)]
+    ("name", "micrometres"),
+    [
+        pytest.param("bearing_ball_pass", 0.25, marks=pytest.mark.large),
+        ("thermal_eccentricity", 2.0),
+    ],
 )
 def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
     """``arctrue hidden EFFECT --heads 4``: head 1 shows it whole, the mean nothing of it."""
