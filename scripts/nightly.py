@@ -196,7 +196,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the named checks, or all; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     names = [check.name for check in CHECKS]
-    parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="NAME")
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        choices=names,
+        default=names,
+        metavar="NAME",
+        help=f"run these checks: {', '.join(names)}",
+    )
     parser.add_argument("--sample", action="store_true", help="run the stated part where one is")
     parser.add_argument("--again", action="store_true", help="run ended checks too")
     options = parser.parse_args(arguments)

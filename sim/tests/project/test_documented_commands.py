@@ -60,9 +60,11 @@ TARGETS = {
     "image": ("its script there", "scripts/tests/image"),
     "instrument": ("what it builds is what these tests use", "sim/tests/instrument"),
     "mutate": ("hours; its list there", "scripts/tests/project/test_documents.py"),
+    "nightly": ("hours; its record and page", "scripts/tests/project/test_nightly.py"),
     "site": ("built there", "sim/tests/project/test_site.py"),
     "synth": ("an hour; its parts there", "scripts/tests/synth"),
     "test": ("it is what runs this", "Makefile"),
+    "test-large": ("larger configurations of these tests", "Makefile"),
     "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
     "verify-bitstream": ("needs a routed chip; its parts there", "scripts/tests/device_build"),
 }
