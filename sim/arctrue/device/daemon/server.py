@@ -2,6 +2,7 @@
 
 The first line of a client is JSON: ``ask`` (``watch``, ``console``, ``status``, ``capture``) and
 ``token``. The first line of the answer is JSON too: ``{"error": …}`` or what was asked for.
+``GET /metrics`` of HTTP is answered on the same port.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 from arctrue.device.daemon.console_rights import refusal_of
+from arctrue.device.daemon.metrics import CONTENT_TYPE, metrics_text
 from arctrue.device.daemon.settings import DaemonSettings
 from arctrue.device.daemon.state import DaemonState
 from arctrue.device.recorder import RecordedTurn
@@ -23,6 +25,7 @@ MOST_REQUEST_BYTES = 4096
 MOST_UNREAD_BYTES = 1_000_000
 """A client that leaves more unread is dropped: the daemon waits for nobody."""
 MOST_CLIENTS = 64
+MOST_HEADERS = 100
 MOST_LATEST = 5_000
 _LATEST_S = 10.0
 """For a watcher to take the earlier turns."""
@@ -100,6 +103,9 @@ class Server:
         if self._clients > MOST_CLIENTS:
             return
         line = await asyncio.wait_for(reader.readline(), FIRST_LINE_S)
+        if line.startswith((b"GET ", b"HEAD ")):
+            await self._http(line, reader, writer)
+            return
         request = _request(line)
         if not hmac.compare_digest(str(request.get("token", "")).encode(), self._token):
             writer.write(_line({"error": "the token is wrong: it is in the daemon's run file"}))
@@ -116,6 +122,36 @@ class Server:
         else:
             known = "watch, console, status or capture"
             writer.write(_line({"error": f"nothing is known as {str(asked)[:40]!r}: ask {known}"}))
+
+    async def _http(
+        self, line: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
+        """Answer ``GET /metrics`` with the token as ``Authorization: Bearer``."""
+        given = b""
+        for _ in range(MOST_HEADERS):
+            header = await asyncio.wait_for(reader.readline(), FIRST_LINE_S)
+            if not header.strip():
+                break
+            name, _, value = header.partition(b":")
+            if name.strip().lower() == b"authorization":
+                given = value.strip().removeprefix(b"Bearer ").strip()
+        if not hmac.compare_digest(given, self._token):
+            status, text = "401 Unauthorized", "send the token: Authorization: Bearer TOKEN\n"
+        elif line.split()[1].partition(b"?")[0] != b"/metrics":
+            status, text = "404 Not Found", "there is /metrics only\n"
+        else:
+            status, text = "200 OK", metrics_text(self._state)
+        body = text.encode()
+        head = [
+            f"HTTP/1.1 {status}",
+            f"Content-Type: {CONTENT_TYPE}",
+            f"Content-Length: {len(body)}",
+            "Connection: close",
+        ]
+        if status.startswith("401"):
+            head.append("WWW-Authenticate: Bearer")
+        writer.write("\r\n".join([*head, "", ""]).encode())
+        writer.write(body if line.startswith(b"GET ") else b"")
 
     @property
     def _token(self) -> bytes:
