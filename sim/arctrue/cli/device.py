@@ -75,6 +75,16 @@ def device() -> None:
     show_default=True,
     help="Delete the oldest captures above this number.",
 )
+@click.option(
+    "--files", type=OutputFolder(), help="Folder for HDF5 files in NeXus form, one a day (UTC)."
+)
+@click.option(
+    "--files-every",
+    type=Finite(min=0.01),
+    default=60.0,
+    show_default=True,
+    help="Minutes from one writing of the present day's file to the next.",
+)
 def run(
     port: str,
     store: Path,
@@ -87,6 +97,8 @@ def run(
     capture_every: float | None,
     no_alarm_capture: bool,
     most_captures: int,
+    files: Path | None,
+    files_every: float,
 ) -> None:
     """Own the serial PORT until Ctrl-C: record the telemetry, take captures, serve both.
 
@@ -101,6 +113,8 @@ def run(
     from arctrue.device.daemon.settings import DaemonSettings
 
     optional("serial")
+    if files is not None:
+        optional("h5py")
     if host not in LOOPBACK:
         tell_warning(
             f"{host} can be reached by other machines, and the connection is not encrypted; only "
@@ -119,6 +133,8 @@ def run(
             capture_every_s=0.0 if capture_every is None else 3600.0 * capture_every,
             capture_on_alarm=not no_alarm_capture,
             most_captures=most_captures,
+            files=files,
+            files_every_s=60.0 * files_every,
         )
         asyncio.run(_run(Daemon, settings))
     except sqlite3.Error as error:
@@ -169,6 +185,24 @@ def status(port: str) -> None:
         say(f"{name.replace('_', ' ')}: {shown}")
     if latest:
         say(f"latest turn: {latest['turn']}, {latest['result']}")
+
+
+@device.command("files", short_help="Write a record as NeXus files, one a day.")
+@click.argument("record", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@click.argument("folder", type=OutputFolder())
+def files(record: Path, folder: Path) -> None:
+    """Write each day of RECORD (telemetry.sqlite) to FOLDER as an HDF5 file in NeXus form.
+
+    Files that are whole stay as they are. Exit code 2: RECORD cannot be read or FOLDER not written.
+    """
+    from arctrue.device.nexus_days import write_missing_days
+
+    try:
+        for path in write_missing_days(record, folder):
+            say(str(path))
+    except (sqlite3.Error, OSError) as error:
+        tell_error(f"{record}: {error}" if isinstance(error, sqlite3.Error) else str(error))
+        sys.exit(NO_DEVICE)
 
 
 @device.command("unit", short_help="Write the systemd unit and the udev rule.")

@@ -19,6 +19,7 @@ from arctrue.device.daemon.service_manager import keep_alive, notify
 from arctrue.device.daemon.settings import DaemonSettings
 from arctrue.device.daemon.state import DaemonState
 from arctrue.device.lines import LineAssembler, TelemetryLine, is_telemetry, telemetry_of
+from arctrue.device.nexus_days import write_missing_days
 from arctrue.device.port import ConsoleError
 from arctrue.device.recorder import RecordedTurn, Recorder, read_turns
 from arctrue.measurement import MeasurementError
@@ -62,7 +63,8 @@ class Daemon:
         file = announce(self._self)
         self._report(f"serving {self._self.address}; the token is in {file}")
         notify(f"READY=1\nSTATUS={settings.port}: serving {self._self.address}")
-        for work in (self._link.keep_open(), keep_alive(), self._wake(), self._schedule()):
+        tasks = (self._link.keep_open(), keep_alive(), self._wake(), self._schedule())
+        for work in (*tasks, self._write_files()):
             self._start(work)
         ended = asyncio.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -184,6 +186,19 @@ class Daemon:
         while self._settings.capture_every_s > 0.0:
             await asyncio.sleep(self._settings.capture_every_s)
             await self._capture("schedule")
+
+    async def _write_files(self) -> None:
+        """Bring the files of the days up to the record, now and after each interval."""
+        settings = self._settings
+        while settings.files is not None:
+            try:
+                days = await asyncio.to_thread(write_missing_days, settings.record, settings.files)
+            except (OSError, sqlite3.Error) as error:
+                self._happened("files", f"{settings.files}: no file was written: {error}")
+            else:
+                for path in days:
+                    self._report(f"written: {path}")
+            await asyncio.sleep(settings.files_every_s)
 
     def _capture_for_alarm(self) -> None:
         now = time.monotonic()

@@ -29,6 +29,9 @@ class DaemonSettings:
     capture_pause_s: float = 600.0
     """From one capture for an alarm to the next."""
     most_captures: int = 500
+    files: Path | None = None
+    """Folder of the NeXus files, one a day; None: none are written."""
+    files_every_s: float = 3600.0
     capture_timeout_s: float = 180.0
 
     @property
