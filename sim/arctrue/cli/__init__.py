@@ -28,7 +28,7 @@ SECTIONS = {
         *("import", "join", "serve", "calibrate", "compare", "diagnose", "explain"),
         *("effects", "add", "drop", "history", "report", "budget", "iso230", "export"),
     ),
-    "Device": ("capture", "monitor", "probe", "load", "save", "flash"),
+    "Device": ("device", "capture", "monitor", "probe", "load", "save", "flash"),
     "Simulate and study": (
         *("demo", "simulate", "run", "revolution", "hidden", "long-run", "stop-and-go", "paper"),
         *("methods", "heads", "error-sources", "monte-carlo", "alpha", "benchmark"),

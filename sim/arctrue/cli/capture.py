@@ -7,12 +7,13 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._device import console_at
 from arctrue.cli._guide import next_option, refuse_what_was_not_asked, steps
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
 from arctrue.cli._terminal import note, say, tell_error
-from arctrue.device.console import Console, ConsoleError
+from arctrue.device.console import ConsoleError
 from arctrue.measurement import (
     JoinError,
     MeasurementError,
@@ -62,8 +63,7 @@ def capture(
         before = read_measurement_set(out) if there else None
         if before is not None and kind is not None:
             _guide(kind, before)
-        console = Console(port)
-        click.get_current_context().call_on_close(console.close)
+        console = console_at(port)
         taken = measurement = console.dump(timeout)
         if before is not None and kind is not None:
             refuse_what_was_not_asked(kind, before, taken, force=force)

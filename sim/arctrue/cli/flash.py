@@ -8,9 +8,10 @@ from pathlib import Path
 import click
 
 from arctrue.base.percent import percent
+from arctrue.cli._device import console_at
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import say, tell_error
-from arctrue.device.console import Console, ConsoleError
+from arctrue.device.console import ConsoleError
 from arctrue.device.flash import FlashRefusedError, write_image
 
 REFUSED = 1
@@ -32,8 +33,7 @@ def flash(port: str, file: Path) -> None:
     """
     try:
         image = file.read_bytes()
-        console = Console(port)
-        click.get_current_context().call_on_close(console.close)
+        console = console_at(port)
         with Progress(f"{file.name}: writing") as progress:
             state = write_image(
                 console,

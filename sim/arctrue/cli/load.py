@@ -7,10 +7,11 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._device import console_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import say, tell_error
-from arctrue.device.console import Console, ConsoleError
+from arctrue.device.console import ConsoleError
 from arctrue.device.load import (
     DEVICE_LOADS,
     LoadRefusedError,
@@ -52,8 +53,7 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
     """
     try:
         coefficients = read_coefficient_file(file, DEVICE_LOADS)
-        console = Console(port)
-        click.get_current_context().call_on_close(console.close)
+        console = console_at(port)
         with Progress(f"{file.name}: sending") as progress:
             sent = send_coefficients(
                 console,

@@ -10,13 +10,15 @@ from pathlib import Path
 import click
 
 from arctrue.base.figures import figure
+from arctrue.cli._device import console_at, watch_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import live_head, live_row
 from arctrue.cli._terminal import note, say, tell_error
+from arctrue.device.connection import Watch, open_console
 from arctrue.device.console import Console, ConsoleError, TelemetryLine
 from arctrue.device.recorder import Recorder
-from arctrue.measurement import write_measurement_set
+from arctrue.measurement import MeasurementSet, write_measurement_set
 
 NO_DEVICE = 2
 
@@ -66,24 +68,27 @@ def monitor(
 ) -> None:
     """Show the telemetry of the device at PORT (/dev/ttyUSB1, COM5) until Ctrl-C.
 
+    Any number of monitors can watch a port that arctrue device run owns.
+
     Exit code 2: the device does not answer, or a file cannot be written.
     """
     from arctrue.metrology.trend import TrendWatch
 
     try:
-        console = Console(port)
-        click.get_current_context().call_on_close(console.close)
+        watching = watch_at(port)
+        console = None if watching is not None else console_at(port)
+        if console is not None:
+            console.command("telemetry on")
         recorder = None if record is None else Recorder(record)
         watch = TrendWatch(trend)
-        console.command("telemetry on")
         say(_HEAD)
         seen = 0
         while turns is None or seen < turns:
             if sets is not None and seen % every == 0:
                 name = time.strftime("%Y%m%dT%H%M%S")
-                write_measurement_set(sets / name, console.dump(max(silence, 60.0)))
+                write_measurement_set(sets / name, _capture(port, console, max(silence, 60.0)))
                 say(f"capture: {sets / name}")
-            turn = console.turn(silence)
+            turn = _turn(watching or console, silence)
             if turn is None:
                 note(f"no turn for {silence:g} s; does the table turn?")
                 continue
@@ -101,6 +106,21 @@ def monitor(
     except (ConsoleError, OSError) as error:
         tell_error(str(error))
         sys.exit(NO_DEVICE)
+
+
+def _turn(source: Watch | Console | None, seconds: float) -> TelemetryLine | None:
+    return None if source is None else source.turn(seconds)
+
+
+def _capture(port: str, console: Console | None, seconds: float) -> MeasurementSet:
+    """A capture; without a ``console`` from the daemon, whose console is used for it alone."""
+    if console is not None:
+        return console.dump(seconds)
+    console = open_console(port, lambda _: None)
+    try:
+        return console.dump(seconds)
+    finally:
+        console.close()
 
 
 _COLUMNS = (

@@ -9,11 +9,12 @@ import click
 
 from arctrue.base.figures import figure
 from arctrue.base.whole_file import write_whole_text
+from arctrue.cli._device import console_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._tables import live_head, live_row
 from arctrue.cli._terminal import note, say, tell_error
-from arctrue.device.console import Console, ConsoleError
+from arctrue.device.console import ConsoleError
 from arctrue.device.probe import Latch, Probe, as_csv
 
 NO_DEVICE = 2
@@ -45,8 +46,7 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
     latches: list[Latch] = []
     failed = False
     try:
-        console = Console(port)
-        click.get_current_context().call_on_close(console.close)
+        console = console_at(port)
         latch = Probe(console)
         say(live_head(COLUMNS))
         while count is None or len(latches) < count:

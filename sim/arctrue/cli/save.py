@@ -6,8 +6,9 @@ import sys
 
 import click
 
+from arctrue.cli._device import console_at
 from arctrue.cli._terminal import say, tell_error
-from arctrue.device.console import Console, ConsoleError
+from arctrue.device.console import ConsoleError
 from arctrue.device.save import SaveRefusedError, save_settings
 
 REFUSED = 1
@@ -26,8 +27,7 @@ def save(port: str) -> None:
     Exit code 1: the flash refused the record. 2: the device does not answer.
     """
     try:
-        console = Console(port)
-        click.get_current_context().call_on_close(console.close)
+        console = console_at(port)
         say(f"{port}: {save_settings(console)}")
     except SaveRefusedError as error:
         tell_error(f"{port}: {error}")

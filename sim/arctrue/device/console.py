@@ -2,98 +2,47 @@
 
 from __future__ import annotations
 
-import errno
-import json
 import logging
 import os
 import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
-from arctrue.base.extras import LazyModule
-from arctrue.base.typed_content import typed
 from arctrue.device.dump import DumpHead, read_head, read_row
-from arctrue.device.exclusive_port import keep_others_out, let_others_in, other_users
+from arctrue.device.lines import LineAssembler, TelemetryLine, is_telemetry, telemetry_of
+from arctrue.device.port import BAUD, ConsoleError, SerialTransport, Transport
 from arctrue.measurement import MeasurementSet
 
-if TYPE_CHECKING:
-    import serial
-else:
-    serial = LazyModule("serial")
-
-BAUD = 115_200
+__all__ = ["Console", "ConsoleError", "TelemetryLine"]
 ATTEMPTS = 3
 """Of what was spoiled on the way."""
 SILENCE_S = 5.0
 """A dump that is silent for so long has ended, and its end was spoiled."""
-LONGEST_LINE = 65_536
-"""Characters kept of a line without an end; the longest line of the firmware has 2,128."""
 LATE_S = 10.0
 """An answer later than this does not come any more."""
 
 _LOG = logging.getLogger(__name__)
 
 
-class ConsoleError(Exception):
-    """The device does not answer, or not as expected; the message is for people."""
-
-
-class _Told(Struct):
-    """What every line of telemetry has, and what is shown of one; there may be more."""
-
-    turn: int
-    result: str
-    reason: str
-    alarms: list[str] = []
-    separation_deg: float | None = None
-    noise_arcsec: float | None = None
-    active_arcsec: float | None = None
-    temperature_c: float | None = None
-    harmonics: list[tuple[int, float, float, float, int]] = []
-    """Order, amplitude, phase, standard uncertainty, whether it was applied."""
-
-
-@dataclass(frozen=True, slots=True)
-class TelemetryLine:
-    """One line of telemetry; ``fields`` has all of it."""
-
-    fields: dict[str, Any]
-
-    @property
-    def result(self) -> str:
-        """``applied``, ``kept`` or ``refused``; ``alarm``: one between turns, and no turn."""
-        return str(self.fields["result"])
-
-
 class Console:
     """One device. Lines are kept apart: answers, telemetry (``{``) and dumps."""
 
-    def __init__(self, port: str, *, timeout_s: float = 1.0) -> None:
+    def __init__(
+        self, port: str, *, timeout_s: float = 1.0, transport: Transport | None = None
+    ) -> None:
         """Open ``port`` for this program alone: a device or a URL of pyserial.
 
+        With ``transport`` nothing is opened, and ``port`` only names the device in messages.
         Raises ConsoleError, which names the program that has the port where that can be known.
         """
-        try:
-            self._serial = serial.serial_for_url(port, BAUD, timeout=timeout_s, exclusive=True)
-        except (serial.SerialException, ValueError) as error:
-            raise _not_opened(port, error) from error
-        if users := other_users(port):
-            self._serial.close()
-            raise _in_use(port, users)
-        keep_others_out(self._serial)
+        self._transport = transport or SerialTransport(port, timeout_s)
         self.port = port
         self._turns: list[TelemetryLine] = []
         self._in_step = False
         self._markers = 0
-        self._begun = b""
+        self._lines = LineAssembler()
 
     def close(self) -> None:
         """Close the port."""
-        if self._serial.is_open:
-            let_others_in(self._serial)
-        self._serial.close()
+        self._transport.close()
 
     def command(self, line: str, seconds: float = 5.0) -> list[str]:
         """The lines of the answer without the closing ``ok``.
@@ -212,32 +161,24 @@ class Console:
 
     def _write(self, line: str) -> None:
         try:
-            self._serial.write(line.encode("ascii") + b"\r")
-        except serial.SerialException as error:
+            self._transport.write(line.encode("ascii") + b"\r")
+        except OSError as error:
             raise ConsoleError(f"{self.port}: {error}") from error
 
     def _line(self) -> str | None:
         """The next line that is no telemetry; that is put aside. None: nothing came in time."""
         try:
-            data: bytes = self._serial.read_until(b"\n")
-        except serial.SerialException as error:
+            data = self._transport.read_until(b"\n")
+        except OSError as error:
             raise ConsoleError(f"{self.port}: {error}; was the cable pulled?") from error
         # The device may stop in the middle of a line for longer than a read waits.
-        self._begun += data
-        if not data.endswith(b"\n"):
-            self._begun = self._begun[-LONGEST_LINE:]
-            return None
-        data, self._begun = self._begun, b""
-        text = data.decode("ascii", "replace").strip()
-        if not text.startswith("{"):
-            return text
-        try:
-            fields = json.loads(text)
-            typed(fields, _Told)
-            self._turns.append(TelemetryLine(fields))
-        except ValueError:
-            # A line that was spoiled on the way is one turn less, no more.
-            return None
+        for text in self._lines.add(data):
+            if not is_telemetry(text):
+                return text
+            turn = telemetry_of(text)
+            # A line that was damaged on the way is one turn less, no more.
+            if turn is not None:
+                self._turns.append(turn)
         return None
 
     def _wait_for(self, starts: tuple[str, ...], seconds: float) -> str:
@@ -249,19 +190,3 @@ class Console:
                     raise ConsoleError(f"{self.port}: the device says {text}")
                 return text
         raise ConsoleError(f"{self.port}: nothing came within {seconds:g} s; does the table turn?")
-
-
-def _not_opened(port: str, error: Exception) -> ConsoleError:
-    # pyserial says the port's name and the system's error twice; its lock has an error of its own.
-    number = getattr(error, "errno", None)
-    if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
-        return _in_use(port, other_users(port))
-    why = os.strerror(number) if number else str(error)
-    return ConsoleError(
-        f"{port}: cannot be opened: {why}; is the device plugged in, and may you use the port?"
-    )
-
-
-def _in_use(port: str, users: list[str]) -> ConsoleError:
-    who = " and ".join(users) or "another program, whose name the system does not tell you"
-    return ConsoleError(f"{port}: is in use by {who}; end that first, two cannot share a port")

@@ -1,29 +1,44 @@
-"""Telemetry in an SQLite file: a row a turn, a row a harmonic."""
+"""Telemetry in an SQLite file: a row a turn, a row a harmonic, a row an event."""
 
 from __future__ import annotations
 
 import json
 import sqlite3
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
-from arctrue.device.console import TelemetryLine
+from arctrue.device.lines import TelemetryLine
 
-_SCHEMA = """
+_TURN = {
+    "recorded": "TEXT NOT NULL",
+    "number": "INTEGER NOT NULL",
+    "time_s": "REAL",
+    "result": "TEXT NOT NULL",
+    "reason": "TEXT NOT NULL",
+    "separation_deg": "REAL",
+    "u_separation_arcsec": "REAL",
+    "residual_arcsec": "REAL",
+    "noise_arcsec": "REAL",
+    "active_arcsec": "REAL",
+    "candidate_arcsec": "REAL",
+    "loaded_arcsec": "REAL",
+    "temperature_c": "REAL",
+    "table_c": "REAL",
+    "swaps": "INTEGER",
+    "alarms": "TEXT NOT NULL",
+}
+"""Columns of a turn and their types."""
+_FIELDS = tuple(name for name in _TURN if name not in ("recorded", "number", "alarms"))
+"""Columns that have the name of a field of the telemetry."""
+_SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS turn (
     id INTEGER PRIMARY KEY,
-    recorded TEXT NOT NULL DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ', 'now')),
-    number INTEGER NOT NULL,
-    time_s REAL,
-    result TEXT NOT NULL,
-    reason TEXT NOT NULL,
-    separation_deg REAL,
-    residual_arcsec REAL,
-    noise_arcsec REAL,
-    active_arcsec REAL,
-    candidate_arcsec REAL,
-    temperature_c REAL,
-    swaps INTEGER,
-    alarms TEXT NOT NULL
+    {", ".join(f"{name} {kind}" for name, kind in _TURN.items())}
 );
 CREATE TABLE IF NOT EXISTS harmonic (
     turn INTEGER NOT NULL REFERENCES turn (id),
@@ -33,51 +48,205 @@ CREATE TABLE IF NOT EXISTS harmonic (
     u_arcsec REAL,
     chosen INTEGER NOT NULL
 );
+CREATE INDEX IF NOT EXISTS harmonic_turn ON harmonic (turn);
+CREATE TABLE IF NOT EXISTS event (
+    id INTEGER PRIMARY KEY,
+    recorded TEXT NOT NULL,
+    after_turn INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    text TEXT NOT NULL
+);
 """
-_COLUMNS = (
-    "time_s",
-    "result",
-    "reason",
-    "separation_deg",
-    "residual_arcsec",
-    "noise_arcsec",
-    "active_arcsec",
-    "candidate_arcsec",
-    "temperature_c",
-    "swaps",
-)
+CLOCK_STEP_S = 1.0
+"""The system's clock was set if it moved by this much more or less than the monotonic clock."""
+_DELETED_AT_ONCE = 500
+_BETWEEN_RETENTIONS = 100
+"""Turns from one check of the limits to the next."""
+_DAY_S = 86_400.0
+_MEGABYTE = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Retention:
+    """How much of the record is kept; None: without a limit."""
+
+    days: float | None = None
+    megabytes: float | None = None
 
 
 class Recorder:
-    """Appends to ``file``; raises sqlite3.Error where it is no such file."""
+    """Appends turns and events to ``file``; a turn is on the disk when ``add`` returns.
 
-    def __init__(self, file: Path) -> None:
-        """Open or make the file."""
-        self._connection = sqlite3.connect(file)
+    The rows' ``id`` gives their order, also after the system's clock was set back. The file is in
+    SQLite's WAL mode: others can read it meanwhile, and a program that is killed loses at most the
+    turn that it was writing. All methods raise sqlite3.Error.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        retention: Retention | None = None,
+        clock: Callable[[], float] = time.time,
+        monotonic: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Open or make the file. ``clock`` and ``monotonic`` return seconds."""
+        self._retention = retention or Retention()
+        self._clock, self._monotonic = clock, monotonic
+        self._connection = sqlite3.connect(file, isolation_level=None, timeout=1.0)
+        self._connection.execute("PRAGMA auto_vacuum = INCREMENTAL")
+        self._connection.execute("PRAGMA journal_mode = WAL")
         self._connection.executescript(_SCHEMA)
         self._add_what_older_files_lack()
+        self._last_id = self._one("SELECT coalesce(max(id), 0) FROM turn")
+        self._since_retention = 0
+        self._clocks = (clock(), monotonic())
+        self._state_a_clock_behind_the_record()
 
     def _add_what_older_files_lack(self) -> None:
         present = {row[1] for row in self._connection.execute("PRAGMA table_info(turn)")}
-        if "temperature_c" not in present:
-            with self._connection:
-                self._connection.execute("ALTER TABLE turn ADD COLUMN temperature_c REAL")
+        for name in _TURN.keys() - present:
+            self._connection.execute(f"ALTER TABLE turn ADD COLUMN {name} {_TURN[name]}")
 
-    def add(self, turn: TelemetryLine) -> None:
-        """One turn, on the disk when this returns."""
+    def _state_a_clock_behind_the_record(self) -> None:
+        row = self._connection.execute("SELECT recorded FROM turn ORDER BY id DESC").fetchone()
+        if row is not None and row[0] > self._now():
+            self.event("clock", f"the clock shows a time before the latest turn, {row[0]}")
+
+    def add(self, turn: TelemetryLine) -> int:
+        """Append one turn and return its id."""
+        self._state_a_set_clock()
         fields = turn.fields
-        values = [fields["turn"], *(fields.get(name) for name in _COLUMNS)]
+        values = [self._now(), fields["turn"], *(fields.get(name) for name in _FIELDS)]
         values.append(json.dumps(fields.get("alarms", [])))
         marks = ", ".join("?" * len(values))
-        with self._connection:
-            row = self._connection.execute(
-                f"INSERT INTO turn (number, {', '.join(_COLUMNS)}, alarms) VALUES ({marks})", values
-            )
+        names = f"recorded, number, {', '.join(_FIELDS)}, alarms"
+        with self._transaction():
+            row = self._connection.execute(f"INSERT INTO turn ({names}) VALUES ({marks})", values)
             self._connection.executemany(
                 "INSERT INTO harmonic VALUES (?, ?, ?, ?, ?, ?)",
                 [(row.lastrowid, *harmonic) for harmonic in fields.get("harmonics", [])],
             )
+        self._last_id = int(row.lastrowid or 0)
+        self._since_retention += 1
+        if self._since_retention >= _BETWEEN_RETENTIONS:
+            self._since_retention = 0
+            self.apply_retention()
+        return self._last_id
+
+    def event(self, kind: str, text: str) -> None:
+        """Append what happened after the latest turn, for example a lost port."""
+        with self._transaction():
+            self._connection.execute(
+                "INSERT INTO event (recorded, after_turn, kind, text) VALUES (?, ?, ?, ?)",
+                (self._now(), self._last_id, kind, text),
+            )
+
+    def apply_retention(self) -> None:
+        """Delete the oldest turns until both limits are met."""
+        if self._retention.days is not None:
+            before = _utc(self._clock() - self._retention.days * _DAY_S)
+            while self._delete_oldest("WHERE recorded < ?", before):
+                pass
+        if self._retention.megabytes is not None:
+            while self._used_bytes() > self._retention.megabytes * _MEGABYTE:
+                if not self._delete_oldest(""):
+                    break
+        self._connection.execute("PRAGMA incremental_vacuum").fetchall()
+
+    def _delete_oldest(self, where: str, *values: str) -> bool:
+        chosen = f"SELECT id FROM turn {where} ORDER BY id LIMIT {_DELETED_AT_ONCE}"
+        ids = [row[0] for row in self._connection.execute(chosen, values)]
+        # The latest turn stays, so that a new row never gets the id of an earlier one.
+        ids = [number for number in ids if number != self._last_id]
+        if not ids:
+            return False
+        with self._transaction():
+            self._connection.executemany("DELETE FROM harmonic WHERE turn = ?", [(n,) for n in ids])
+            self._connection.executemany("DELETE FROM turn WHERE id = ?", [(n,) for n in ids])
+            self._connection.execute("DELETE FROM event WHERE after_turn <= ?", (max(ids),))
+        return True
+
+    def _used_bytes(self) -> int:
+        used = self._one("PRAGMA page_count") - self._one("PRAGMA freelist_count")
+        return used * self._one("PRAGMA page_size")
+
+    def _one(self, query: str) -> int:
+        return int(self._connection.execute(query).fetchone()[0])
+
+    def _state_a_set_clock(self) -> None:
+        now = (self._clock(), self._monotonic())
+        step = (now[0] - self._clocks[0]) - (now[1] - self._clocks[1])
+        if abs(step) > CLOCK_STEP_S:
+            way = "back" if step < 0 else "forward"
+            self.event("clock", f"the system's clock was set {way} by {abs(step):.0f} s")
+        self._clocks = now
+
+    def _now(self) -> str:
+        return _utc(self._clock())
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._connection.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            self._connection.execute("COMMIT")
+        except BaseException:
+            if self._connection.in_transaction:
+                self._connection.execute("ROLLBACK")
+            raise
 
     def close(self) -> None:
         """Close the file."""
         self._connection.close()
+
+
+def _utc(seconds: float) -> str:
+    """The time in UTC with milliseconds, as SQLite's own functions write it."""
+    moment = datetime.fromtimestamp(seconds, UTC)
+    return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedTurn:
+    """A turn of the record; ``fields`` are those of the telemetry."""
+
+    id: int
+    recorded_s: float
+    """Seconds since 1970, UTC."""
+    fields: dict[str, Any]
+
+
+def read_turns(
+    file: Path, latest: int = -1, after: int = 0, span: tuple[str, str] | None = None
+) -> list[RecordedTurn]:
+    """Read the ``latest`` turns of a record (-1: all) with an id above ``after``, oldest first.
+
+    ``span``: only turns recorded from the first to before the second time, as ISO 8601 in UTC.
+    Raises sqlite3.Error.
+    """
+    connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
+    connection.row_factory = sqlite3.Row
+    where, values = "id > ?", [after, *(span or ())]
+    if span is not None:
+        where += " AND recorded >= ? AND recorded < ?"
+    query = f"SELECT * FROM turn WHERE {where} ORDER BY id DESC LIMIT ?"
+    turns: dict[int, RecordedTurn] = {}
+    try:
+        connection.execute("BEGIN")  # both queries see the same state
+        for row in reversed(connection.execute(query, [*values, latest]).fetchall()):
+            fields = dict(row)
+            identifier, recorded = fields.pop("id"), fields.pop("recorded")
+            fields["turn"] = fields.pop("number")
+            fields["alarms"] = json.loads(fields["alarms"])
+            fields["harmonics"] = []
+            moment = datetime.fromisoformat(recorded).timestamp()
+            turns[identifier] = RecordedTurn(identifier, moment, fields)
+        limits = (min(turns, default=0), max(turns, default=0))
+        query = "SELECT * FROM harmonic WHERE turn BETWEEN ? AND ? ORDER BY rowid"
+        for row in connection.execute(query, limits):
+            number, *harmonic = tuple(row)
+            if number in turns:
+                turns[number].fields["harmonics"].append(harmonic)
+    finally:
+        connection.close()
+    return list(turns.values())

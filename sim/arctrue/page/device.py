@@ -8,7 +8,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from arctrue.base.whole_file import write_whole_text
-from arctrue.device.console import Console, ConsoleError
+from arctrue.device.connection import open_console
+from arctrue.device.console import ConsoleError
 from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
 from arctrue.gateware.coefficient_file import read_coefficient_file
 
@@ -31,7 +32,7 @@ def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> st
         write_whole_text(path, device["file"])
         coefficients = read_coefficient_file(path)
     try:
-        console = Console(port)
+        console = open_console(port, lambda _: None)
         try:
             sent = send_coefficients(console, coefficients, lambda done, all_: None)
             wait_until_judged(console, sent, _WAIT_S)

@@ -51,10 +51,10 @@ class Device(threading.Thread):
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
-        self.end, other = pty.openpty()
-        tty.setraw(other)
+        self.end, self.far = pty.openpty()
+        tty.setraw(self.far)
         os.set_blocking(self.end, False)
-        self.port = os.ttyname(other)
+        self.port = os.ttyname(self.far)
         self.ended = False
         self.with_sensor = False
         self.bad_turns = False
@@ -71,7 +71,7 @@ class Device(threading.Thread):
         while not self.ended:
             try:
                 said = made.send(self.received(os.read(self.end, 256)))
-            except BlockingIOError:
+            except OSError:  # nothing was sent, or nobody has the port open
                 said = ""
                 time.sleep(0.002)
             if made.phase == "capture" and not made.core.get("status"):

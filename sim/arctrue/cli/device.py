@@ -1,0 +1,225 @@
+"""``arctrue device``: one program owns the serial port of a device, many watch it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+import sqlite3
+import sys
+from pathlib import Path
+
+import click
+
+from arctrue.base.extras import optional
+from arctrue.cli._group import Commands
+from arctrue.cli._numbers import Finite
+from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._terminal import note, say, tell_error, tell_warning
+from arctrue.device.announcement import announced_at
+from arctrue.device.connection import ask, daemon_of
+from arctrue.device.console import ConsoleError
+from arctrue.device.port import BAUD
+from arctrue.device.recorder import Retention
+
+NO_DEVICE = 2
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+SHIPPED = Path(__file__).resolve().parents[1] / "device" / "shipped"
+_TOKEN_BYTES = 24
+
+
+@click.group("device", cls=Commands, short_help="Own a device's port; let many programs watch.")
+def device() -> None:
+    """Own the serial port of a device, record its telemetry and serve it to other programs."""
+
+
+@device.command("run", short_help="Own a port, record and serve its telemetry.")
+@click.argument("port")
+@click.option(
+    "--store",
+    type=OutputFolder(),
+    default=Path("arctrue-device"),
+    show_default=True,
+    help="Folder for the record (telemetry.sqlite), captures and the token.",
+)
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to serve at.")
+@click.option(
+    "--tcp-port",
+    type=click.IntRange(0, 65535),
+    default=8051,
+    show_default=True,
+    help="Port to serve at; 0: any free one.",
+)
+@click.option(
+    "--baud", type=click.IntRange(min=1200), default=BAUD, show_default=True, help="Baud rate."
+)
+@click.option(
+    "--allow-control",
+    is_flag=True,
+    help="Pass on lines that change the device: load, save, flash. Without it they are refused.",
+)
+@click.option("--keep-days", type=Finite(min=0.01), help="Delete turns that are older.")
+@click.option(
+    "--keep-megabytes",
+    type=Finite(min=1.0),
+    default=10_000.0,
+    show_default=True,
+    help="Delete the oldest turns above this size of the record.",
+)
+@click.option("--capture-every", type=Finite(min=0.01), help="Hours from one capture to the next.")
+@click.option("--no-alarm-capture", is_flag=True, help="Take no capture when an alarm begins.")
+@click.option(
+    "--most-captures",
+    type=click.IntRange(min=1),
+    default=500,
+    show_default=True,
+    help="Delete the oldest captures above this number.",
+)
+@click.option(
+    "--files", type=OutputFolder(), help="Folder for HDF5 files in NeXus form, one a day (UTC)."
+)
+@click.option(
+    "--files-every",
+    type=Finite(min=0.01),
+    default=60.0,
+    show_default=True,
+    help="Minutes from one writing of the present day's file to the next.",
+)
+def run(
+    port: str,
+    store: Path,
+    host: str,
+    tcp_port: int,
+    baud: int,
+    allow_control: bool,
+    keep_days: float | None,
+    keep_megabytes: float,
+    capture_every: float | None,
+    no_alarm_capture: bool,
+    most_captures: int,
+    files: Path | None,
+    files_every: float,
+) -> None:
+    """Own the serial PORT until Ctrl-C: record the telemetry, take captures, serve both.
+
+    The other commands of a device use PORT through this program while it runs. A lost port is
+    opened again as soon as it is back. Exit code 2: the port is in use, or the record cannot be
+    opened.
+    """
+    if sys.platform == "win32":
+        tell_error("arctrue device run needs the serial ports of Linux or macOS")
+        sys.exit(NO_DEVICE)
+    from arctrue.device.daemon.daemon import Daemon
+    from arctrue.device.daemon.settings import DaemonSettings
+
+    optional("serial")
+    if files is not None:
+        optional("h5py")
+    if host not in LOOPBACK:
+        tell_warning(
+            f"{host} can be reached by other machines, and the connection is not encrypted; only "
+            "those who have the token get in"
+        )
+    try:
+        settings = DaemonSettings(
+            port=port,
+            store=store,
+            token=_token(store / "token"),
+            host=host,
+            tcp_port=tcp_port,
+            baud=baud,
+            allow_control=allow_control,
+            retention=Retention(keep_days, keep_megabytes),
+            capture_every_s=0.0 if capture_every is None else 3600.0 * capture_every,
+            capture_on_alarm=not no_alarm_capture,
+            most_captures=most_captures,
+            files=files,
+            files_every_s=60.0 * files_every,
+        )
+        asyncio.run(_run(Daemon, settings))
+    except sqlite3.Error as error:
+        tell_error(f"{store / 'telemetry.sqlite'}: cannot be opened: {error}")
+        sys.exit(NO_DEVICE)
+    except (ConsoleError, OSError) as error:
+        tell_error(str(error))
+        sys.exit(NO_DEVICE)
+
+
+async def _run(daemon: type, settings: object) -> None:
+    await daemon(settings, note).run()
+
+
+def _token(file: Path) -> str:
+    """Read the token of the store; make one the first time, readable by its owner alone."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError:
+        return file.read_text(encoding="ascii").strip()
+    token = secrets.token_urlsafe(_TOKEN_BYTES)
+    with os.fdopen(handle, "w", encoding="ascii") as opened:
+        opened.write(token + "\n")
+    return token
+
+
+@device.command("status", short_help="Show what a running daemon does.")
+@click.argument("port", default="")
+def status(port: str) -> None:
+    """Show the counters and the latest turn of the daemon of PORT (default: any of this machine).
+
+    PORT: the serial port, or HOST:PORT with the token in ARCTRUE_DEVICE_TOKEN. Exit code 2: no
+    daemon answers.
+    """
+    daemon = daemon_of(port) if port else announced_at("")
+    if daemon is None:
+        tell_error(f"no daemon runs{f' on {port}' if port else ''}: arctrue device run PORT")
+        sys.exit(NO_DEVICE)
+    try:
+        found = ask(daemon, "status")
+    except ConsoleError as error:
+        tell_error(str(error))
+        sys.exit(NO_DEVICE)
+    latest = found.pop("latest") or {}
+    for name, value in found.items():
+        shown = ", ".join(value) or "none" if isinstance(value, list) else value
+        say(f"{name.replace('_', ' ')}: {shown}")
+    if latest:
+        say(f"latest turn: {latest['turn']}, {latest['result']}")
+
+
+@device.command("files", short_help="Write a record as NeXus files, one a day.")
+@click.argument("record", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@click.argument("folder", type=OutputFolder())
+def files(record: Path, folder: Path) -> None:
+    """Write each day of RECORD (telemetry.sqlite) to FOLDER as an HDF5 file in NeXus form.
+
+    Files that are whole stay as they are. Exit code 2: RECORD cannot be read or FOLDER not written.
+    """
+    from arctrue.device.nexus_days import write_missing_days
+
+    try:
+        for path in write_missing_days(record, folder):
+            say(str(path))
+    except (sqlite3.Error, OSError) as error:
+        tell_error(f"{record}: {error}" if isinstance(error, sqlite3.Error) else str(error))
+        sys.exit(NO_DEVICE)
+
+
+@device.command("unit", short_help="Write the systemd unit and the udev rule.")
+@click.argument("folder", type=OutputFolder())
+def unit(folder: Path) -> None:
+    """Write arctrue-device@.service and 70-arctrue.rules to FOLDER; each says where it belongs."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for file in sorted(SHIPPED.iterdir()):
+            text = file.read_text(encoding="utf-8").replace("@ARCTRUE@", _program())
+            (folder / file.name).write_text(text, encoding="utf-8")
+            say(str(folder / file.name))
+    except OSError as error:
+        tell_error(str(error))
+        sys.exit(NO_DEVICE)
+
+
+def _program() -> str:
+    """The command of this installation."""
+    return str(Path(sys.executable).with_name("arctrue"))

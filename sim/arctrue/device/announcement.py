@@ -1,0 +1,103 @@
+"""Where a daemon that owns a serial port can be reached: a file that only its owner can read."""
+
+from __future__ import annotations
+
+import os
+import socket
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+
+from arctrue.base.whole_file import write_whole_text
+
+FOLDER_VARIABLE = "ARCTRUE_RUN"
+SYSTEM_FOLDER = Path("/run/arctrue")
+"""Of the systemd services: each has a folder in it (RuntimeDirectory)."""
+_REACH_S = 2.0
+
+
+class Announcement(msgspec.Struct, frozen=True):
+    """Serial port, address and token of a daemon."""
+
+    port: str
+    host: str
+    tcp_port: int
+    token: str
+    process: int
+
+    @property
+    def address(self) -> str:
+        """HOST:PORT."""
+        return address_of(self.host, self.tcp_port)
+
+
+def address_of(host: str, port: int) -> str:
+    """HOST:PORT, an IPv6 host in brackets."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def own_folder() -> Path:
+    """The folder of this user's announcements."""
+    named = os.environ.get(FOLDER_VARIABLE) or os.environ.get("RUNTIME_DIRECTORY")
+    if named:
+        return Path(named)
+    base = os.environ.get("XDG_RUNTIME_DIR")
+    return (Path(base) if base else Path.home() / ".local" / "state") / "arctrue"
+
+
+def announce(announcement: Announcement) -> Path:
+    """Write the file, readable by the user and the group of the folder alone. Raises OSError."""
+    folder = own_folder()
+    folder.mkdir(mode=0o750, parents=True, exist_ok=True)
+    if folder.stat().st_mode & stat.S_IWOTH:
+        raise PermissionError(0, f"{folder}: everybody can write to it; choose another folder")
+    file = folder / (_name(announcement.port) + ".json")
+    before = os.umask(0o027)
+    try:
+        write_whole_text(file, msgspec.json.encode(announcement).decode())
+    finally:
+        os.umask(before)
+    return file
+
+
+def announced(port: str) -> Announcement | None:
+    """The running daemon of a serial port, or None."""
+    for found in _all():
+        if _name(found.port) == _name(port) and _answers(found):
+            return found
+    return None
+
+
+def announced_at(address: str) -> Announcement | None:
+    """The daemon of this machine at HOST:PORT, or None; ``address`` may be empty: any daemon."""
+    for found in _all():
+        if address in ("", found.address) and _answers(found):
+            return found
+    return None
+
+
+def _all() -> Iterator[Announcement]:
+    for folder in dict.fromkeys((own_folder(), SYSTEM_FOLDER)):
+        for file in sorted(folder.glob("**/*.json")):
+            try:
+                yield msgspec.json.decode(file.read_bytes(), type=Announcement)
+            except (OSError, msgspec.MsgspecError):
+                continue  # another user's, or no announcement
+
+
+def _answers(found: Announcement) -> bool:
+    """False for the announcement of a daemon that was killed."""
+    try:
+        socket.create_connection((found.host, found.tcp_port), _REACH_S).close()
+    except OSError:
+        return False
+    return True
+
+
+def _name(port: str) -> str:
+    """One name for each device, whichever link names it."""
+    path = Path(port)
+    named = str(path.resolve()) if path.exists() else port
+    return named.strip("/").replace("/", "-").replace(":", "-")

@@ -1,0 +1,173 @@
+"""Connects to the daemon of a device: to its events, or to the console for one operator."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import time
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+
+from arctrue.device.announcement import Announcement, announced, announced_at
+from arctrue.device.console import Console, ConsoleError
+from arctrue.device.lines import LineAssembler, TelemetryLine
+
+TOKEN_VARIABLE = "ARCTRUE_DEVICE_TOKEN"
+"""The token of a daemon of another machine."""
+CONNECT_S = 5.0
+_BLOCK = 65_536
+
+
+class DaemonTransport:
+    """The device's bytes through its daemon."""
+
+    def __init__(self, connection: socket.socket, timeout_s: float, begun: bytes = b"") -> None:
+        """``begun``: bytes that were read already."""
+        connection.settimeout(timeout_s)
+        self._connection, self._timeout_s, self._begun = connection, timeout_s, begun
+
+    @property
+    def unread(self) -> bytes:
+        """Bytes that arrived after the latest line."""
+        return self._begun
+
+    def write(self, data: bytes, /) -> int | None:
+        """Send all of ``data``. Raises OSError."""
+        self._connection.sendall(data)
+        return len(data)
+
+    def read_until(self, expected: bytes = b"\n", /) -> bytes:
+        """Return the bytes up to ``expected``; fewer if they do not arrive in time.
+
+        Raises OSError if the daemon ended the connection.
+        """
+        end = time.monotonic() + self._timeout_s
+        while expected not in self._begun:
+            try:
+                self._connection.settimeout(max(end - time.monotonic(), 0.001))
+                data = self._connection.recv(_BLOCK)
+            except TimeoutError:
+                part, self._begun = self._begun, b""
+                return part
+            if not data:
+                raise ConnectionError("the program that owns the port ended the connection")
+            self._begun += data
+        line, _, self._begun = self._begun.partition(expected)
+        return line + expected
+
+    def close(self) -> None:
+        """End the connection."""
+        self._connection.close()
+
+
+class Watch:
+    """The events of a daemon, one after the other; any number of programs may watch."""
+
+    def __init__(self, daemon: Announcement, latest: int = 0) -> None:
+        """Connect; the ``latest`` recorded turns come first. Raises ConsoleError."""
+        self.daemon = daemon
+        connection, rest = _greeted(daemon, {"ask": "watch", "latest": latest})
+        self._transport = DaemonTransport(connection, 0.5, rest)
+        self._lines = LineAssembler()
+
+    def event(self, seconds: float) -> dict[str, Any] | None:
+        """The next event; None if there is none within ``seconds``. Raises ConsoleError."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            try:
+                lines = self._lines.add(self._transport.read_until(b"\n"))
+            except OSError as error:
+                raise ConsoleError(f"{self.daemon.port}: {error}") from error
+            for line in lines:
+                found: dict[str, Any] = json.loads(line)
+                return found
+        return None
+
+    def turn(self, seconds: float) -> TelemetryLine | None:
+        """The next line of telemetry, None where there is none within ``seconds``."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            event = self.event(left)
+            if event is not None and event["event"] == "turn":
+                return TelemetryLine(event["telemetry"])
+        return None
+
+    def close(self) -> None:
+        """End the connection."""
+        self._transport.close()
+
+
+def ask(daemon: Announcement, what: str, seconds: float = CONNECT_S) -> dict[str, Any]:
+    """Ask for ``status`` or a ``capture``; return the answer. Raises ConsoleError."""
+    connection, _, answer = _connected(daemon, {"ask": what}, seconds)
+    connection.close()
+    return answer
+
+
+def daemon_of(port: str) -> Announcement | None:
+    """The daemon that owns ``port``, or the one at the address HOST:PORT; None without one."""
+    return announced(port) or daemon_at(port)
+
+
+def daemon_at(address: str) -> Announcement | None:
+    """The daemon at HOST:PORT, of this machine or of another one; None for another form.
+
+    The token of another machine's daemon comes from the environment.
+    """
+    host, colon, number = address.rpartition(":")
+    if not colon or not host or "/" in address or not number.isdigit():
+        return None
+    token = os.environ.get(TOKEN_VARIABLE, "")
+    return announced_at(address) or Announcement(address, host.strip("[]"), int(number), token, 0)
+
+
+def open_console(port: str, report: Callable[[str], None]) -> Console:
+    """The console of the device at ``port``: through its daemon where one runs.
+
+    ``report`` gets one sentence where a daemon is used. Raises ConsoleError.
+    """
+    daemon = daemon_of(port)
+    if daemon is None:
+        return Console(port)
+    report(through(port, daemon))
+    return console_through(daemon)
+
+
+def console_through(daemon: Announcement) -> Console:
+    """The console of a daemon's device. Raises ConsoleError, also where it is in use."""
+    connection, rest = _greeted(daemon, {"ask": "console"})
+    return Console(daemon.port, transport=DaemonTransport(connection, 1.0, rest))
+
+
+def through(port: str, daemon: Announcement) -> str:
+    """The sentence for people who use a daemon's device."""
+    process = f"process {daemon.process}, " if daemon.process else ""
+    return f"{port}: through its daemon ({process}{daemon.address})"
+
+
+def _greeted(daemon: Announcement, request: dict[str, Any]) -> tuple[socket.socket, bytes]:
+    return _connected(daemon, request, CONNECT_S)[:2]
+
+
+def _connected(
+    daemon: Announcement, request: dict[str, Any], seconds: float
+) -> tuple[socket.socket, bytes, dict[str, Any]]:
+    """Send the request; return connection, bytes after the answer, and the answer."""
+    line = msgspec.json.encode({**request, "token": daemon.token}) + b"\n"
+    connection = None
+    try:
+        connection = socket.create_connection((daemon.host, daemon.tcp_port), CONNECT_S)
+        connection.sendall(line)
+        transport = DaemonTransport(connection, seconds)
+        answer: dict[str, Any] = json.loads(transport.read_until(b"\n"))
+    except (OSError, ValueError) as error:
+        if connection is not None:
+            connection.close()
+        raise ConsoleError(f"{daemon.port}: its daemon at {daemon.address}: {error}") from error
+    if "error" in answer:
+        connection.close()
+        raise ConsoleError(f"{daemon.port}: {answer['error']}")
+    return connection, transport.unread, answer

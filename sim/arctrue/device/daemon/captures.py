@@ -1,0 +1,40 @@
+"""Captures as measurement sets in a folder, taken through the daemon's own console."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+
+from arctrue.device.announcement import Announcement
+from arctrue.device.connection import console_through
+from arctrue.measurement import write_measurement_set
+
+_NAME = re.compile(r"\d{8}T\d{6}Z(-\d+)?-(schedule|alarm|asked)")
+
+
+def take_capture(daemon: Announcement, folder: Path, why: str, timeout_s: float) -> Path:
+    """Write the next turn as a set and return its folder; it blocks for the transfer.
+
+    Raises ConsoleError, OSError, MeasurementError or ValueError.
+    """
+    console = console_through(daemon)
+    try:
+        measurement = console.dump(timeout_s)
+    finally:
+        console.close()
+    moment = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    path, number = folder / f"{moment}-{why}", 1
+    while path.exists():
+        number += 1
+        path = folder / f"{moment}-{number}-{why}"
+    write_measurement_set(path, measurement)
+    return path
+
+
+def drop_oldest(folder: Path, most: int) -> None:
+    """Delete the oldest sets that the daemon made, down to ``most``; others are left alone."""
+    made = sorted(path for path in folder.iterdir() if _NAME.fullmatch(path.name))
+    for path in made[: max(len(made) - most, 0)]:
+        shutil.rmtree(path, ignore_errors=True)

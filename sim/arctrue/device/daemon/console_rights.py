@@ -1,0 +1,17 @@
+"""Which lines of the console change nothing in the device: those a read-only daemon passes on."""
+
+from __future__ import annotations
+
+import re
+
+_READS = re.compile(
+    rb"\s*(|status|version|help( \w+)?|show \w+|dump( rows \d+ \d+)?|probe|trigger|sync|compare"
+    rb"|load status|flash status|telemetry on|marker[\d.]+)\s*"
+)
+
+
+def refusal_of(line: bytes) -> str | None:
+    """None for a line that only reads; otherwise why the daemon does not pass it on."""
+    if _READS.fullmatch(line):
+        return None
+    return "read-only; start arctrue device run with --allow-control to change the device"

@@ -1,0 +1,232 @@
+"""The daemon: its serial link, record, captures and server in one event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import signal
+import sqlite3
+import time
+from collections.abc import Callable
+from typing import Any
+
+from arctrue.device.announcement import Announcement, announce
+from arctrue.device.daemon.captures import drop_oldest, take_capture
+from arctrue.device.daemon.serial_link import SerialLink
+from arctrue.device.daemon.server import Server, turn_event
+from arctrue.device.daemon.service_manager import keep_alive, notify
+from arctrue.device.daemon.settings import DaemonSettings
+from arctrue.device.daemon.state import DaemonState
+from arctrue.device.lines import LineAssembler, TelemetryLine, is_telemetry, telemetry_of
+from arctrue.device.nexus_days import write_missing_days
+from arctrue.device.port import ConsoleError
+from arctrue.device.recorder import RecordedTurn, Recorder, read_turns
+from arctrue.measurement import MeasurementError
+
+SILENCE_S = 30.0
+"""After so long without a line the daemon switches telemetry on again: a board that was switched
+off may have forgotten it."""
+RETRY_RECORD_S = 5.0
+"""From one attempt to open a record that failed to the next."""
+_CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
+
+
+class Daemon:
+    """One device. ``report`` gets a sentence for the log whenever something happens."""
+
+    def __init__(self, settings: DaemonSettings, report: Callable[[str], None]) -> None:
+        """Open the record. Raises OSError or sqlite3.Error."""
+        self._settings, self._report = settings, report
+        self.state = DaemonState(settings.port)
+        self._lines = LineAssembler()
+        self._link = SerialLink(settings.port, settings.baud, self._received, self._link_changed)
+        self._server = Server(
+            settings, self.state, self._link.write, self._turns, lambda: self._capture("asked")
+        )
+        settings.captures.mkdir(parents=True, exist_ok=True)
+        self._recorder: Recorder | None = Recorder(settings.record, settings.retention)
+        self._record_retry_s = 0.0
+        self._last_line_s = time.monotonic()
+        self._last_number = -1
+        self._next_alarm_capture_s = 0.0
+        self._capturing = asyncio.Lock()
+        self._tasks: set[asyncio.Task[Any]] = set()
+        self._self: Announcement | None = None
+
+    async def run(self) -> None:
+        """Serve until SIGINT or SIGTERM. Raises ConsoleError or OSError if it cannot start."""
+        self._link.open()
+        host, tcp_port = await self._server.start()
+        settings = self._settings
+        self._self = Announcement(settings.port, host, tcp_port, settings.token, os.getpid())
+        file = announce(self._self)
+        self._report(f"serving {self._self.address}; the token is in {file}")
+        notify(f"READY=1\nSTATUS={settings.port}: serving {self._self.address}")
+        tasks = (self._link.keep_open(), keep_alive(), self._wake(), self._schedule())
+        for work in (*tasks, self._write_files()):
+            self._start(work)
+        ended = asyncio.Event()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(number, ended.set)
+        try:
+            await ended.wait()
+        finally:
+            notify("STOPPING=1")
+            file.unlink(missing_ok=True)
+            for task in self._tasks:
+                task.cancel()
+            await self._server.close()
+            self._link.close()
+            if self._recorder is not None:
+                self._recorder.close()
+
+    def _start(self, work: Any) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _received(self, data: bytes) -> None:
+        self._last_line_s = time.monotonic()
+        self._server.to_operator(data)
+        for text in self._lines.add(data):
+            if is_telemetry(text):
+                turn = telemetry_of(text)
+                if turn is None:
+                    self.state.damaged_lines += 1
+                else:
+                    self._turn(turn)
+        self.state.too_long_lines = self._lines.too_long
+
+    def _turn(self, turn: TelemetryLine) -> None:
+        number = int(turn.fields["turn"])
+        if number < self._last_number:
+            self._happened("restart", "the board has started again: its turns count anew")
+        self._last_number = number
+        self.state.turns += 1
+        identifier = self._record(turn)
+        alarms = list(turn.fields.get("alarms", []))
+        new = sorted(set(alarms) - set(self.state.alarms))
+        self.state.alarms = alarms
+        now = time.time()
+        if turn.result != "alarm":
+            self.state.latest = {**turn.fields, "id": identifier, "recorded_s": now}
+        self._server.broadcast(turn_event(now, identifier, turn.fields))
+        if new:
+            self._happened("alarm", f"new alarm: {', '.join(new)}")
+            self._capture_for_alarm()
+
+    def _record(self, turn: TelemetryLine) -> int | None:
+        """The turn's id in the record; None where it could not be written."""
+        try:
+            if self._recorder is None:
+                if time.monotonic() < self._record_retry_s:
+                    self.state.unrecorded_turns += 1
+                    return None
+                self._recorder = Recorder(self._settings.record, self._settings.retention)
+            identifier = self._recorder.add(turn)
+            if not self.state.recording:
+                self.state.recording = True
+                lost = self.state.unrecorded_turns
+                self._happened("record", f"turns are recorded again; {lost} were not recorded")
+        except sqlite3.Error as error:
+            self._record_failed(error)
+            self.state.unrecorded_turns += 1
+            return None
+        return identifier
+
+    def _record_failed(self, error: Exception) -> None:
+        if self._recorder is not None:
+            with contextlib.suppress(sqlite3.Error):
+                self._recorder.close()
+            self._recorder = None
+        self._record_retry_s = time.monotonic() + RETRY_RECORD_S
+        if self.state.recording:
+            self.state.recording = False
+            text = f"{self._settings.record}: cannot be written: {error}; telemetry goes on"
+            self._happened("record", text)
+
+    def _turns(self, latest: int, after: int) -> list[RecordedTurn]:
+        try:
+            return read_turns(self._settings.record, latest, after)
+        except sqlite3.Error:
+            return []
+
+    def _happened(self, kind: str, text: str) -> None:
+        """Write an event to the log and the record, and send it to the watchers."""
+        self._report(text)
+        self._server.broadcast(
+            {"event": kind, "recorded_s": time.time(), "text": text, "state": self.state.as_dict()}
+        )
+        if self._recorder is not None:
+            try:
+                self._recorder.event(kind, text)
+            except sqlite3.Error as error:
+                self._record_failed(error)
+
+    def _link_changed(self, is_open: bool, text: str) -> None:
+        if is_open and self.state.turns:
+            self.state.reconnections += 1
+        self.state.connected = is_open
+        self._lines.forget_begun()
+        self._happened("port", text)
+        notify(f"STATUS={text}")
+        if is_open:
+            self._link.write(b"\rtelemetry on\r")
+
+    async def _wake(self) -> None:
+        """Switch telemetry on again after silence, unless an operator has the console."""
+        while True:
+            await asyncio.sleep(SILENCE_S / 4.0)
+            silent_s = time.monotonic() - self._last_line_s
+            if silent_s > SILENCE_S and not self.state.console_in_use:
+                self._link.write(b"\rtelemetry on\r")
+
+    async def _schedule(self) -> None:
+        while self._settings.capture_every_s > 0.0:
+            await asyncio.sleep(self._settings.capture_every_s)
+            await self._capture("schedule")
+
+    async def _write_files(self) -> None:
+        """Bring the files of the days up to the record, now and after each interval."""
+        settings = self._settings
+        while settings.files is not None:
+            try:
+                days = await asyncio.to_thread(write_missing_days, settings.record, settings.files)
+            except (OSError, sqlite3.Error) as error:
+                self._happened("files", f"{settings.files}: no file was written: {error}")
+            else:
+                for path in days:
+                    self._report(f"written: {path}")
+            await asyncio.sleep(settings.files_every_s)
+
+    def _capture_for_alarm(self) -> None:
+        now = time.monotonic()
+        if self._settings.capture_on_alarm and now >= self._next_alarm_capture_s:
+            self._next_alarm_capture_s = now + self._settings.capture_pause_s
+            self._start(self._capture("alarm"))
+
+    async def _capture(self, why: str) -> dict[str, Any]:
+        """Take a capture as soon as the console is free; ``capture`` has the set's folder."""
+        settings = self._settings
+        assert self._self is not None
+        async with self._capturing:
+            try:
+                async with asyncio.timeout(settings.capture_timeout_s):
+                    async with self._server.console_free:
+                        await self._server.console_free.wait_for(
+                            lambda: not self.state.console_in_use
+                        )
+                arguments = (self._self, settings.captures, why, settings.capture_timeout_s)
+                path = await asyncio.to_thread(take_capture, *arguments)
+                drop_oldest(settings.captures, settings.most_captures)
+            except TimeoutError:
+                self.state.failed_captures += 1
+                return {"error": "the console was in use all the time: no capture was taken"}
+            except _CAPTURE_ERRORS as error:
+                self.state.failed_captures += 1
+                self._happened("capture", f"no capture: {error}")
+                return {"error": str(error)}
+        self.state.captures += 1
+        self._happened("capture", f"captured: {path}")
+        return {"capture": str(path.resolve())}

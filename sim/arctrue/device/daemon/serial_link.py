@@ -1,0 +1,119 @@
+"""The serial port in the event loop: opened exclusively, and opened again when it vanishes."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Callable
+
+from arctrue.device.port import ConsoleError, SerialTransport
+
+FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0
+"""Between attempts to open the port again; the wait doubles with each attempt."""
+MOST_UNSENT_BYTES = 65_536
+_BLOCK = 65_536
+
+
+class SerialLink:
+    """Gives received bytes to ``received`` and changes of the connection to ``changed``."""
+
+    def __init__(
+        self,
+        port: str,
+        baud: int,
+        received: Callable[[bytes], None],
+        changed: Callable[[bool, str], None],
+    ) -> None:
+        """``changed`` gets whether the port is open, and a sentence."""
+        self._port, self._baud = port, baud
+        self._received, self._changed = received, changed
+        self._transport: SerialTransport | None = None
+        self._unsent = b""
+        self._lost = asyncio.Event()
+
+    def open(self) -> None:
+        """Open the port. Raises ConsoleError, also where another program has it."""
+        loop = asyncio.get_running_loop()
+        transport = SerialTransport(self._port, 0.0, self._baud)
+        try:
+            number = transport.fileno()
+        except OSError as error:
+            transport.close()
+            raise ConsoleError(f"{self._port}: expected a serial port: {error.strerror}") from error
+        os.set_blocking(number, False)
+        self._transport, self._unsent = transport, b""
+        self._lost.clear()
+        loop.add_reader(number, self._read, number)
+        self._changed(True, f"{self._port}: open")
+
+    async def keep_open(self) -> None:
+        """Open the port again whenever it is lost; runs until it is cancelled."""
+        while True:
+            await self._lost.wait()
+            wait_s = FIRST_WAIT_S
+            while True:
+                await asyncio.sleep(wait_s)
+                try:
+                    self.open()
+                except ConsoleError:
+                    wait_s = min(2 * wait_s, LONGEST_WAIT_S)
+                else:
+                    break
+
+    def write(self, data: bytes) -> None:
+        """Send as soon as the port takes it; without a port it is dropped."""
+        if self._transport is None:
+            return
+        waiting = bool(self._unsent)
+        if len(self._unsent) + len(data) > MOST_UNSENT_BYTES:
+            self._lose("the device takes no bytes")
+            return
+        self._unsent += data
+        if not waiting:
+            self._send()
+
+    def _send(self) -> None:
+        if self._transport is None:
+            return
+        number = self._transport.fileno()
+        try:
+            self._unsent = self._unsent[os.write(number, self._unsent) :]
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self._lose(error.strerror)
+            return
+        loop = asyncio.get_running_loop()
+        if self._unsent:
+            loop.add_writer(number, self._send)
+        else:
+            loop.remove_writer(number)
+
+    def _read(self, number: int) -> None:
+        try:
+            data = os.read(number, _BLOCK)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._lose(error.strerror)
+            return
+        if data:
+            self._received(data)
+        else:
+            self._lose("the port has vanished")
+
+    def _lose(self, why: str | None) -> None:
+        self.close()
+        self._lost.set()
+        self._changed(False, f"{self._port}: lost: {why}")
+
+    def close(self) -> None:
+        """Close the port for good."""
+        if self._transport is None:
+            return
+        loop = asyncio.get_running_loop()
+        number = self._transport.fileno()
+        loop.remove_reader(number)
+        loop.remove_writer(number)
+        self._transport.close()
+        self._transport = None

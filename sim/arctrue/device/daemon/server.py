@@ -1,0 +1,229 @@
+"""The TCP server: events for any number of watchers, the console for one operator at a time.
+
+The first line of a client is JSON: ``ask`` (``watch``, ``console``, ``status``, ``capture``) and
+``token``. The first line of the answer is JSON too: ``{"error": …}`` or what was asked for.
+``GET /metrics`` of HTTP is answered on the same port.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hmac
+import json
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from arctrue.device.daemon.console_rights import refusal_of
+from arctrue.device.daemon.metrics import CONTENT_TYPE, metrics_text
+from arctrue.device.daemon.settings import DaemonSettings
+from arctrue.device.daemon.state import DaemonState
+from arctrue.device.recorder import RecordedTurn
+
+FIRST_LINE_S = 5.0
+MOST_REQUEST_BYTES = 4096
+MOST_UNREAD_BYTES = 1_000_000
+"""A client that leaves more unread is dropped: the daemon waits for nobody."""
+MOST_CLIENTS = 64
+MOST_HEADERS = 100
+MOST_LATEST = 5_000
+_LATEST_S = 10.0
+"""For a watcher to take the earlier turns."""
+Answer = Callable[[], Awaitable[dict[str, Any]]]
+Writer = asyncio.StreamWriter
+
+
+class Server:
+    """Serves one device."""
+
+    def __init__(
+        self,
+        settings: DaemonSettings,
+        state: DaemonState,
+        write: Callable[[bytes], None],
+        turns: Callable[[int, int], list[RecordedTurn]],
+        capture: Answer,
+    ) -> None:
+        """``write`` sends to the device; ``capture`` takes a capture.
+
+        ``turns`` reads the latest turns of the record: at most a number, after an id.
+        """
+        self._settings, self._state = settings, state
+        self._write, self._turns, self._capture = write, turns, capture
+        self._watchers: set[Writer] = set()
+        self._operator: Writer | None = None
+        self._clients = 0
+        self._server: asyncio.Server | None = None
+        self.console_free = asyncio.Condition()
+
+    async def start(self) -> tuple[str, int]:
+        """Listen; return host and port. Raises OSError."""
+        self._server = await asyncio.start_server(
+            self._serve, self._settings.host, self._settings.tcp_port, limit=MOST_REQUEST_BYTES
+        )
+        address = self._server.sockets[0].getsockname()
+        return str(address[0]), int(address[1])
+
+    def broadcast(self, event: dict[str, Any]) -> None:
+        """Send an event to all watchers."""
+        line = _line(event)
+        for watcher in list(self._watchers):
+            self._send(watcher, line)
+
+    def to_operator(self, data: bytes) -> None:
+        """Send the device's bytes to the console that is in use."""
+        if self._operator is not None:
+            self._send(self._operator, data)
+
+    def _send(self, client: Writer, data: bytes) -> None:
+        if client.is_closing():
+            return
+        client.write(data)
+        if client.transport.get_write_buffer_size() > MOST_UNREAD_BYTES:
+            self._state.dropped_clients += 1
+            client.transport.abort()
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: Writer) -> None:
+        self._clients += 1
+        try:
+            await self._serve_client(reader, writer)
+        except (OSError, TimeoutError, ValueError, asyncio.LimitOverrunError):
+            pass  # the client has gone, or sent no request
+        finally:
+            self._clients -= 1
+            self._watchers.discard(writer)
+            self._state.watchers = len(self._watchers)
+            if self._operator is writer:
+                await self._release()
+            writer.close()
+            with contextlib.suppress(OSError):
+                await writer.wait_closed()
+
+    async def _serve_client(self, reader: asyncio.StreamReader, writer: Writer) -> None:
+        if self._clients > MOST_CLIENTS:
+            return
+        line = await asyncio.wait_for(reader.readline(), FIRST_LINE_S)
+        if line.startswith((b"GET ", b"HEAD ")):
+            await self._http(line, reader, writer)
+            return
+        request = _request(line)
+        if not hmac.compare_digest(str(request.get("token", "")).encode(), self._token):
+            writer.write(_line({"error": "the token is wrong: it is in the daemon's run file"}))
+            return
+        asked = request.get("ask")
+        if asked == "watch":
+            await self._watch(reader, writer, int(request.get("latest", 0)))
+        elif asked == "console":
+            await self._console(reader, writer)
+        elif asked == "status":
+            writer.write(_line(self._state.as_dict()))
+        elif asked == "capture":
+            writer.write(_line(await self._capture()))
+        else:
+            known = "watch, console, status or capture"
+            writer.write(_line({"error": f"nothing is known as {str(asked)[:40]!r}: ask {known}"}))
+
+    async def _http(
+        self, line: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
+        """Answer ``GET /metrics`` with the token as ``Authorization: Bearer``."""
+        given = b""
+        for _ in range(MOST_HEADERS):
+            header = await asyncio.wait_for(reader.readline(), FIRST_LINE_S)
+            if not header.strip():
+                break
+            name, _, value = header.partition(b":")
+            if name.strip().lower() == b"authorization":
+                given = value.strip().removeprefix(b"Bearer ").strip()
+        if not hmac.compare_digest(given, self._token):
+            status, text = "401 Unauthorized", "send the token: Authorization: Bearer TOKEN\n"
+        elif line.split()[1].partition(b"?")[0] != b"/metrics":
+            status, text = "404 Not Found", "there is /metrics only\n"
+        else:
+            status, text = "200 OK", metrics_text(self._state)
+        body = text.encode()
+        head = [
+            f"HTTP/1.1 {status}",
+            f"Content-Type: {CONTENT_TYPE}",
+            f"Content-Length: {len(body)}",
+            "Connection: close",
+        ]
+        if status.startswith("401"):
+            head.append("WWW-Authenticate: Bearer")
+        writer.write("\r\n".join([*head, "", ""]).encode())
+        writer.write(body if line.startswith(b"GET ") else b"")
+
+    @property
+    def _token(self) -> bytes:
+        return self._settings.token.encode()
+
+    async def _watch(self, reader: asyncio.StreamReader, writer: Writer, latest: int) -> None:
+        writer.write(_line({"watching": self._settings.port}))
+        if latest > 0:
+            last = 0
+            for turn in self._turns(min(latest, MOST_LATEST), 0):
+                writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
+                last = turn.id
+            await asyncio.wait_for(writer.drain(), _LATEST_S)
+            for turn in self._turns(MOST_LATEST, last):  # those that came meanwhile
+                writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
+        self._watchers.add(writer)
+        self._state.watchers = len(self._watchers)
+        while await reader.read(MOST_REQUEST_BYTES):
+            pass  # a watcher has nothing to say
+
+    async def _console(self, reader: asyncio.StreamReader, writer: Writer) -> None:
+        if self._operator is not None:
+            text = "the console is in use by another program: wait until it has ended"
+            writer.write(_line({"error": text}))
+            return
+        if not self._state.connected:
+            writer.write(_line({"error": "the port is lost at present; the daemon tries again"}))
+            return
+        self._operator = writer
+        self._state.console_in_use = True
+        writer.write(_line({"console": self._settings.port}))
+        begun = b""
+        while data := await reader.read(MOST_REQUEST_BYTES):
+            # Lines end with CR or LF; a part of a line waits here for its end.
+            *lines, begun = (begun + data).replace(b"\n", b"\r").split(b"\r")
+            if len(begun) > MOST_REQUEST_BYTES:
+                return
+            for line in lines:
+                refusal = None if self._settings.allow_control else refusal_of(line)
+                if refusal is None:
+                    self._write(line + b"\r")
+                else:
+                    self._send(writer, f"error: {refusal}\r\n".encode())
+
+    async def _release(self) -> None:
+        self._operator = None
+        self._state.console_in_use = False
+        # The operator may have switched it off, or left half a line.
+        self._write(b"\rtelemetry on\r")
+        async with self.console_free:
+            self.console_free.notify_all()
+
+    async def close(self) -> None:
+        """End all connections."""
+        if self._server is not None:
+            self._server.close()
+        for client in [*self._watchers, *filter(None, [self._operator])]:
+            client.transport.abort()
+
+
+def turn_event(recorded_s: float, identifier: int | None, fields: dict[str, Any]) -> dict[str, Any]:
+    """The event of one line of telemetry; without an id it is not in the record."""
+    return {"event": "turn", "recorded_s": recorded_s, "id": identifier, "telemetry": fields}
+
+
+def _line(content: dict[str, Any]) -> bytes:
+    return json.dumps(content, ensure_ascii=False).encode() + b"\n"
+
+
+def _request(line: bytes) -> dict[str, Any]:
+    """Read a request. Raises ValueError."""
+    found = json.loads(line)
+    if not isinstance(found, dict):
+        raise ValueError("expected an object")
+    return found

@@ -1,0 +1,30 @@
+"""Tells systemd that the service is ready, what it does and that it is alive (sd_notify)."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+
+
+def notify(state: str) -> None:
+    """Send ``state``, for example ``READY=1``; without systemd nothing happens."""
+    address = os.environ.get("NOTIFY_SOCKET", "")
+    if not address:
+        return
+    if address.startswith("@"):
+        address = "\0" + address[1:]  # a name without a file
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+            manager.setblocking(False)
+            manager.sendto(state.encode(), address)
+    except OSError:
+        return  # a service manager that does not listen must not stop the daemon
+
+
+async def keep_alive() -> None:
+    """Send the watchdog's message at half of the interval that systemd asks for."""
+    microseconds = int(os.environ.get("WATCHDOG_USEC", "0"))
+    while microseconds:
+        notify("WATCHDOG=1")
+        await asyncio.sleep(microseconds / 2e6)

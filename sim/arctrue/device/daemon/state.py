@@ -1,0 +1,34 @@
+"""What the daemon knows now: for its status and for whoever measures it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+
+@dataclass
+class DaemonState:
+    """Counters since the start, and the latest turn."""
+
+    port: str
+    connected: bool = False
+    reconnections: int = 0
+    turns: int = 0
+    damaged_lines: int = 0
+    """Lines that began as telemetry and could not be read."""
+    too_long_lines: int = 0
+    unrecorded_turns: int = 0
+    """Turns that the record could not take, for example because the disk was full."""
+    recording: bool = True
+    dropped_clients: int = 0
+    captures: int = 0
+    failed_captures: int = 0
+    watchers: int = 0
+    console_in_use: bool = False
+    alarms: list[str] = field(default_factory=list)
+    latest: dict[str, Any] | None = None
+    """The telemetry of the latest turn, with ``id`` and ``recorded_s``."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """All of it, for JSON."""
+        return asdict(self)

@@ -1,0 +1,94 @@
+"""Opens a serial port for one program alone, and names the program that already uses it."""
+
+from __future__ import annotations
+
+import errno
+import os
+from contextlib import suppress
+from typing import TYPE_CHECKING, Protocol
+
+from arctrue.base.extras import LazyModule
+from arctrue.device.exclusive_port import keep_others_out, let_others_in, other_users
+
+if TYPE_CHECKING:
+    import serial
+else:
+    serial = LazyModule("serial")
+
+BAUD = 115_200
+
+
+class ConsoleError(Exception):
+    """The device does not answer, or not as expected; the message is for people."""
+
+
+class Transport(Protocol):
+    """The bytes to and from a device: a serial port, or a connection to the program that has it.
+
+    The methods raise OSError if the connection is lost.
+    """
+
+    def write(self, data: bytes, /) -> int | None:
+        """Send all of ``data``."""
+
+    def read_until(self, expected: bytes = b"\n", /) -> bytes:
+        """Return the bytes up to ``expected``; fewer if they do not arrive in time."""
+
+    def close(self) -> None:
+        """End the connection."""
+
+
+class SerialTransport:
+    """A serial port that no other program can use meanwhile."""
+
+    def __init__(self, port: str, timeout_s: float, baud: int = BAUD) -> None:
+        """Open ``port``, a device or a URL of pyserial.
+
+        Raises ConsoleError, which names the program that has the port where that can be known.
+        """
+        try:
+            self._serial = serial.serial_for_url(port, baud, timeout=timeout_s, exclusive=True)
+        except (serial.SerialException, ValueError) as error:
+            raise _not_opened(port, error) from error
+        if users := other_users(port):
+            self._serial.close()
+            raise _in_use(port, users)
+        keep_others_out(self._serial)
+
+    def fileno(self) -> int:
+        """Return the file descriptor. Raises OSError for a port without one."""
+        number = getattr(self._serial, "fd", None)
+        if not isinstance(number, int):
+            raise OSError(errno.ENOTSUP, "this kind of port has no file descriptor")
+        return number
+
+    def write(self, data: bytes, /) -> int | None:
+        """Send all of ``data``. Raises OSError."""
+        return self._serial.write(data)
+
+    def read_until(self, expected: bytes = b"\n", /) -> bytes:
+        """Return the bytes up to ``expected``; fewer if they do not arrive in time."""
+        return bytes(self._serial.read_until(expected))
+
+    def close(self) -> None:
+        """Close the port; other programs may open it then."""
+        if self._serial.is_open:
+            with suppress(OSError):  # raised if the device has been unplugged
+                let_others_in(self._serial)
+        self._serial.close()
+
+
+def _not_opened(port: str, error: Exception) -> ConsoleError:
+    # pyserial says the port's name and the system's error twice; its lock has an error of its own.
+    number = getattr(error, "errno", None)
+    if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
+        return _in_use(port, other_users(port))
+    why = os.strerror(number) if number else str(error)
+    return ConsoleError(
+        f"{port}: cannot be opened: {why}; is the device plugged in, and may you use the port?"
+    )
+
+
+def _in_use(port: str, users: list[str]) -> ConsoleError:
+    who = " and ".join(users) or "another program, whose name the system does not tell you"
+    return ConsoleError(f"{port}: is in use by {who}; end that first, two cannot share a port")

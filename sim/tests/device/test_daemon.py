@@ -1,0 +1,239 @@
+"""The commands of a device through its daemon: against the firmware at a pseudo-terminal."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import stat
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sim.tests.cli.test_load import file_of
+from sim.tests.cli.test_monitor import COUNTS, Device
+from sim.tests.command_line import arctrue
+from sim.tests.device.daemon_process import (
+    PATIENCE_S,
+    Replay,
+    announcement,
+    daemon,
+    until,
+)
+
+from arctrue.device.connection import Watch, ask, console_through, daemon_at
+from arctrue.device.console import ConsoleError
+from arctrue.device.daemon.captures import drop_oldest
+from arctrue.device.daemon.console_rights import refusal_of
+from arctrue.measurement import read_measurement_set
+
+
+@pytest.fixture
+def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
+    made = Device()
+    os.close(made.far)  # the daemon is another program
+    with made.running(monkeypatch):
+        yield made
+
+
+def test_reading_commands_go_through_a_read_only_daemon(device: Device, tmp_path: Path) -> None:
+    store, out = tmp_path / "store", tmp_path / "set"
+    with daemon(device.port, store) as running:
+        said = f"{device.port}: through its daemon (process {running.process.pid}, 127.0.0.1:"
+        done = arctrue("capture", device.port, out, "--timeout", PATIENCE_S)
+        assert done.exit_code == 0, done.output
+        assert done.stderr.count(said) == 1
+        capture = read_measurement_set(out).capture
+        assert capture is not None
+        np.testing.assert_array_equal(capture.head1_counts, COUNTS[0])
+        done = arctrue("monitor", device.port, "--turns", 2, "--sets", tmp_path / "sets")
+        assert done.exit_code == 0, done.output
+        assert done.stderr.count(said) == 1
+        assert len(list((tmp_path / "sets").iterdir())) == 1
+        path = Path(ask(announcement(device.port), "capture", PATIENCE_S)["capture"])
+        assert path.parent == (store / "captures").resolve()
+        assert read_measurement_set(path).capture is not None
+        done = arctrue("device", "status", device.port)
+        assert "captures: 1" in done.output
+        assert "latest turn: " in done.output
+
+
+def test_what_changes_the_device_needs_allow_control(device: Device, tmp_path: Path) -> None:
+    file = file_of(tmp_path, {1: (150.0, 0.4), 2: (6.0, 4.2)})
+    with daemon(device.port, tmp_path / "store"):
+        for words in (("load", device.port, file), ("save", device.port)):
+            done = arctrue(*words)
+            assert done.exit_code == 2, done.output
+            assert "read-only; start arctrue device run with --allow-control" in done.output
+    with daemon(device.port, tmp_path / "store", "--allow-control"):
+        done = arctrue("load", device.port, file, "--timeout", PATIENCE_S)
+        assert done.exit_code == 0, done.output
+        assert "2 orders are loaded and active" in done.output
+
+
+@pytest.mark.parametrize(
+    "line",
+    [b"status", b"dump", b"dump rows 3 10", b"marker12.1", b"", b"help jump", b"show parameters"],
+)
+def test_lines_that_read_are_passed_on(line: bytes) -> None:
+    assert refusal_of(line) is None
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"save",
+        b"forget",
+        b"set keep 0",
+        b"telemetry off",
+        b"flash erase 0",
+        b"load begin 1 2",
+        b"probe falling 1",
+        b"status\x00save",
+        b"dump rows 1 2 save",
+        b"freeze on",
+    ],
+)
+def test_lines_that_change_something_are_refused(line: bytes) -> None:
+    assert refusal_of(line) is not None
+
+
+def test_one_operator_at_a_time_and_a_token(
+    replay: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with daemon(replay.port, tmp_path / "store"):
+        found = announcement(replay.port)
+        console = console_through(found)
+        with pytest.raises(ConsoleError, match="in use by another program"):
+            console_through(found)
+        console.close()
+        until(lambda: not ask(found, "status")["console_in_use"])
+        console_through(found).close()
+        with socket.create_connection((found.host, found.tcp_port)) as stranger:
+            stranger.sendall(b'{"ask":"watch","token":"guessed"}\n')
+            assert b"the token is wrong" in stranger.recv(4096)
+        file = tmp_path / "store" / "token"
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
+        # Another machine has the address and the token only.
+        monkeypatch.setenv("ARCTRUE_RUN", str(tmp_path / "elsewhere"))
+        assert arctrue("device", "status", found.address).exit_code == 2
+        monkeypatch.setenv("ARCTRUE_DEVICE_TOKEN", file.read_text().strip())
+        done = arctrue("device", "status", found.address)
+        assert done.exit_code == 0, done.output
+        assert daemon_at("/dev/ttyUSB1") is None
+
+
+def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) -> None:
+    with daemon(replay.port, tmp_path):
+        for number in range(20):
+            replay.turn(number)
+        until(lambda: ask(announcement(replay.port), "status")["turns"] == 20)
+        watch = Watch(announcement(replay.port), latest=15)
+        replay.turn(20)
+        turns = [watch.turn(PATIENCE_S) for _ in range(16)]
+        assert [turn.fields["turn"] for turn in turns if turn] == list(range(5, 21))
+        assert turns[0] is not None
+        assert turns[0].fields["harmonics"] == [[1, 150.0, 0.4, 0.01, 1]]
+
+
+class AlarmedDevice(Device):
+    """Its telemetry says that the noise is too large, from a moment on."""
+
+    alarmed = False
+
+    def tell(self, said: str) -> None:
+        super().tell(said.replace('"alarms":[]', '"alarms":["noise"]') if self.alarmed else said)
+
+
+def test_a_new_alarm_takes_one_capture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    device = AlarmedDevice()
+    os.close(device.far)
+    with device.running(monkeypatch), daemon(device.port, tmp_path) as running:
+        until(lambda: ask(announcement(device.port), "status")["turns"] > 2)
+        assert not list((tmp_path / "captures").iterdir())
+        device.alarmed = True
+        running.heard("new alarm: noise")
+        running.heard("captured: ")
+        device.alarmed = False
+        until(lambda: not ask(announcement(device.port), "status")["alarms"])
+        device.alarmed = True
+        until(lambda: sum("new alarm: noise" in line for line in running.said) == 2)
+        # The next capture for an alarm comes after a pause.
+        (path,) = (tmp_path / "captures").iterdir()
+        assert path.name.endswith("-alarm")
+
+
+def test_captures_are_taken_on_a_schedule(device: Device, tmp_path: Path) -> None:
+    with daemon(device.port, tmp_path, "--capture-every", "0.01", "--no-alarm-capture") as running:
+        running.heard("captured: ")
+    names = [path.name for path in (tmp_path / "captures").iterdir()]
+    assert names[0].endswith("-schedule")
+
+
+def test_the_oldest_captures_are_deleted_and_other_folders_stay(tmp_path: Path) -> None:
+    for name in ("20260101T000000Z-alarm", "20260102T000000Z-2-schedule", "20260103T000000Z-asked"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "mine").mkdir()
+    drop_oldest(tmp_path, 1)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["20260103T000000Z-asked", "mine"]
+
+
+def test_systemd_hears_that_it_is_ready_and_alive(
+    replay: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = tmp_path / "notify"
+    manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    manager.bind(str(name))
+    manager.settimeout(PATIENCE_S)
+    monkeypatch.setenv("NOTIFY_SOCKET", str(name))
+    monkeypatch.setenv("WATCHDOG_USEC", "200000")
+    heard: list[str] = []
+
+    def hear(text: str) -> None:
+        while not any(line.startswith(text) for line in heard):
+            heard.extend(manager.recv(4096).decode().splitlines())
+
+    with daemon(replay.port, tmp_path / "store") as running:
+        hear("READY=1")
+        heard.clear()
+        hear("WATCHDOG=1")
+        heard.clear()
+        hear("WATCHDOG=1")
+        running.process.terminate()
+        assert running.process.wait(PATIENCE_S) == 0
+        hear("STOPPING=1")
+    manager.close()
+    assert not list((tmp_path / "run").iterdir()), "the announcement has been taken away"
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd is not installed")
+def test_systemd_accepts_the_unit(tmp_path: Path) -> None:
+    assert arctrue("device", "unit", tmp_path).exit_code == 0
+    unit = tmp_path / "arctrue-device@.service"
+    done = subprocess.run(
+        [
+            "systemd-analyze",
+            "verify",
+            "--man=no",
+            unit.rename(tmp_path / "arctrue-device@x.service"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    complaints = [line for line in done.stderr.splitlines() if "arctrue-device" in line]
+    assert complaints == []
+
+
+def test_the_unit_and_the_rule_name_this_program_and_one_link(tmp_path: Path) -> None:
+    done = arctrue("device", "unit", tmp_path)
+    assert done.exit_code == 0, done.output
+    unit = (tmp_path / "arctrue-device@.service").read_text()
+    (start,) = [line for line in unit.splitlines() if line.startswith("ExecStart=")]
+    program = Path(start.removeprefix("ExecStart=").split()[0])
+    assert os.access(program, os.X_OK)
+    assert "Type=notify" in unit
+    rules = (tmp_path / "70-arctrue.rules").read_text()
+    assert 'SYMLINK+="arctrue"' in rules

@@ -1,0 +1,147 @@
+"""The files of a day against the record, read by h5py and plain SQL."""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+from datetime import UTC, date, datetime
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from sim.tests.command_line import arctrue
+from sim.tests.device.daemon_process import Replay, announcement, daemon, until
+
+from arctrue.device.connection import ask
+from arctrue.device.lines import TelemetryLine
+from arctrue.device.nexus_days import (
+    FewerTurnsError,
+    day_file,
+    recorded_days,
+    turns_of_file,
+    write_day,
+    write_missing_days,
+)
+from arctrue.device.recorder import Recorder
+
+START_S = datetime(2026, 3, 1, 22, 30, tzinfo=UTC).timestamp()
+DAYS = [date(2026, 3, 1), date(2026, 3, 2)]
+
+
+def record_of(file: Path, turns: int = 40) -> None:
+    """A turn each five minutes over midnight; order 3 comes in with turn 20."""
+    now = [START_S]
+    recorder = Recorder(file, clock=lambda: now[0], monotonic=lambda: now[0])
+    for number in range(turns):
+        now[0] += 300.0
+        orders = (1, 3) if number >= 20 else (1,)
+        recorder.add(
+            TelemetryLine(
+                {
+                    "turn": number,
+                    "result": "kept",
+                    "reason": "none",
+                    "separation_deg": 33.0 + number / 1e3,
+                    "temperature_c": 40.0 + number,
+                    "alarms": ["noise"] if number == 3 else [],
+                    "harmonics": [[n, 10.0 * n + number, 0.1 * n, 0.01 * n, 1] for n in orders],
+                }
+            )
+        )
+    recorder.event("port", "lost")
+    recorder.close()
+
+
+def test_a_day_holds_what_the_record_has(tmp_path: Path) -> None:
+    record = tmp_path / "telemetry.sqlite"
+    record_of(record)
+    assert recorded_days(record) == DAYS
+    assert write_missing_days(record, tmp_path) == [day_file(tmp_path, day) for day in DAYS]
+    with sqlite3.connect(record) as database:
+        rows = database.execute(
+            "SELECT number, separation_deg, temperature_c, unixepoch(recorded) FROM turn"
+        ).fetchall()
+        amplitudes = database.execute(
+            "SELECT number, harmonic_order, amplitude_arcsec, u_arcsec FROM harmonic "
+            "JOIN turn ON turn.id = harmonic.turn"
+        ).fetchall()
+    found, found_amplitudes = [], []
+    for day in DAYS:
+        with h5py.File(day_file(tmp_path, day)) as file:
+            turns = file["entry/turns"]
+            midnight = datetime.fromisoformat(turns["time"].attrs["start"]).timestamp()
+            columns = [turns[name][:] for name in ("turn", "separation_deg", "temperature_c")]
+            found += list(zip(*columns, turns["time"][:] + midnight, strict=True))
+            table = file["entry/orders"]
+            for row, number in enumerate(turns["turn"][:]):
+                for column, order in enumerate(table["order"][:]):
+                    if np.isfinite(table["amplitude"][row, column]):
+                        values = [table[n][row, column] for n in ("amplitude", "amplitude_errors")]
+                        found_amplitudes.append((number, order, *values))
+    assert found == rows
+    assert found_amplitudes == amplitudes
+
+
+def test_a_reader_of_nexus_finds_the_default_plot(tmp_path: Path) -> None:
+    """By the rules of NXdata: default, signal and axes name fields, whose lengths agree."""
+    record = tmp_path / "telemetry.sqlite"
+    record_of(record)
+    write_missing_days(record, tmp_path)
+    with h5py.File(day_file(tmp_path, DAYS[1])) as file:
+        entry = file[file.attrs["default"]]
+        assert entry.attrs["NX_class"] == "NXentry"
+        for data in (entry[entry.attrs["default"]], entry["turns"]):
+            assert data.attrs["NX_class"] == "NXdata"
+            signal = data[data.attrs["signal"]]
+            axes = np.atleast_1d(data.attrs["axes"])
+            assert [data[name].size for name in axes] == list(signal.shape)
+            assert signal.attrs["units"] == "arcsec"
+        head2 = entry["instrument/head2"]
+        assert head2.attrs["NX_class"] == "NXpositioner"
+        assert head2["value"].attrs["units"] == "deg"
+        np.testing.assert_array_equal(head2["value"][:], entry["turns/separation_deg"][:])
+        assert entry["events/text"].asstr()[:].tolist() == ["lost"]
+
+
+def test_a_damaged_file_is_made_anew_and_a_fuller_one_stays(tmp_path: Path) -> None:
+    record = tmp_path / "telemetry.sqlite"
+    record_of(record)
+    write_missing_days(record, tmp_path)
+    assert write_missing_days(record, tmp_path) == []
+    first = day_file(tmp_path, DAYS[0])
+    whole = turns_of_file(first)
+    first.write_bytes(first.read_bytes()[:2000])  # as a writer leaves it that was killed
+    assert write_missing_days(record, tmp_path) == [first]
+    assert turns_of_file(first) == whole
+    with sqlite3.connect(record) as database:
+        database.execute("DELETE FROM turn WHERE id <= 5")
+    assert write_missing_days(record, tmp_path) == []
+    with pytest.raises(FewerTurnsError):
+        write_day(record, DAYS[0], first)
+    assert turns_of_file(first) == whole
+
+
+def test_a_killed_daemon_s_days_come_back_from_the_record(replay: Replay, tmp_path: Path) -> None:
+    store, files = tmp_path / "store", tmp_path / "files"
+    options = ("--files", str(files), "--files-every", "0.01")
+    with daemon(replay.port, store, *options) as running:
+        for number in range(30):
+            replay.turn(number)
+        running.heard(".nxs")
+        replay.turn(30)
+        until(lambda: ask(announcement(replay.port), "status")["turns"] == 31)
+        running.process.kill()
+        running.process.wait()
+    (path,) = files.glob("*.nxs")
+    path.write_bytes(b"half")
+    done = arctrue("device", "files", store / "telemetry.sqlite", files)
+    assert done.exit_code == 0, done.output
+    assert sum(map(turns_of_file, files.glob("*.nxs"))) == 31
+    path.unlink()
+    with daemon(replay.port, store, *options):
+        end = time.monotonic() + 30.0
+        while not path.exists():
+            assert time.monotonic() < end
+            time.sleep(0.05)
+    assert turns_of_file(path) == 31
