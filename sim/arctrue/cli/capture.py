@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import click
@@ -64,7 +66,8 @@ def capture(
             _guide(kind, before)
         console = Console(port)
         click.get_current_context().call_on_close(console.close)
-        taken = measurement = console.dump(timeout)
+        now = datetime.now(UTC).replace(microsecond=0)
+        taken = measurement = replace(console.dump(timeout), date=now)
         if before is not None and kind is not None:
             refuse_what_was_not_asked(kind, before, taken, force=force)
         if before is not None:
