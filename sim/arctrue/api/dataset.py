@@ -7,6 +7,7 @@ import html
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from datetime import date
 from pathlib import Path
 from typing import Any, Self, TypedDict, Unpack
 
@@ -30,6 +31,7 @@ from arctrue.measurement import (
     read_measurement_set,
     write_measurement_set,
 )
+from arctrue.measurement.date import moment
 from arctrue.measurement.description import Keys
 from arctrue.measurement.digest import set_digest
 from arctrue.measurement.reader import count_on_past_the_turn, require_heads
@@ -51,12 +53,15 @@ SECTION_OF = {
     ),
 }
 """The section of ``measurement.toml`` in which each keyword stands."""
+TEXTS = ("title", "date")
+"""Keywords that stand above all sections."""
 
 
 class Metadata(TypedDict, total=False):
     """What is known of table, heads and reference: the keys of ``measurement.toml``."""
 
     title: str
+    date: str
     counts_per_rev: int
     head_separation_deg: float
     head_places_deg: tuple[float, ...]
@@ -97,6 +102,8 @@ class Dataset(MeasurementSet):
         What a person should know of the data, one sentence each.
     folder : Path, optional
         The folder that it was read from.
+    date : datetime, optional
+        When it was measured, with its time zone.
     """
 
     @classmethod
@@ -169,7 +176,7 @@ class Dataset(MeasurementSet):
             ``head_separation_deg`` or ``head_places_deg`` (degrees), ``grating_lines``,
             ``disc_diameter_mm``, ``drive_gear_teeth``, ``index_detection_arcsec``,
             ``index_repeatability_counts``, ``clock_hz``, ``instrument``, ``faces``,
-            ``standard_uncertainty_arcsec``, ``clock_offset_s`` (s), ``title``.
+            ``standard_uncertainty_arcsec``, ``clock_offset_s`` (s), ``title``, ``date`` (ISO 8601).
 
         Returns
         -------
@@ -435,6 +442,7 @@ class Dataset(MeasurementSet):
             capture=None if capture is None else _capture(capture, keys, warnings),
             reference=None if reference is None else _reference(reference, keys, warnings),
             title=keys.title,
+            date=moment(keys.date) if keys.date else None,
             warnings=tuple(warnings),
         )
 
@@ -495,7 +503,7 @@ def _same_rows(one: MeasurementSet, other: MeasurementSet) -> bool:
 
 
 def _fingerprint(measurement: MeasurementSet) -> bytes:
-    digest = hashlib.sha256(repr((measurement.table, measurement.title)).encode())
+    digest = hashlib.sha256(repr((measurement.table, measurement.title, measurement.date)).encode())
     for part in (measurement.capture, measurement.reference):
         if part is None:
             digest.update(b"none")
@@ -521,12 +529,12 @@ def keys_of(metadata: Mapping[str, Any]) -> Keys:
             continue
         plain = value.tolist() if hasattr(value, "tolist") else value
         plain = list(plain) if isinstance(plain, tuple) else plain
-        if name == "title":
-            content["title"] = plain
+        if name in TEXTS:
+            content[name] = plain.isoformat() if isinstance(plain, date) else plain
         elif name in SECTION_OF:
             content[SECTION_OF[name]][name] = plain
         else:
-            known = (*SECTION_OF, "title")
+            known = (*SECTION_OF, *TEXTS)
             raise TypeError(
                 f"{name} is not known.{did_you_mean(name, known)} There are: {', '.join(known)}"
             )
@@ -539,7 +547,7 @@ def keys_of(metadata: Mapping[str, Any]) -> Keys:
 def _known_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
     """Those of a file or dataset that are keywords of :class:`Metadata`."""
     found = {}
-    for name in (*SECTION_OF, "title"):
+    for name in (*SECTION_OF, *TEXTS):
         if name in attributes:
             value = attributes[name]
             found[name] = value.decode() if isinstance(value, bytes) else value

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import click
@@ -64,7 +66,8 @@ def capture(
         if before is not None and kind is not None:
             _guide(kind, before)
         console = console_at(port)
-        taken = measurement = console.dump(timeout)
+        now = datetime.now(UTC).replace(microsecond=0)
+        taken = measurement = replace(console.dump(timeout), date=now)
         if before is not None and kind is not None:
             refuse_what_was_not_asked(kind, before, taken, force=force)
         if before is not None:

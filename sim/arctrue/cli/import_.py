@@ -32,6 +32,7 @@ from arctrue.importing.choices import refuse
 from arctrue.importing.quantities import QUANTITIES, UNITS
 from arctrue.importing.questions import Import
 from arctrue.measurement import Origin, Table, write_measurement_set
+from arctrue.measurement.date import moment
 from arctrue.measurement.description import FILE_NAME
 
 _UNITS = "; ".join(
@@ -143,6 +144,7 @@ def _ask(asked: Ambiguous) -> str:
     "--u", "u_arcsec", type=Finite(min=0.0), help="Standard uncertainty of the reference, arcsec."
 )
 @click.option("--title", default="", metavar="TEXT", help="Title of the set.")
+@click.option("--date", metavar="DATE", help="When it was measured, such as 2026-03-12T09:30.")
 @click.option("--dry-run", is_flag=True, help="Print what would be written; write nothing.")
 @for_people
 def import_(
@@ -169,6 +171,7 @@ def import_(
     instrument: str | None,
     u_arcsec: float | None,
     title: str,
+    date: str | None,
     dry_run: bool,
 ) -> None:
     """Make the measurement set OUT from FILEs that other programs recorded.
@@ -199,6 +202,7 @@ def import_(
         instrument=instrument,
         standard_uncertainty_arcsec=u_arcsec,
         title=title,
+        date=None if date is None else moment(date, "--date"),
     )
     reading = ReadSettings(delimiter or "", decimal or "", group, period)
     import_ = Import(files, reader, reading, settings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -12,6 +13,7 @@ from arctrue.cli._numbers import SEED, Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import table, words
 from arctrue.measurement import write_measurement_set
+from arctrue.measurement.date import moment
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
 from arctrue.studies.simulate.hidden import hidden_effect
 from arctrue.studies.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
@@ -103,6 +105,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     help="One more measurement after those of the experiment; repeatable. "
     f"One of {', '.join(FURTHER)}.",
 )
+@click.option("--date", metavar="DATE", help="Date of the set, such as 2026-03-12T09:30.")
 @click.option(
     "--list",
     is_flag=True,
@@ -124,6 +127,7 @@ def simulate(
     seed: int | None,
     again: int,
     further: tuple[str, ...],
+    date: str | None,
 ) -> None:
     """Write a measurement set to the folder OUT and its truth to the file OUT.truth.json."""
     if hidden and effects:
@@ -132,6 +136,7 @@ def simulate(
         raise ValueError(f"found {len(sizes)} --size for {len(effects)} --effect")
     if again and seed is None:
         raise ValueError("--again needs the --seed of the table that is measured again")
+    measured_at = None if date is None else moment(date, "--date")
     refuse_recorded(out)
     if seed is None:
         seed = int(np.random.SeedSequence().generate_state(1)[0])
@@ -152,7 +157,7 @@ def simulate(
     for leftover in ("capture.csv", "reference.csv"):
         # A reader would take the older set's truth file for this set's.
         (out / leftover).unlink(missing_ok=True)
-    write_measurement_set(out, made.measurement)
+    write_measurement_set(out, replace(made.measurement, date=measured_at))
     truth = write_truth(out, made.truth)
     console.print(f"wrote {out}; its truth is in {truth}", soft_wrap=True)
 

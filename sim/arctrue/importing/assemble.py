@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,8 @@ class Settings:
         Of the reference, arcseconds.
     title : str, optional
         One line that names the set.
+    date : datetime, optional
+        When it was measured, with its time zone.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -72,6 +75,7 @@ class Settings:
     instrument: str | None = None
     standard_uncertainty_arcsec: float | None = None
     title: str = ""
+    date: datetime | None = None
 
 
 @dataclass(frozen=True)
@@ -165,7 +169,9 @@ def import_recordings(
             "(target, with error or head1)"
         )
     tell_unused(recordings, mapped, settings.columns, choices)
-    measurement = MeasurementSet(table, capture, reference, title=settings.title)
+    measurement = MeasurementSet(
+        table, capture, reference, title=settings.title, date=settings.date
+    )
     return Imported(measurement, mapped, tuple(choices.notes), clocks)
 
 

@@ -11,6 +11,7 @@ from msgspec import Meta, Struct, field
 from arctrue.base.printable import one_line
 from arctrue.base.toml_file import TomlContentError, read_toml
 from arctrue.base.typed_content import ContentError, line_of_text, shown, typed, unknown_keys
+from arctrue.measurement.date import moment, with_text_date
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import (
     AnyNumber,
@@ -69,14 +70,18 @@ class Keys(Struct, frozen=True):
 
     schema: Schema
     title: str = ""
+    date: str = ""
+    """When it was measured, ISO 8601; empty: not stated."""
     table: Table = field(default_factory=Table)
     capture: CaptureKeys | None = None
     reference: ReferenceKeys | None = None
     origin: Origin = field(default_factory=Origin)
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a text of more than one printable line."""
+        """Raises ValueError for a text of more than one printable line, or for no date."""
         line_of_text(self.title, "title")
+        if self.date:
+            moment(self.date)
 
 
 SECTIONS = ("table", "capture", "reference", "origin")
@@ -102,7 +107,7 @@ def read_description(folder: Path) -> Description:
         what = "is a file, expected a folder" if folder.exists() else "no such folder"
         raise MeasurementError("missing", folder, f"{what} with a {FILE_NAME}")
     try:
-        content = read_toml(path)
+        content = with_text_date(read_toml(path))
         # Another schema may have keys of other types: they are not what is wrong then.
         typed(content, _OnlySchema)
         keys = typed(content, Keys)

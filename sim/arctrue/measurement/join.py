@@ -93,6 +93,7 @@ def joined(
         if references
         else None,
         title=title,
+        date=min((item.date for item in sets if item.date is not None), default=None),
         other={key: value for item in reversed(sets) for key, value in item.other.items()},
         warnings=(),
         folder=None,

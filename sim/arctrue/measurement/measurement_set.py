@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -362,6 +363,8 @@ class MeasurementSet:
         What a person should know of the data, one sentence each.
     folder : Path, optional
         The folder that it was read from.
+    date : datetime, optional
+        When it was measured, with its time zone.
     """
 
     table: Table
@@ -372,3 +375,4 @@ class MeasurementSet:
     other: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     folder: Path | None = None
+    date: datetime | None = None

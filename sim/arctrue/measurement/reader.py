@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from arctrue.measurement.csv_blocks import BytesRead, Columns, CsvFile
+from arctrue.measurement.date import moment
 from arctrue.measurement.description import (
     Channel,
     Description,
@@ -88,6 +89,7 @@ def read_measurement_set(
         other=description.other,
         warnings=tuple(warnings),
         folder=folder,
+        date=moment(description.keys.date) if description.keys.date else None,
     )
 
 

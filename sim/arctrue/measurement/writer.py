@@ -111,6 +111,8 @@ def _description(measurement: MeasurementSet) -> str:
     lines = [f"schema = {SCHEMA}"]
     if measurement.title:
         lines.append(f"title = {json.dumps(measurement.title, ensure_ascii=False)}")
+    if measurement.date is not None:
+        lines.append(f'date = "{measurement.date.isoformat()}"')
     table = dict(vars(measurement.table))
     if measurement.table.head_places_deg is not None:
         # The separation is its second entry.

@@ -1,0 +1,153 @@
+"""arctrue life: one machine's history from its measurement sets."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from arctrue.base.figures import with_uncertainty
+from arctrue.cli._effect_name import EFFECT_NAME
+from arctrue.cli._loaded_set import (
+    console,
+    effects_for,
+    for_people,
+    load_model,
+    write_json,
+)
+from arctrue.cli._numbers import SEED, Finite
+from arctrue.cli._options import json_option
+from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
+from arctrue.cli._terminal import tell_warning
+from arctrue.metrology.life.history import (
+    FALSE_ALARMS_A_YEAR,
+    HORIZON_DAYS,
+    LifeHistory,
+    history_of,
+)
+from arctrue.metrology.life.machine import fit_machine
+from arctrue.workbench.model.model import ModelEffect
+
+
+@click.command("life", short_help="One machine's history: changes, and the day of a limit.")
+@click.argument("folder", metavar="FOLDER", type=click.Path(path_type=Path, file_okay=False))
+@click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    metavar="EFFECT=SIZE",
+    help="Largest permitted size of an effect, arcsec, or of EFFECT.PARAMETER in its own unit; "
+    "repeatable.",
+)
+@click.option(
+    "--effect",
+    "names",
+    multiple=True,
+    type=EFFECT_NAME,
+    metavar="NAME",
+    help="Effect in addition to those of the model; repeatable.",
+)
+@click.option(
+    "--false-alarms",
+    type=Finite(min=0.0, min_open=True),
+    default=FALSE_ALARMS_A_YEAR,
+    show_default=True,
+    help="False findings of a change per year, if you look after each set.",
+)
+@click.option(
+    "--horizon",
+    type=Finite(min=0.0),
+    default=HORIZON_DAYS,
+    show_default=True,
+    help="An alarm is raised if the limit may be passed within so many days.",
+)
+@click.option("--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML).")
+@click.option(
+    "--effects",
+    "folders",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="Folder of own effects.",
+)
+@json_option
+@click.option("--out", type=OutputFolder(), help="Folder for the page life.html.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Of the random draws.")
+@for_people
+def life(
+    folder: Path,
+    limits: tuple[str, ...],
+    names: tuple[str, ...],
+    false_alarms: float,
+    horizon: float,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+    json_file: Path | None,
+    out: Path | None,
+    seed: int,
+) -> None:
+    """Fit every measurement set below FOLDER and tell what changed in the machine, and when.
+
+    The sets are of one machine, each with a `date` in its measurement.toml. The model is that of
+    --model or the paper's, fitted to each set anew. Sets that cannot be used are listed. Exit code
+    1: an alarm; a limit is passed, or a change may lead to it within --horizon.
+    """
+    model = load_model(model_file)
+    effects = effects_for(model, model_file, folders)
+    model = replace(model, effects=[*model.effects, *(ModelEffect(name) for name in names)])
+    for entry in model.effects:
+        entry.effect(effects)
+    allowed = dict(map(_limit, limits))
+    with Progress("fitting the sets") as progress:
+        machine = fit_machine(folder, model, effects, progress.now)
+    history = history_of(
+        machine, allowed, false_alarms_a_year=false_alarms, horizon_days=horizon, seed=seed
+    )
+    _print(history)
+    # The import of matplotlib takes longer than the computation.
+    from arctrue.report.life_report import life_data, life_sentences, write_life_page
+
+    for sentence in life_sentences(history):
+        console.print(sentence, soft_wrap=True)
+    write_json(json_file, life_data(history))
+    if out is not None:
+        given = [word for text in limits for word in ("--limit", text)]
+        command = shlex.join(["arctrue", "life", str(folder), *given])
+        console.print(f"wrote {write_life_page(history, out, command=command)}", soft_wrap=True)
+    if history.alarms:
+        raise SystemExit(1)
+
+
+def _limit(text: str) -> tuple[str, float]:
+    """Parse EFFECT=SIZE. Raises ValueError."""
+    name, _, size = text.partition("=")
+    try:
+        value = float(size)
+    except ValueError:
+        value = math.nan
+    if not (name and math.isfinite(value)):
+        raise ValueError(f"--limit {text}: expected EFFECT=SIZE such as hysteresis=0.5")
+    return name, value
+
+
+def _print(history: LifeHistory) -> None:
+    for refused in history.machine.refused:
+        tell_warning(f"{refused.name} is not used: {refused.reason}")
+    sets = history.machine.sets
+    sizes = table(
+        f"{len(sets)} sets from {sets[0].date:%Y-%m-%d} to {sets[-1].date:%Y-%m-%d}",
+        words("parameter"),
+        number("first set"),
+        number("last set"),
+    )
+    for one in history.series:
+        sizes.add_row(
+            one.name,
+            with_uncertainty(float(one.size[0]), float(one.u[0]), one.unit),
+            with_uncertainty(float(one.size[-1]), float(one.u[-1]), one.unit),
+        )
+    console.print(sizes)

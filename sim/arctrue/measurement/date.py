@@ -1,0 +1,27 @@
+"""The date of a measurement set: ISO 8601 in measurement.toml, a moment with its zone in memory."""
+
+from __future__ import annotations
+
+from datetime import UTC, date, datetime
+from typing import Any
+
+
+def moment(text: str, key: str = "date") -> datetime:
+    """The moment that a text in ISO 8601 states; without a zone it counts as UTC.
+
+    A day alone is its beginning. Raises ValueError, which begins with ``key``.
+    """
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        raise ValueError(
+            f"{key}: expected a date such as 2026-03-12 or 2026-03-12T09:30:00+01:00, "
+            f"found {text[:60]!r}"
+        ) from None
+    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
+
+
+def with_text_date(content: dict[str, Any]) -> dict[str, Any]:
+    """The content of a TOML file with ``date`` as text, which TOML may also have as a date."""
+    given = content.get("date")
+    return {**content, "date": given.isoformat()} if isinstance(given, date) else content

@@ -1,0 +1,297 @@
+"""Finds changes of a series: steps and the beginnings of drifts, with a stated false-alarm rate.
+
+The statistic is the generalised likelihood ratio: the largest, over all places between two sets, of
+N·log(RSS₀/RSS₁), where RSS₀ and RSS₁ are the weighted sums of squares about a constant and about a
+constant with a step or a drift that begins there. The weight of a set is 1/(u² + s²): u from its
+fit, s the scatter between sets by Paule and Mandel (1982). The factor of the variance is free.
+
+The null distribution is that of the same statistic of normal draws with these weights, whose factor
+is free, so that the scatter need not be known. The p-value of a series is its rank among the draws;
+multiplied by the number of series (Bonferroni) it bounds the probability of any false alarm in one
+look at the whole machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.metrology.life.series import Series
+
+Float = NDArray[np.float64]
+Kind = Literal["step", "drift"]
+Shape = tuple[Kind, int, float]
+"""Kind, place and exponent of a change."""
+Random = np.random.Generator
+
+FEWEST_SETS = 7
+"""Two sets on either side of a change, and three degrees of freedom for the scatter."""
+ON_A_SIDE = 2
+"""Sets on each side of a change, so that a single odd set is none."""
+MOST_CHANGES = 4
+"""Of one series."""
+FEWEST_DRAWS, MOST_DRAWS = 199, 19_999
+DRAWS_OF_ALPHA = 10.0
+"""Draws times α, for each series: the smallest adjusted p-value is then a tenth of α."""
+EXPONENTS = (0.5, 1.0, 2.0)
+"""Courses of a drift after its begin, time to this power: it slows down, keeps its rate, speeds up.
+The search for changes uses 1; date, size and forecast are averaged over all."""
+LEVEL = 0.95
+"""Probability that the stated interval of the date holds the change."""
+DAYS_A_YEAR = 365.25
+LARGEST_ALPHA = 0.05
+"""Of one look, however rare the sets are."""
+BISECTIONS = 40
+"""Of the scatter: its square is then exact to 10⁻¹²."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A kind of change at a place, with its posterior probability."""
+
+    kind: Kind
+    index: int
+    """Of a step: the first set after it. Of a drift: the last set before it."""
+    probability: float
+    exponent: float = 1.0
+    """Of the time since the begin of a drift."""
+
+    @property
+    def shape(self) -> Shape:
+        """What :func:`basis` takes."""
+        return self.kind, self.index, self.exponent
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change of a series."""
+
+    series: Series
+    kind: Kind
+    earliest_day: float
+    day: float
+    """Likeliest day: the middle between two sets of a step, the begin of a drift."""
+    latest_day: float
+    p_value: float
+    """Probability that any series of an unchanged machine shows as much in one look."""
+    size: float
+    """Length of the change until the last set, in the unit of the series."""
+    u: float
+    """Standard uncertainty of ``size``."""
+    places: tuple[Place, ...]
+
+
+def basis(days: Float, kind: Kind, index: int, exponent: float = 1.0) -> Float:
+    """The shape of a change, (sets,): 0 before it, and 1 at the last set."""
+    if kind == "step":
+        return (np.arange(days.size) >= index).astype(np.float64)
+    begin = days[index]
+    return np.asarray((np.maximum(days - begin, 0.0) / (days[-1] - begin)) ** exponent)
+
+
+def places(sets: int) -> list[tuple[Kind, int]]:
+    """Kinds and places of all changes that are tried, (kind, index)."""
+    steps: list[tuple[Kind, int]] = [
+        ("step", index) for index in range(ON_A_SIDE, sets - ON_A_SIDE + 1)
+    ]
+    return [*steps, *(("drift", index) for index in range(sets - ON_A_SIDE))]
+
+
+def weights(values: Float, u: Float, design: Float) -> Float:
+    """1/(u² + s²), (sets,), s by Paule and Mandel: the residuals then have their expected square.
+
+    ``values`` (sets, components); ``design`` (sets, columns) of the model whose residuals count.
+    """
+    freedom = int((values.shape[0] - design.shape[1]) * values.shape[1])
+    if freedom <= 0:
+        return np.asarray(1.0 / u**2)
+
+    def excess(square: float) -> float:
+        weight: Float = 1.0 / (u**2 + square)
+        return weighted_rss(values, weight, design) - freedom
+
+    if excess(0.0) <= 0.0:
+        return np.asarray(1.0 / u**2)
+    low, high = 0.0, max(float(np.var(values, axis=0).sum()), float(u.min()) ** 2)
+    while excess(high) > 0.0:
+        high *= 4.0
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
+    return np.asarray(1.0 / (u**2 + high))
+
+
+def weighted_rss(values: Float, weight: Float, design: Float) -> float:
+    """Weighted sum of squares about the fit of ``design``, of all components."""
+    root = np.sqrt(weight)[:, None]
+    solution, *_ = np.linalg.lstsq(root * design, root * values, rcond=None)
+    return float(np.sum((root * (values - design @ solution)) ** 2))
+
+
+def ratios(days: Float, weight: Float, values: Float) -> Float:
+    """The likelihood ratio of each row of values, (rows,).
+
+    ``weight`` (rows, sets) or (1, sets), ``values`` (rows, sets, components); ``days`` (sets,).
+    A change takes (Σw·h·r)²/(Σw·h² − (Σw·h)²/Σw) of RSS₀, where r are the residuals about the mean.
+    """
+    sets = days.size
+    total = weight.sum(axis=1)
+    mean = np.einsum("kn,knd->kd", weight, values) / total[:, None]
+    residual = values - mean[:, None, :]
+    weighted = weight[:, :, None] * residual
+    rss = np.einsum("knd,knd->k", weighted, residual)
+    shapes = np.stack([basis(days, *place) for place in places(sets)])
+    across = np.einsum("knd,mn->kmd", weighted, shapes, optimize=True)
+    norm = weight @ (shapes**2).T - (weight @ shapes.T) ** 2 / total[:, None]
+    taken = np.sum(across**2, axis=2) / np.maximum(norm, np.finfo(float).tiny)
+    left = np.maximum(1.0 - taken.max(axis=1) / np.maximum(rss, np.finfo(float).tiny), 1e-12)
+    return np.asarray(-values.shape[2] * sets * np.log(left))
+
+
+def look_probability(days: Float, false_alarms_a_year: float) -> float:
+    """Probability of a false alarm in one look that gives this rate, a look after each set."""
+    between = float(np.median(np.diff(days))) if days.size > 1 else DAYS_A_YEAR
+    return float(min(false_alarms_a_year * between / DAYS_A_YEAR, LARGEST_ALPHA))
+
+
+def adjusted_p_values(
+    series: Sequence[Series], values: Sequence[Float], alpha: float, random: Random
+) -> Float:
+    """For each series, the probability that an unchanged machine shows as much in any series.
+
+    ``values``: (sets, components) of each series, less the changes that are known already.
+    """
+    wanted = DRAWS_OF_ALPHA * len(series) / max(alpha, 1e-9)
+    number = int(np.clip(wanted, FEWEST_DRAWS, MOST_DRAWS))
+    found = np.empty(len(series))
+    for place, (one, own) in enumerate(zip(series, values, strict=True)):
+        weight = weights(own, one.u, np.ones((one.days.size, 1)))[None]
+        measured = ratios(one.days, weight, own[None])[0]
+        normal = random.standard_normal((number, *own.shape)) / np.sqrt(weight)[:, :, None]
+        null = ratios(one.days, weight, normal)
+        found[place] = (1.0 + np.count_nonzero(null >= measured)) / (number + 1.0)
+    return np.minimum(found * len(series), 1.0)
+
+
+def find_changes(
+    series: Sequence[Series], false_alarms_a_year: float, random: Random
+) -> list[Change]:
+    """Changes of all series, earliest first; none for fewer than ``FEWEST_SETS`` sets.
+
+    All series have the same days. After a change is found it is subtracted, and the rest is tested
+    again, at most ``MOST_CHANGES`` times.
+    """
+    if not series or series[0].days.size < FEWEST_SETS:
+        return []
+    alpha = look_probability(series[0].days, false_alarms_a_year)
+    values = [one.values for one in series]
+    known: list[list[Shape]] = [[] for _ in series]
+    found: list[Change] = []
+    open_ = list(range(len(series)))
+    for _ in range(MOST_CHANGES):
+        p_values = adjusted_p_values(
+            [series[i] for i in open_], [values[i] for i in open_], alpha, random
+        )
+        changed = [(i, float(p)) for i, p in zip(open_, p_values, strict=True) if p <= alpha]
+        for i, p_value in changed:
+            change = _located(series[i], known[i], p_value)
+            likeliest = max(change.places, key=lambda place: place.probability)
+            known[i].append(likeliest.shape)
+            found.append(change)
+            values[i] = series[i].values - _of_changes(series[i], known[i])
+        open_ = [i for i, _ in changed]
+        if not open_:
+            break
+    return sorted(found, key=lambda change: change.day)
+
+
+def design_of(days: Float, known: Sequence[Shape]) -> Float:
+    """A constant and the shapes of changes, (sets, 1 + changes)."""
+    return np.stack([np.ones(days.size), *(basis(days, *place) for place in known)], axis=1)
+
+
+def _of_changes(series: Series, known: Sequence[Shape]) -> Float:
+    """What the changes add, (sets, components)."""
+    design = design_of(series.days, known)
+    root = np.sqrt(weights(series.values, series.u, design))[:, None]
+    solution, *_ = np.linalg.lstsq(root * design, root * series.values, rcond=None)
+    return np.asarray(design[:, 1:] @ solution[1:])
+
+
+def _located(series: Series, known: Sequence[Shape], p_value: float) -> Change:
+    """Kind, date and size of one more change beside those that are ``known``."""
+    probable = posterior(series, known)
+    best = max(probable, key=lambda place: place.probability)
+    days = series.days
+    design = design_of(days, [*known, best.shape])
+    weight = weights(series.values, series.u, design)
+    root = np.sqrt(weight)[:, None]
+    solution, *_ = np.linalg.lstsq(root * design, root * series.values, rcond=None)
+    covariance = np.linalg.pinv((root * design).T @ (root * design))
+    begin, end = np.array([_between(days, place) for place in probable]).T
+    share = np.array([place.probability for place in probable])
+    order = np.argsort(begin)
+    earliest = begin[order][np.searchsorted(np.cumsum(share[order]), 0.5 * (1.0 - LEVEL))]
+    order = np.argsort(-end)
+    latest = end[order][np.searchsorted(np.cumsum(share[order]), 0.5 * (1.0 - LEVEL))]
+    low, high = _between(days, best)
+    return Change(
+        series,
+        best.kind,
+        float(earliest),
+        0.5 * (low + high),
+        float(latest),
+        p_value,
+        float(np.linalg.norm(solution[-1])),
+        float(np.sqrt(covariance[-1, -1])),
+        tuple(probable),
+    )
+
+
+def _between(days: Float, place: Place) -> tuple[float, float]:
+    """The days between which a change of this place lies."""
+    if place.kind == "step":
+        return float(days[place.index - 1]), float(days[place.index])
+    return float(days[max(place.index - 1, 0)]), float(days[place.index + 1])
+
+
+def posterior(series: Series, known: Sequence[Shape]) -> list[Place]:
+    """Probability of every kind and place of one more change; each is as probable beforehand.
+
+    Coefficients and the variance are integrated out under Jeffreys' prior: the integrated
+    likelihood is |X'WX|^(−d/2) · RSS^(−(n − p)·d/2). The shapes reach 1 at the last set, so that
+    step and drift have the same prior for the whole change.
+    """
+    days, values = series.days, series.values
+    size, parts = values.shape
+    used = {shape[:2] for shape in known}
+    tried: list[Shape] = [
+        (kind, index, exponent)
+        for kind, index in places(size)
+        if (kind, index) not in used
+        for exponent in (EXPONENTS if kind == "drift" else (1.0,))
+    ]
+    logs = np.empty(len(tried))
+    designs = [design_of(days, [*known, place]) for place in tried]
+    weight = weights(values, series.u, np.ones((size, 1)))
+    best = min(designs, key=lambda design: weighted_rss(values, weight, design))
+    weight = weights(values, series.u, best)
+    for number, design in enumerate(designs):
+        scaled = np.sqrt(weight)[:, None] * design
+        sign, determinant = np.linalg.slogdet(scaled.T @ scaled)
+        if sign <= 0:
+            logs[number] = -np.inf
+            continue
+        freedom = (size - design.shape[1]) * parts
+        rss = max(weighted_rss(values, weight, design), np.finfo(float).tiny)
+        logs[number] = -0.5 * parts * determinant - 0.5 * freedom * np.log(rss)
+    share = np.exp(logs - logs.max())
+    share /= share.sum()
+    return [
+        Place(kind, index, float(value), exponent)
+        for (kind, index, exponent), value in zip(tried, share, strict=True)
+    ]

@@ -1,0 +1,115 @@
+"""What one machine's sets show together: changes, calibrations that no longer hold, forecasts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from arctrue.base.similar import did_you_mean
+from arctrue.metrology.life.change import Change, find_changes, look_probability
+from arctrue.metrology.life.forecast import Forecast, forecast
+from arctrue.metrology.life.machine import FittedSet, Machine
+from arctrue.metrology.life.series import Series, series_of
+
+FALSE_ALARMS_A_YEAR = 0.5
+"""Expected false findings of a change, if a machine is looked at after every set."""
+HORIZON_DAYS = 30.0
+"""An alarm is raised if a change may lead to the limit within this time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A set that a calibration was made from, and the first change after it."""
+
+    of: FittedSet
+    broken_by: tuple[Change, ...]
+    """Changes after it, earliest first; empty: it holds."""
+
+
+@dataclass(frozen=True, eq=False)
+class LifeHistory:
+    """One machine's history."""
+
+    machine: Machine
+    series: tuple[Series, ...]
+    changes: tuple[Change, ...]
+    forecasts: tuple[Forecast, ...]
+    calibrations: tuple[Calibration, ...]
+    false_alarms_a_year: float
+    horizon_days: float
+
+    @property
+    def look_probability(self) -> float:
+        """Probability of any false finding in this look."""
+        return look_probability(self.machine.days, self.false_alarms_a_year)
+
+    @property
+    def alarms(self) -> tuple[Forecast, ...]:
+        """Forecasts that call for action."""
+        return tuple(one for one in self.forecasts if one.alarm(self.horizon_days))
+
+    def changes_of(self, series: Series) -> list[Change]:
+        """Changes of one series, earliest first."""
+        return [one for one in self.changes if one.series.name == series.name]
+
+
+def history_of(
+    machine: Machine,
+    limits: Mapping[str, float],
+    *,
+    false_alarms_a_year: float = FALSE_ALARMS_A_YEAR,
+    horizon_days: float = HORIZON_DAYS,
+    seed: int = 1,
+) -> LifeHistory:
+    """Changes of every parameter, and for ``limits`` the day on which they are passed.
+
+    ``limits``: by effect (each of its amplitudes in arcseconds) or by effect and parameter, in the
+    parameter's unit. ``seed`` of the random draws. Raises ValueError for an unknown name.
+    """
+    random = np.random.default_rng(seed)
+    series = series_of(machine.days, [one.parameters for one in machine.sets])
+    limited = limits_of(series, limits)
+    changes = find_changes(series, false_alarms_a_year, random)
+    forecasts = [
+        forecast(one, [item for item in changes if item.series is one], limited[one.name], random)
+        for one in series
+        if one.name in limited
+    ]
+    calibrations = [
+        Calibration(one, tuple(item for item in changes if item.latest_day > one.day))
+        for one in machine.sets
+    ]
+    return LifeHistory(
+        machine,
+        tuple(series),
+        tuple(changes),
+        tuple(forecasts),
+        tuple(calibrations),
+        false_alarms_a_year,
+        horizon_days,
+    )
+
+
+def limits_of(series: list[Series], limits: Mapping[str, float]) -> dict[str, float]:
+    """The limit of each series that has one. Raises ValueError for an unknown name."""
+    found: dict[str, float] = {}
+    effects = {one.name.rpartition(".")[0] for one in series}
+    for name, limit in limits.items():
+        if not limit > 0.0:
+            raise ValueError(f"--limit {name}: expected a size above 0, found {limit:g}")
+        own = [
+            one.name
+            for one in series
+            if one.name == name or (one.name.rpartition(".")[0] == name and one.unit == "arcsec")
+        ]
+        if not own:
+            known = sorted({*effects, *(one.name for one in series)})
+            raise ValueError(
+                f"--limit {name}: no effect or parameter of that name in arcseconds."
+                f"{did_you_mean(name, known)} There are: {', '.join(sorted(effects))}, and their "
+                "parameters such as EFFECT.PARAMETER"
+            )
+        found |= dict.fromkeys(own, limit)
+    return found

@@ -1,0 +1,81 @@
+"""The size of an effect over time, one point a measurement set."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import Parameter
+
+Float = NDArray[np.float64]
+
+AMPLITUDE, PHASE = "amplitude", "phase"
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A parameter of the model over time; an amplitude and its phase are one point of a plane.
+
+    In the plane a change of phase alone is a change, and the noise of a small amplitude has mean 0.
+    """
+
+    name: str
+    """Effect and parameter, such as ``hysteresis.reversal_error``."""
+    unit: str
+    days: Float
+    """(sets,), days since 1970, ascending."""
+    values: Float
+    """(sets, 1), or (sets, 2): cosine and sine of an amplitude with a phase."""
+    u: Float
+    """(sets,), standard uncertainty of each component, from the fit of the set."""
+
+    @property
+    def size(self) -> Float:
+        """(sets,): the amplitude, or the value without its sign."""
+        return np.asarray(np.linalg.norm(self.values, axis=1))
+
+    def until(self, sets: int) -> Series:
+        """The same with the first ``sets`` points only."""
+        return replace(self, days=self.days[:sets], values=self.values[:sets], u=self.u[:sets])
+
+
+def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Series]:
+    """Series of every parameter that all sets determine.
+
+    ``days`` (sets,) ascending; ``found``: the parameters of each set by name. A phase without an
+    amplitude, and a parameter without uncertainty in any set, have no series.
+    """
+    made: list[Series] = []
+    for name in found[0] if found else ():
+        if not all(name in of_set for of_set in found):
+            continue
+        items = [of_set[name] for of_set in found]
+        phase_name = f"{name.removesuffix(AMPLITUDE)}{PHASE}"
+        if name.endswith(AMPLITUDE) and all(phase_name in of_set for of_set in found):
+            values, u = _plane(items, [of_set[phase_name] for of_set in found])
+        elif name.endswith(PHASE):
+            continue
+        else:
+            values = np.array([[item.value] for item in items])
+            u = np.array([item.sigma for item in items])
+        if np.isfinite(values).all() and np.isfinite(u).all() and (u > 0.0).all():
+            made.append(Series(name, items[0].unit, days, values, u))
+    return made
+
+
+def _plane(amplitudes: Sequence[Parameter], phases: Sequence[Parameter]) -> tuple[Float, Float]:
+    """Cosine and sine of each, (sets, 2), and the mean uncertainty of a component, (sets,).
+
+    Along the amplitude u is that of the amplitude, across it amplitude · u(phase); the stated
+    phase has at most the uncertainty of a uniform one, where the amplitude is below its own u.
+    """
+    size = np.array([item.value for item in amplitudes])
+    angle = np.radians([item.value for item in phases])
+    along = np.array([item.sigma for item in amplitudes])
+    across = size * np.radians([item.sigma for item in phases])
+    across = np.where(size > along, across, along)
+    values = np.stack([size * np.cos(angle), -size * np.sin(angle)], axis=1)
+    return values, np.sqrt(0.5 * (along**2 + across**2))

@@ -1,0 +1,94 @@
+"""The sizes of effects over months, with changes, limits and forecasts."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+
+from arctrue.metrology.life.forecast import Forecast
+from arctrue.metrology.life.history import LifeHistory
+from arctrue.metrology.life.series import Series
+from arctrue.report.charts.chart import COLOURS, QUIET, Axis, Chart, Curve, Layer, Level, Panel
+
+MOST_PANELS = 8
+TICKS = 5
+COVERAGE = 2.0
+"""Standard uncertainties of an error bar."""
+AHEAD = 0.5
+"""Of the measured time: how far ahead a forecast is drawn."""
+MARGIN = 0.03
+
+
+def day_name(day: float) -> str:
+    """The date of a day since 1970, ``2026-03-12``; a dash where it is infinite."""
+    if not np.isfinite(day):
+        return "–"
+    return f"{datetime(1970, 1, 1, tzinfo=UTC) + timedelta(days=day):%Y-%m-%d}"
+
+
+def shown_series(history: LifeHistory) -> list[Series]:
+    """Series with a limit, then those that changed, then the largest, at most ``MOST_PANELS``."""
+    limited = {one.series.name for one in history.forecasts}
+    changed = {one.series.name for one in history.changes}
+    ranked = sorted(
+        history.series,
+        key=lambda one: (
+            one.name not in limited,
+            one.name not in changed,
+            -float(np.median(one.size / one.u)),
+        ),
+    )
+    return ranked[:MOST_PANELS]
+
+
+def life_chart(history: LifeHistory) -> Chart:
+    """A panel for each series that matters most."""
+    forecasts = {one.series.name: one for one in history.forecasts}
+    panels = [
+        _panel(history, series, forecasts.get(series.name)) for series in shown_series(history)
+    ]
+    words = f"Sizes of {len(panels)} parameters over {len(history.machine.sets)} sets"
+    if history.changes:
+        words += "; changed: " + ", ".join(
+            f"{one.series.name} on {day_name(one.day)}" for one in history.changes
+        )
+    return Chart("life", f"{words}.", panels, columns=2 if len(panels) > 1 else 1)
+
+
+def _panel(history: LifeHistory, series: Series, found: Forecast | None) -> Panel:
+    days, size = series.days, series.size
+    first, last = float(days[0]), float(days[-1])
+    span = max(last - first, 1.0)
+    end = last
+    layers: list[Layer] = [
+        Curve(days, size, "size", COLOURS[0], kind="points", y_error=COVERAGE * series.u, size=4.0)
+    ]
+    top = float(np.max(size + COVERAGE * series.u))
+    if found is not None:
+        layers.append(Level(found.limit, "limit", COLOURS[1]))
+        top = max(top, found.limit)
+        end = min(found.day, last + AHEAD * span) if np.isfinite(found.day) else last
+        if last < found.day <= last + AHEAD * span:
+            now = float(np.median(size[-3:]))
+            layers.append(
+                Curve(
+                    np.array([last, found.day]), np.array([now, found.limit]), "forecast",
+                    COLOURS[1], dash="dash",
+                )
+            )  # fmt: skip
+    for number, change in enumerate(history.changes_of(series)):
+        layers.append(
+            Curve(
+                np.array([change.day, change.day]), np.array([0.0, top]),
+                "change" if number == 0 else "", QUIET, dash="dot",
+            )
+        )  # fmt: skip
+    ticks = [(float(day), day_name(day)) for day in np.linspace(first, end, TICKS)]
+    margin = MARGIN * (end - first)
+    return Panel(
+        Axis("date of the set", ticks=ticks, reach=(first - margin, end + margin)),
+        Axis("size", series.unit),
+        layers,
+        series.name,
+    )

@@ -1,0 +1,169 @@
+"""Changes and forecasts of a size over time, against brute force and simulated truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import stats
+
+from arctrue.metrology.life.change import (
+    basis,
+    find_changes,
+    look_probability,
+    places,
+    ratios,
+    weights,
+)
+from arctrue.metrology.life.forecast import forecast
+from arctrue.metrology.life.series import Series, series_of
+from arctrue.studies.life.judge import run_lives, share_interval, summary, tasks
+from arctrue.workbench.effects.base import Parameter, amplitude_and_phase
+
+Float = NDArray[np.float64]
+
+WEEK = 7.0
+SURE = 1e-3
+"""Probability that a right program fails one of the counted tests."""
+
+
+def a_series(values: Float, u: float = 0.03, name: str = "effect.size") -> Series:
+    days = np.arange(values.shape[0]) * WEEK
+    return Series(name, "arcsec", days, values, np.full(values.shape[0], u))
+
+
+def test_the_ratio_is_that_of_least_squares() -> None:
+    random = np.random.default_rng(1)
+    days = np.cumsum(random.uniform(5.0, 20.0, 11))
+    values, weight = random.standard_normal((11, 2)), random.uniform(0.5, 2.0, 11)
+    root = np.sqrt(weight)[:, None]
+
+    def rss(design: Float) -> float:
+        return float(np.linalg.lstsq(root * design, root * values, rcond=None)[1].sum())
+
+    constant = np.ones((11, 1))
+    brute = max(
+        22.0 * np.log(rss(constant) / rss(np.column_stack([constant, basis(days, *place)])))
+        for place in places(11)
+    )
+    assert ratios(days, weight[None], values[None])[0] == pytest.approx(brute, rel=1e-9)
+
+
+def test_the_scatter_between_sets_solves_its_equation() -> None:
+    random = np.random.default_rng(2)
+    u = random.uniform(0.01, 0.1, 400)
+    values = (0.2 * random.standard_normal(400) + u * random.standard_normal(400))[:, None]
+    weight = weights(values, u, np.ones((400, 1)))
+    scatter = np.sqrt(1.0 / weight - u**2)
+    np.testing.assert_allclose(scatter, scatter[0], rtol=1e-6)
+    # Standard deviation of an estimated standard deviation: 0.2/√800; four of them.
+    assert scatter[0] == pytest.approx(0.2, abs=4.0 * 0.2 / np.sqrt(800.0))
+    within = weights((u * 0.1)[:, None], u, np.ones((400, 1)))
+    np.testing.assert_allclose(within, 1.0 / u**2)
+
+
+def test_false_findings_are_as_frequent_as_stated() -> None:
+    """Several parameters of one machine, unequal u, and a scatter that u does not state."""
+    random, number, rate = np.random.default_rng(3), 400, 2.0
+    false = 0
+    for _ in range(number):
+        machine = [a_series(random.standard_normal((12, 1)), name=f"e.p{i}") for i in range(4)]
+        machine.append(a_series(random.standard_normal((12, 2)), name="e.amplitude"))
+        false += bool(find_changes(machine, rate, random))
+    alpha = look_probability(machine[0].days, rate)
+    assert alpha == pytest.approx(2.0 * WEEK / 365.25)
+    most = stats.binom.ppf(1.0 - SURE, number, alpha)
+    least = stats.binom.ppf(SURE, number, alpha)
+    assert false <= most
+    # Bonferroni's bound of five independent series is sharp to α²; ``least`` shows that it is used.
+    assert false >= least
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+def test_a_step_and_a_drift_are_found_with_date_and_size(parts: int) -> None:
+    random, number = np.random.default_rng(4), 60
+    held_day = held_size = 0
+    for trial in range(number):
+        kind = "step" if trial % 2 else "drift"
+        shape = basis(np.arange(40) * WEEK, kind, 22)  # type: ignore[arg-type]
+        true = shape[:, None] * np.full(parts, 0.5 / np.sqrt(parts))
+        values = 0.3 + true + 0.05 * random.standard_normal((40, parts))
+        changes = find_changes([a_series(values)], 0.5, random)
+        assert changes, trial
+        change = max(changes, key=lambda one: one.size)
+        # A step at set 22 lies between the days of sets 21 and 22.
+        day = 21.5 * WEEK if kind == "step" else 22 * WEEK
+        held_day += change.earliest_day - WEEK <= day <= change.latest_day + WEEK
+        held_size += abs(change.size - 0.5) < 3.0 * change.u
+    assert held_day >= stats.binom.ppf(SURE, number, 0.95)
+    # The size follows from the likeliest course, of which there are several: three u hold 90 %.
+    assert held_size >= stats.binom.ppf(SURE, number, 0.9)
+
+
+def test_a_change_of_phase_alone_is_a_change() -> None:
+    random = np.random.default_rng(5)
+    covariance = np.eye(2) * 0.02**2
+    found = []
+    for number in range(24):
+        turned = 0.0 if number < 12 else 0.5
+        c, s = np.cos(turned), np.sin(turned)
+        noise = 0.02 * random.standard_normal(2)
+        found.append(amplitude_and_phase(c + noise[0], s + noise[1], covariance, "order_2_"))
+    (one,) = series_of(np.arange(24) * WEEK, found)
+    assert one.name == "order_2_amplitude"
+    np.testing.assert_allclose(one.u, 0.02, rtol=1e-9)
+    (change,) = find_changes([one], 0.5, random)
+    assert change.kind == "step"
+    # The chord of half a radian.
+    assert change.size == pytest.approx(2.0 * np.sin(0.25), abs=4.0 * change.u)
+
+
+def test_parameters_without_uncertainty_have_no_series() -> None:
+    items = {
+        "a.size": Parameter(1.0, 0.1, "arcsec"),
+        "a.place": Parameter(2.0, float("nan"), "deg"),
+        "a.phase": Parameter(2.0, 1.0, "deg"),
+    }
+    found = series_of(np.arange(2) * WEEK, [items, {**items, "b.new": items["a.size"]}])
+    assert [one.name for one in found] == ["a.size"]
+
+
+def test_the_interval_of_a_forecast_holds_the_day() -> None:
+    """A drift at a constant rate: size 0.2″ until day 140, then 1″ at day 420."""
+    random, number, held = np.random.default_rng(6), 60, 0
+    days = np.arange(40) * WEEK
+    for _ in range(number):
+        true = 0.2 + 0.8 * np.maximum(days - 140.0, 0.0) / 280.0
+        series = a_series((true + 0.05 * random.standard_normal(40))[:, None])
+        changes = find_changes([series], 0.5, random)
+        found = forecast(series, changes, 1.0, random)
+        assert found.changed
+        assert found.earliest_day <= found.day <= found.latest_day
+        held += found.earliest_day <= 420.0 <= found.latest_day
+    assert held >= stats.binom.ppf(SURE, number, 0.95)
+
+
+def test_a_limit_that_is_passed_and_one_far_away() -> None:
+    random = np.random.default_rng(7)
+    series = a_series(0.5 + 0.02 * random.standard_normal((20, 1)))
+    over = forecast(series, [], 0.4, random)
+    assert over.passed
+    assert over.alarm(0.0)
+    under = forecast(series, [], 0.9, random)
+    assert (under.day, under.latest_day) == (np.inf, np.inf)
+    assert not under.alarm(1e6)
+
+
+def test_fewer_than_seven_sets_show_no_change() -> None:
+    values = np.array([0.0, 0.0, 0.0, 9.0, 9.0, 9.0])[:, None]
+    assert find_changes([a_series(values)], 1.0, np.random.default_rng(1)) == []
+
+
+def test_lives_have_their_alarm_in_time() -> None:
+    """A small sample of ``python -m scripts.judge_life``: the requirement is 95 % and 1 a year."""
+    rows = summary([run_lives(task) for task in tasks(20, 1000)])
+    whole = rows[-1]
+    assert whole["passing"] >= 10
+    assert share_interval(whole["in_time"], whole["passing"])[1] >= 0.95
+    assert whole["in_time"] >= 0.8 * whole["passing"]
+    assert whole["false_alarms"] <= stats.poisson.ppf(1.0 - SURE, whole["years"])
