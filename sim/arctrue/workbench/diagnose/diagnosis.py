@@ -238,7 +238,7 @@ def _deepest(found: Decision, base: Solution) -> Solution:
 def _stated(observations: Observations, base: Solution | None, facts: Facts) -> Diagnosis:
     """The verdict of the rules, with its probabilities and the next measurement."""
     found = decide(facts)
-    case, probability = facts.case, facts.probability(found.verdict)
+    case, probability = facts.case, facts.probability(found)
     measurement = found.next or measurement_for(found.question, found.described)
     if case is None:
         return Diagnosis(observations, base, found, probability, measurement)

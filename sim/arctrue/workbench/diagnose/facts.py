@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from arctrue.workbench.diagnose.calibrated import confidence
 from arctrue.workbench.diagnose.case import NEAR_TIE, Case
 from arctrue.workbench.diagnose.coverage import (
     Blindness,
@@ -15,10 +16,10 @@ from arctrue.workbench.diagnose.coverage import (
     blindness,
     effect_or_noise,
 )
-from arctrue.workbench.diagnose.decision import Decision, Verdict
+from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.distance import LEAST_P, distance, ways_unlike
 from arctrue.workbench.diagnose.grounds import Grounds
-from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, allowed_for, posterior
+from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, posterior, stated
 from arctrue.workbench.inference.left import Left
 
 
@@ -74,7 +75,6 @@ class Facts:
             near_tie=NEAR_TIE,
             advantage=PARTS_ADVANTAGE,
             confounded=said.confounded,
-            ways=len(self.unlike),
         )
 
     @cached_property
@@ -122,13 +122,13 @@ class Facts:
             ),
         )
 
-    @cached_property
+    @property
     def offered(self) -> Mapping[str, float]:
-        """The same as for a set of the benchmark: they decide what is said, not how sure it is."""
-        ranked = [] if self.case is None else self.case.ranked
-        return allowed_for(self._posterior, self.said.verdict, ranked)
+        """What decides what is said, not how sure it is: the evidence, under the rules."""
+        return self._posterior
 
-    def probability(self, verdict: Verdict) -> dict[str, float]:
-        """The probabilities that are stated with a verdict; the sum is 1."""
-        ranked = [] if self.case is None else self.case.ranked
-        return allowed_for(self._posterior, verdict, ranked, len(self.unlike))
+    def probability(self, decision: Decision) -> dict[str, float]:
+        """The probabilities that are stated with a decision; the sum is 1."""
+        grounds = self.grounds(decision)
+        sure = None if grounds is None else confidence(decision.verdict, grounds)
+        return stated(self._posterior, decision.verdict, list(decision.effect_class), sure)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from arctrue.base.percent import probability_percent
+from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage, aliases
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.posterior import SILENT
-from arctrue.workbench.diagnose.probabilities import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.second_finding import SecondFinding
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable

@@ -27,7 +27,9 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 SIGNIFICANCE = 0.01
+"""False alarm of the whole diagnosis, as :data:`.significance.SIGNIFICANCE` has it."""
 POWER = 0.95
+"""Chosen: what a bound promises; ``arctrue benchmark bound`` measures whether it is kept."""
 MOST_ROWS = 20_000
 """The mean square of a column does not need more."""
 PROPORTIONAL = 1e-6
