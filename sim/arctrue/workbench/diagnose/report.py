@@ -205,7 +205,9 @@ def _measurement(result: Diagnosis) -> list[str]:
 
 
 SHOWN_PROBABILITIES = 3
+"""Of a sentence; the JSON has all."""
 LEAST_SHOWN = 0.01
+"""The same: what has less is not listed."""
 
 
 def _probable(result: Diagnosis) -> list[str]:
@@ -255,6 +257,7 @@ def _aliased(result: Diagnosis) -> list[str]:
 
 
 MOST_ORDERS = 5
+"""Blind orders of a sentence; the JSON has all."""
 
 
 def _smallest(item: Detectable) -> str:
