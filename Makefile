@@ -10,6 +10,7 @@ UV_VERSION := 0.13.8
 PYTEST_WORKERS ?= 2
 PYTEST_OPTIONS ?=
 MUTATIONS ?=
+NIGHTLY ?=
 BOARD ?= pynq_z2
 ADAPTER ?= scripts/jtag/ft2232h.cfg
 BENCHMARK_OPTIONS ?= $(BLIND)
@@ -28,7 +29,7 @@ REGISTERS := $(wildcard rtl/registers/*.rdl)
 C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark blind peers fuzz coverage-gateware coverage-firmware mutate nightly site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-17s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -156,6 +157,9 @@ coverage-firmware: generate ## lines of the firmware's C that its host tests run
 mutate: generate ## break VHDL, C and guards of the diagnosis, one a time, and see each caught by its test
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)
+
+nightly: generate ## all long checks of this commit, resumable, and docs/nightly.md (NIGHTLY="--sample", "--only NAME")
+	$(VENV)/python -m scripts.nightly $(NIGHTLY)
 
 site: generate ## the documentation site: build/site/index.html
 	@NO_MKDOCS_2_WARNING=1 $(VENV)/mkdocs build --quiet

@@ -1,8 +1,8 @@
 """Applies one mutation at a time to VHDL, C or the diagnosis; checks that the named test fails.
 
-``make mutate``, or ``python -m scripts.mutate NAME ...`` for some of them. It works in a copy of
-the tree. Exit code 1: a mutation survives. 2: the list does not fit the tree, or a test fails
-without a mutation.
+``make mutate``, or ``python -m scripts.mutate NAME ...`` for some of them; ``--every 6`` takes
+each sixth of the list. It works in a copy of the tree. Exit code 1: a mutation survives. 2: the
+list does not fit the tree, or a test fails without a mutation.
 """
 
 from __future__ import annotations
@@ -111,9 +111,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the named mutations, or all; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="run these mutations alone", metavar="NAME")
-    names = parser.parse_args(arguments).names
+    parser.add_argument(
+        "--every", type=int, default=1, metavar="K", help="run each K-th mutation of the list"
+    )
+    options = parser.parse_args(arguments)
+    names = options.names
+    if options.every < 1:
+        parser.error(f"--every {options.every}: expected 1 or more")
     unknown = sorted(set(names) - {mutation.name for mutation in MUTATIONS})
-    mutations = tuple(one for one in MUTATIONS if not names or one.name in names)
+    chosen = [one for one in MUTATIONS if not names or one.name in names]
+    mutations = tuple(chosen[:: options.every])
     faults = [f"{name}: no mutation of this name" for name in unknown]
     faults += faults_of_list(ROOT, mutations)
     if faults:
