@@ -24,7 +24,7 @@ from arctrue.workbench.diagnose.calibrated import (
     DISTANCES,
     FEATURES,
     FILE,
-    KINDS,
+    SAYING,
     Calibration,
     calibration,
     confidence,
@@ -48,7 +48,7 @@ def test_what_is_stated_is_the_mean_over_the_uncertain_value(mean: float, varian
     assert learned.confidence(row) == pytest.approx(expected, abs=2 * MACKAY)
 
 
-@pytest.mark.parametrize("verdict", list(KINDS))
+@pytest.mark.parametrize("verdict", sorted(SAYING))
 def test_the_farther_from_the_benchmark_the_less_sure(verdict: str) -> None:
     """Every step away, by each distance alone and by all: strictly less, and above one half."""
     away = [
@@ -79,11 +79,11 @@ def _drawn(number: int, share: float, verdict: str, random: np.random.Generator)
 
 
 def test_the_fit_states_the_share_that_is_right() -> None:
-    """Two kinds with known shares, 4,000 answers each: within 4 binomial standard errors."""
+    """Names and classes with known shares, 4,000 answers each: within 4 binomial errors."""
     random = np.random.default_rng(7)
-    rows = _drawn(4000, 0.97, "named", random) + _drawn(4000, 0.7, "unknown", random)
+    rows = _drawn(4000, 0.97, "named", random) + _drawn(4000, 0.7, "ambiguous", random)
     learned = fitted(rows)
-    for verdict, share in (("named", 0.97), ("unknown", 0.7)):
+    for verdict, share in (("named", 0.97), ("ambiguous", 0.7)):
         (one,) = confidences([row for row in rows if row.verdict == verdict][:1], learned)
         assert one == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / 4000))
     signs = dict(zip(FEATURES, learned.coefficients, strict=True))
