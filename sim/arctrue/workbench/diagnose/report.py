@@ -236,6 +236,12 @@ def _covered(covers: Coverage) -> list[str]:
             f"{name} {_smallest(item)}" for name, item in sorted(covers.smallest.items())
         )
         said.append(f"It would have found (in 95 % of such sets): {sizes}.")
+    few = sorted(name for name, item in covers.smallest.items() if item.noise_hardly_known)
+    if few:
+        said.append(
+            f"The slow noise beside {', '.join(few)} is known so little that these sizes are 2.8 "
+            "times those with known noise, or more: a smaller one may be found all the same."
+        )
     if covers.blind_orders:
         first = ", ".join(f"{order}" for order in covers.blind_orders[:MOST_ORDERS])
         more = " and so on" if len(covers.blind_orders) > MOST_ORDERS else ""
