@@ -29,7 +29,7 @@ REGISTERS := $(wildcard rtl/registers/*.rdl)
 C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test test-large lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark blind peers fuzz coverage-gateware coverage-firmware mutate nightly site lock ci clean distclean
+.PHONY: help setup generate demo test test-large lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark bound blind peers fuzz coverage-gateware coverage-firmware mutate nightly site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-17s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -135,11 +135,14 @@ warming: generate ## thermal eccentricity followed by the firmware alone (SCALE=
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.warming $(SCALE)
 
-benchmark: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N"), and its page
+benchmark: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N --samples N"), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER) $(SETS)
 	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BENCHMARK_OPTIONS)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \
 	    --to build/benchmark/$(TIER)/page.md --out build/benchmark/$(TIER)
+
+bound: generate ## inject every effect a hundred times at the smallest size that a diagnosis states, resumable (BOUND_OPTIONS="--effect NAME --times N")
+	$(VENV)/arctrue benchmark bound build/bound $(BOUND_OPTIONS) --json build/bound.json
 
 blind: benchmark ## the former name of benchmark, for one release
 

@@ -63,10 +63,20 @@ def benchmark() -> None:
     "--limit", type=click.IntRange(min=1), help="Number of sets, from the tier's first on."
 )
 @click.option("--seed", type=SEED, help="Seed of all sets.  [default: the tier's]")
+@click.option(
+    "--samples", type=click.IntRange(min=100), help="Samples per run.  [default: the tier's]"
+)
 @for_people
-def make(folder: Path, tier: str, generator: str, limit: int | None, seed: int | None) -> None:
+def make(
+    folder: Path,
+    tier: str,
+    generator: str,
+    limit: int | None,
+    seed: int | None,
+    samples: int | None,
+) -> None:
     """Write the plan: digests of generator and scoring first, then the seed of all sets."""
-    plan = make_plan(tier, folder, generator, limit, seed)
+    plan = make_plan(tier, folder, generator, limit, seed, samples)
     console.print(
         f"{plan.sets} sets, seed {plan.seed}; generator {plan.generator}, scoring {plan.scoring}"
     )

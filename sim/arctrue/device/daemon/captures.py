@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -24,12 +25,13 @@ def take_capture(daemon: Announcement, folder: Path, why: str, timeout_s: float)
         measurement = console.dump(timeout_s)
     finally:
         console.close()
-    moment = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    now = datetime.now(UTC).replace(microsecond=0)
+    moment = now.strftime("%Y%m%dT%H%M%SZ")
     path, number = folder / f"{moment}-{why}", 1
     while path.exists():
         number += 1
         path = folder / f"{moment}-{number}-{why}"
-    write_measurement_set(path, measurement)
+    write_measurement_set(path, replace(measurement, date=now))
     return path
 
 

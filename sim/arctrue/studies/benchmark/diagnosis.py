@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,9 @@ def diagnosed(
 def arctrue(folder: Path) -> Answer:
     """The diagnosis of this project, from the folder alone."""
     _, found = diagnosed(read_measurement_set(folder))
-    return answer_of(diagnosis_data(found, default_model().names()))
+    answer = answer_of(diagnosis_data(found, default_model().names()))
+    grounds = None if found.grounds is None else asdict(found.grounds)
+    return answer | {"grounds": grounds}
 
 
 def answer_of(data: Mapping[str, Any]) -> Answer:

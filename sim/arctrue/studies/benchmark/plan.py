@@ -137,21 +137,26 @@ def make_plan(
     source: str = SIMULATED,
     limit: int | None = None,
     seed: int | None = None,
+    samples: int | None = None,
 ) -> TierPlan:
     """Write the plan of a tier into ``folder``: digests first, then the seed.
 
-    ``limit``: the first sets only; ``seed``: in place of the tier's. Raises PlanError where the
-    folder has another plan, for kept or frozen sets of another generator, number or seed, and for
-    a seed of a tier whose seed is drawn.
+    ``limit``: the first sets only; ``seed``, ``samples``: in place of the tier's. Raises PlanError
+    where the folder has another plan, for kept or frozen sets of another generator, number, size or
+    seed, and for a seed of a tier whose seed is drawn.
     """
     chosen = TIERS[tier]
-    changed = source != SIMULATED or limit is not None or seed is not None
+    changed = source != SIMULATED or (limit, seed, samples) != (None, None, None)
     if changed and (chosen.frozen or tier == CASES):
-        raise PlanError(f"the sets of the tier {tier} are given: no generator, limit or seed")
+        raise PlanError(
+            f"the sets of the tier {tier} are given: no generator, limit, samples or seed"
+        )
     if seed is not None:
         if chosen.seed is None:
             raise PlanError(f"the seed of the tier {tier} is drawn after everything else is fixed")
         chosen = replace(chosen, seed=seed)
+    if samples is not None:
+        chosen = replace(chosen, samples=samples)
     if limit is not None:
         chosen = replace(chosen, sets=min(limit, chosen.sets))
     generator, scoring = files_digest(GENERATOR), files_digest(SCORING)

@@ -42,6 +42,7 @@ what may lack is out of sight. Chosen, not calibrated."""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that stand for all: slow and fast, whole and half; None: no wave."""
 HIGHEST_BLIND_ORDER = 1000
+"""Orders that are listed; a thousand have 8 blind ones at 33°. Shown, it decides nothing."""
 UNEVEN = 1e-3
 """Of the distance of two stations: of 360 stations it turns the phase of the 360th order by 0.4°
 from one to the next, so that all orders look alike there."""

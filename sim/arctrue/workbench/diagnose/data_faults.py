@@ -35,6 +35,7 @@ LOST_SIGMA = 8.0
 MOST_SLIPS = 8
 """A head that goes wrong more often than this in a run has not slipped: it does not follow."""
 TEMPERATURES_C = (-60.0, 200.0)
+"""Chosen: no table stands in colder or warmer places, and a broken sensor reads its limits."""
 TEMPERATURE_JUMP_K = 3.0
 """No sensor on a table goes so far and back within three rows."""
 SEPARATION_DEG = 0.5

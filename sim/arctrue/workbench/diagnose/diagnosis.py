@@ -18,6 +18,7 @@ from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.evidence import survey
 from arctrue.workbench.diagnose.facts import Facts
+from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.regular import Findings, findings_of
@@ -64,6 +65,8 @@ class Diagnosis:
     """What it leaves with the effect that is spoken of, or with one that looks like it, added."""
     unlike: tuple[str, ...] = ()
     """Ways in which the set is unlike those that the probabilities were calibrated on."""
+    grounds: Grounds | None = None
+    """What the stated probability rests on; None where nothing was tested."""
     second: SecondFinding | None = None
     """What is left with the named effect in the model, where that is sure."""
     covers: Coverage = field(default_factory=Coverage)
@@ -253,7 +256,7 @@ def _deepest(found: Decision, base: Solution) -> Solution:
 def _stated(observations: Observations, base: Solution | None, facts: Facts) -> Diagnosis:
     """The verdict of the rules, with its probabilities and the next measurement."""
     found = decide(facts)
-    case, probability = facts.case, facts.probability(found.verdict)
+    case, probability = facts.case, facts.probability(found)
     measurement = found.next or measurement_for(found.question, found.described)
     if case is None:
         return Diagnosis(observations, base, found, probability, measurement)
@@ -275,6 +278,7 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         case.survey.channels,
         covers=facts.covers,
         unlike=facts.unlike,
+        grounds=facts.grounds(found),
     )
 
 

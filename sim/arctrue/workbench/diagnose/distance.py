@@ -7,6 +7,7 @@ is one that the simulated sets of the benchmark do not have, or have seldom.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +22,8 @@ NOT_WHITE_P = 1e-4
 """As sure as a lack of fit: the noise is of a kind that the model of the noise does not have."""
 MUCH_LEFT = 1.5
 """RMS that is left, in noises of the repeats: more than the noise again is not explained."""
+LEAST_P = 1e-300
+"""Smaller p values underflow in float64."""
 MOST_UNTESTED = 1.0 / 3.0
 """Of the effects, those that the set cannot test: the usual set of the benchmark tests all."""
 
@@ -51,6 +54,46 @@ def ways_unlike(
         if left.rms_arcsec.get(channel, 0.0) > MUCH_LEFT * noise:
             found.append(f"its {channel} has more left than its noise")
     return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class Distance:
+    """How far a set is from those on which the probabilities were calibrated, in numbers."""
+
+    untested: float
+    """Share of the effects that the set cannot test."""
+    runs: int
+    """Of the capture; 0 without one."""
+    visits: float
+    """Of the median station; 0 without a reference."""
+    left: float
+    """Largest RMS that is left, in noises of the repeats, over the channels."""
+    not_white: float
+    """−log₁₀ of the smallest p value of whiteness over the channels."""
+
+
+def distance(
+    observations: Observations, left: Left, untestable: Mapping[str, object], tested: int
+) -> Distance:
+    """The numbers behind :func:`ways_unlike`."""
+    capture, reference = observations.capture, observations.reference
+    residuals = Residuals(left.solution)
+    ratios, least = [0.0], 1.0
+    values = residuals.capture_whitened, residuals.reference_whitened
+    for channel, whitened in zip(CHANNELS, values, strict=True):
+        tests = None if whitened is None else whiteness(whitened)
+        if tests is not None:
+            least = min(least, tests.autocorrelation_p)
+        noise = left.noise_arcsec.get(channel, 0.0)
+        if noise > 0.0:
+            ratios.append(left.rms_arcsec.get(channel, 0.0) / noise)
+    return Distance(
+        untested=len(untestable) / max(len(untestable) + tested, 1),
+        runs=0 if capture is None else capture.runs,
+        visits=0.0 if reference is None else _visits(reference.target_rad),
+        left=max(ratios),
+        not_white=float(-np.log10(max(least, LEAST_P))),
+    )
 
 
 def _visits(target_rad: np.ndarray) -> float:

@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
+from arctrue.workbench.diagnose.calibrated import confidence
 from arctrue.workbench.diagnose.case import NEAR_TIE, Case
 from arctrue.workbench.diagnose.coverage import (
     Blindness,
@@ -13,9 +16,11 @@ from arctrue.workbench.diagnose.coverage import (
     blindness,
     effect_or_noise,
 )
-from arctrue.workbench.diagnose.decision import Decision, Verdict
-from arctrue.workbench.diagnose.distance import ways_unlike
-from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, allowed_for, posterior
+from arctrue.workbench.diagnose.decision import Decision
+from arctrue.workbench.diagnose.distance import LEAST_P, distance, ways_unlike
+from arctrue.workbench.diagnose.grounds import Grounds
+from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, posterior, stated
+from arctrue.workbench.inference.left import Left
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,29 +75,60 @@ class Facts:
             near_tie=NEAR_TIE,
             advantage=PARTS_ADVANTAGE,
             confounded=said.confounded,
-            ways=len(self.unlike),
         )
+
+    @cached_property
+    def _left(self) -> Left | None:
+        """What the model leaves with what is spoken of."""
+        if self.case is None:
+            return None
+        found = self.case.before_and_after
+        return self.case.before if found is None else found[1]
 
     @cached_property
     def unlike(self) -> tuple[str, ...]:
         """Ways in which the set is unlike those that the probabilities were calibrated on."""
-        case = self.case
-        if case is None:
+        case, left = self.case, self._left
+        if case is None or left is None:
             return ()
-        found = case.before_and_after
-        left = case.before if found is None else found[1]
-        untestable = case.survey.untestable
+        survey = case.survey
         return ways_unlike(
-            left.solution.observations, left, untestable, len(case.survey.candidates)
+            left.solution.observations, left, survey.untestable, len(survey.candidates)
         )
 
-    @cached_property
-    def offered(self) -> Mapping[str, float]:
-        """The same as for a set of the benchmark: they decide what is said, not how sure it is."""
-        ranked = [] if self.case is None else self.case.ranked
-        return allowed_for(self._posterior, self.said.verdict, ranked)
+    def grounds(self, decision: Decision) -> Grounds | None:
+        """What the probability of a decision rests on; None where nothing was tested."""
+        case, left = self.case, self._left
+        if case is None or left is None:
+            return None
+        survey, ranked = case.survey, case.ranked
+        said = {"unknown": "unknown", "adequate": "none"}.get(decision.verdict)
+        if said is None and decision.effect_class:
+            said = decision.effect_class[0]
+        best = ranked[0] if ranked else None
+        others = [item.delta_bic for item in ranked[1:] if item.name not in decision.effect_class]
+        fit_p = min(survey.lack_of_fit.values(), default=1.0)
+        return Grounds(
+            evidence=0.0 if said is None else self._posterior.get(said, 0.0),
+            log_p=0.0 if best is None else float(np.log10(max(best.p_corrected, LEAST_P))),
+            delta_bic=0.0 if best is None else best.delta_bic,
+            lead=0.0 if best is None else best.delta_bic - max([0.0, *others]),
+            block_share=None if best is None or best.share is None else best.share.share,
+            lack_of_fit_log_p=float(np.log10(max(fit_p, LEAST_P))),
+            class_size=len(decision.effect_class),
+            ways=len(self.unlike),
+            distance=distance(
+                left.solution.observations, left, survey.untestable, len(survey.candidates)
+            ),
+        )
 
-    def probability(self, verdict: Verdict) -> dict[str, float]:
-        """The probabilities that are stated with a verdict; the sum is 1."""
-        ranked = [] if self.case is None else self.case.ranked
-        return allowed_for(self._posterior, verdict, ranked, len(self.unlike))
+    @property
+    def offered(self) -> Mapping[str, float]:
+        """What decides what is said, not how sure it is: the evidence, under the rules."""
+        return self._posterior
+
+    def probability(self, decision: Decision) -> dict[str, float]:
+        """The probabilities that are stated with a decision; the sum is 1."""
+        grounds = self.grounds(decision)
+        sure = None if grounds is None else confidence(decision.verdict, grounds)
+        return stated(self._posterior, decision.verdict, list(decision.effect_class), sure)

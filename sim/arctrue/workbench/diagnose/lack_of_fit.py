@@ -16,9 +16,13 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ANGLE_BINS = 120
+"""3° each: six a period of the paper's 20th order."""
 ELECTRICAL_BINS = 24
+"""15° each: six a period of the fourth harmonic, the highest that interpolation makes."""
 LEAST_ROWS_A_GROUP = 3
+"""One scatter needs two rows; the third says whether one of them is off."""
 LEAST_ROWS_A_PERIODOGRAM = 64
+"""32 frequencies: with fewer, Fisher's test sees only lines that the means by angle show."""
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:

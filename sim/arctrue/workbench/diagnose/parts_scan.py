@@ -27,12 +27,15 @@ Float = NDArray[np.float64]
 HIGHEST_ORDER = 30
 """Orders of the angle, in halves, that the parts are tried with."""
 ELECTRICAL_MULTIPLES = (1.0, 2.0)
+"""First and second harmonic of the signal period: offset, and gain or phase, of sine and cosine."""
 SHORTLIST = 8
+"""For cost: so many products are fitted with the noise free; the first of them decides."""
 LEAST_ARC_RAD = 1.5 * np.pi
 """A reference run over less than this does not go round the table."""
 SETTLING_STEP = 1.6
 """A time constant is refined between this many times less and more."""
 SETTLING_ROUNDS = 12
+"""Most steps of the search of a time constant; it bounds cost."""
 FRAME_MARGIN = 6.0
 """BIC by which a frame must beat a more natural one: odds of 20 to 1."""
 

@@ -28,10 +28,15 @@ Integer = NDArray[np.int64]
 Rows = TypeVar("Rows", CaptureRows, ReferenceRows)
 
 PAUSE_S = 600.0
+"""Between what was measured and what is planned; drifts of an hour are seen across it."""
 MOST_NEW_ROWS = 100_000
+"""For cost: more rows do not change which measurement splits two effects."""
 CYCLES = 5
+"""Of a planned polygon: half of the paper's ten."""
 STATION_S = 4.0
+"""That a planned station takes: settling and reading of an autocollimator."""
 MOVING_STATIONS = 360
+"""Of a planned reference on the move: one a degree, which counts as moving."""
 
 
 @dataclass(frozen=True)

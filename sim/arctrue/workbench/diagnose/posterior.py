@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
@@ -13,7 +15,6 @@ from arctrue.workbench.diagnose.probabilities import (
     PRIOR_STRANGER,
     UNKNOWN,
     Weighed,
-    inadequacy,
     log_evidence,
     log_evidence_of_p,
     normalised,
@@ -30,6 +31,8 @@ CLASS_SHARE = 0.95
 alone, no effect is of the class (a credible set of 95 %)."""
 ONE_EFFECT_SHARE = 0.5
 """The same for a class of one effect: what is said must be the likelier of the two."""
+A_LITTLE = 1e-3
+"""Of a probability, or of its logarithm: what is said stays ahead by so much, against rounding."""
 LEAST_OF_A_NAME = 0.8
 """Probability from which on one name is said: a false name is taken to cost four times what it
 costs to name a class where one name would do."""
@@ -48,7 +51,6 @@ def posterior(
     near_tie: float,
     advantage: float,
     confounded: bool = False,
-    ways: int = 0,
 ) -> dict[str, float]:
     """Of every effect that was tested, ``none`` and ``unknown``, as far as the rules leave it open;
     the sum is 1.
@@ -101,10 +103,8 @@ def posterior(
         others = [evidence[name] for name in evidence if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))
         if confounded or (suspect and rival < first):
-            # No likelier than the first once the share for an inadequate model is given to it:
-            # equal at −2s/(1 − s).
-            share = inadequacy(verdict, ways)
-            most = -2.5 * share / (1.0 - share)
+            # No likelier than the first.
+            most = -A_LITTLE
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
@@ -116,36 +116,53 @@ def posterior(
     return normalised({NONE: none, UNKNOWN: unknown} | weights)
 
 
-def allowed_for(
-    found: dict[str, float], verdict: str, candidates: list[Candidate], ways: int = 0
+def stated(
+    found: Mapping[str, float],
+    verdict: str,
+    members: Sequence[str],
+    confidence: float | None,
 ) -> dict[str, float]:
-    """The same less what model and rules cannot claim: it goes from effects and from ``none`` to
-    ``unknown``, and from ``unknown`` to the effects.
+    """The probabilities with which an answer is stated; the sum is 1.
 
-    ``ways``: in so many is the set unlike those on which wrong answers were counted.
+    ``found``: those of the evidence; ``members``: the class of the answer; ``confidence``: how
+    often such answers are right (:mod:`calibrated`), None where nothing is said. The first of the
+    class, ``unknown`` or ``none`` gets it. What effects and ``none`` lose goes to ``unknown``, what
+    ``unknown`` loses to the effects; what an answer gains comes from all others in proportion. No
+    answer falls behind what it contradicts.
     """
-    share = inadequacy(verdict, ways)
-    others = [item.name for item in candidates] if verdict == UNKNOWN else [UNKNOWN]
-    if verdict in SILENT or not others:
-        return found
-    said = {UNKNOWN: UNKNOWN, "adequate": NONE}.get(verdict)
-    if said is not None:
-        # No more than leaves it the likeliest: what is said is not contradicted.
-        ahead = 0.9 * max(found[said] - max(found[name] for name in others), 0.0)
-        share = min(share, ahead / (ahead + 1.0 / len(others)))
-    names = [value for name, value in found.items() if name not in (NONE, UNKNOWN)]
-    if verdict == "named" and names:
-        # How unlike a set is changes how sure a name is, not whether it is one.
-        share = min(share, max(inadequacy(verdict), 1.0 - LEAST_OF_A_NAME / max(names)))
-    elif verdict == "ambiguous" and names and max(names) > found[UNKNOWN]:
-        ahead = max(names) - found[UNKNOWN]
-        share = min(share, max(inadequacy(verdict), ahead / (ahead + 1.0)))
-    kept = {name: (1.0 - share) * value for name, value in found.items()}
-    return kept | {name: kept[name] + share / len(others) for name in others}
+    if confidence is None or verdict in SILENT or not found:
+        return dict(found)
+    effects = [name for name in found if name not in (NONE, UNKNOWN)]
+    said = {"unknown": [UNKNOWN], "adequate": [NONE]}.get(verdict, list(members))
+    first = found[said[0]]
+    if confidence >= first:
+        # Members of a class are alike: what one gains is not taken from the others.
+        if len(said) > 1 or first >= 1.0:
+            return dict(found)
+        share = (1.0 - confidence) / (1.0 - first)
+        return {
+            name: confidence if name == said[0] else share * value for name, value in found.items()
+        }
+    held = sum(found[name] for name in said) if verdict == "ambiguous" else first
+    falling = effects if verdict == "ambiguous" else said
+    heirs = effects if verdict == "unknown" else [UNKNOWN]
+    if not heirs:
+        return dict(found)
+    part = sum(found[name] for name in falling) / len(heirs)
+    # Ahead of an heir v after it: k·held ≥ v + (1 − k)·part; of any other k·held ≥ v.
+    least = (max(found[name] for name in heirs) + part) / (held + part)
+    others = set(found) - {*falling, *heirs} if verdict != "ambiguous" else set()
+    least = max([least, *(found[name] / held for name in others)])
+    kept = min(max(confidence / first, least + A_LITTLE), 1.0)
+    return {
+        name: value * (kept if name in falling else 1.0)
+        + ((1.0 - kept) * part if name in heirs else 0.0)
+        for name, value in found.items()
+    }
 
 
 def _weighed(item: Candidate) -> Weighed:
     return Weighed(item.gain, item.rank, item.charged_trials, item.rows, item.freedom)
 
 
-__all__ = ["allowed_for", "posterior"]
+__all__ = ["posterior", "stated"]

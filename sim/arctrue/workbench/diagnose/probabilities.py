@@ -26,44 +26,6 @@ PRIOR_PRODUCT = 0.09
 PRIOR_STRANGER = 0.01
 """Something that no product of parts describes."""
 
-MOST_INADEQUATE = 0.19
-"""A name that rules allow keeps LEAST_OF_A_NAME: how unlike a set is changes how sure, not what is
-said."""
-LIKE_BENCHMARK = 2
-"""In fewer ways unlike the benchmark (:mod:`distance`), a set is taken to be like it."""
-WRONG_LIKE = {"names": (4, 190), "unknown": (5, 71), "adequate": (0, 103)}
-"""Wrong answers and answers stated at more than 0.8, in 389 sets of the tier ``sealed`` (commit
-331de3a; ``arctrue benchmark score``)."""
-WRONG_UNLIKE: Mapping[str, Mapping[int, tuple[int, int]]] = {
-    "names": {2: (0, 6), 3: (0, 22), 4: (0, 5), 5: (0, 1)},
-    "unknown": {3: (0, 5), 4: (0, 11), 5: (0, 5)},
-    "adequate": {3: (0, 4)},
-}
-"""The same by the ways in which a set is unlike, of another generator
-(``python -m scripts.calibrate_probabilities --sets 4``)."""
-KINDS = {"unknown": "unknown", "adequate": "adequate"}
-
-
-def inadequacy(verdict: str, ways: int = 0) -> float:
-    """Share of the probability of an answer to which it has no right; ``ways``: unlike so much.
-
-    Noise, priors and rules are a model too, and may be wrong where the likelihood ratio says 10⁻⁹.
-    The mean of the posterior of the share of wrong answers, Jeffreys' prior: (k + ½)/(n + 1), of
-    all answers that were counted as far out or farther; it does not fall on the way out. Where
-    few were counted, little is known, and the share is large.
-    """
-    kind = KINDS.get(verdict, "names")
-    share = _mean_share(*WRONG_LIKE[kind])
-    for least in range(LIKE_BENCHMARK, ways + 1):
-        beyond = [count for at, count in WRONG_UNLIKE[kind].items() if at >= least]
-        wrong, answers = sum(item[0] for item in beyond), sum(item[1] for item in beyond)
-        share = max(share, _mean_share(wrong, answers))
-    return min(share, MOST_INADEQUATE)
-
-
-def _mean_share(wrong: int, answers: int) -> float:
-    return (wrong + 0.5) / (answers + 1.0)
-
 
 @dataclass(frozen=True)
 class Weighed:

@@ -72,6 +72,7 @@ def _angle(arcsec: float) -> str:
 
 
 MANY_ARCSEC = 600.0
+"""For units alone: what is larger is stated in degrees."""
 
 
 @dataclass(frozen=True)

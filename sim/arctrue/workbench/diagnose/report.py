@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from arctrue.base.percent import probability_percent
+from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage, aliases
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.posterior import SILENT
-from arctrue.workbench.diagnose.probabilities import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.second_finding import SecondFinding
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable
@@ -205,7 +205,9 @@ def _measurement(result: Diagnosis) -> list[str]:
 
 
 SHOWN_PROBABILITIES = 3
+"""Of a sentence; the JSON has all."""
 LEAST_SHOWN = 0.01
+"""The same: what has less is not listed."""
 
 
 def _probable(result: Diagnosis) -> list[str]:
@@ -234,6 +236,12 @@ def _covered(covers: Coverage) -> list[str]:
             f"{name} {_smallest(item)}" for name, item in sorted(covers.smallest.items())
         )
         said.append(f"It would have found (in 95 % of such sets): {sizes}.")
+    few = sorted(name for name, item in covers.smallest.items() if item.noise_hardly_known)
+    if few:
+        said.append(
+            f"The slow noise beside {', '.join(few)} is known so little that these sizes are 2.8 "
+            "times those with known noise, or more: a smaller one may be found all the same."
+        )
     if covers.blind_orders:
         first = ", ".join(f"{order}" for order in covers.blind_orders[:MOST_ORDERS])
         more = " and so on" if len(covers.blind_orders) > MOST_ORDERS else ""
@@ -255,6 +263,7 @@ def _aliased(result: Diagnosis) -> list[str]:
 
 
 MOST_ORDERS = 5
+"""Blind orders of a sentence; the JSON has all."""
 
 
 def _smallest(item: Detectable) -> str:

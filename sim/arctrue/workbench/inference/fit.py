@@ -29,6 +29,7 @@ from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, Whitene
 from arctrue.workbench.observations import Observations
 
 INDEX_ROUNDS = 4
+"""Most rounds of fit and index variance; each only moves the weight of the runs' offsets."""
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 FOLDS = 4
+"""Each fit then has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows from it."""
 STANDARD_ERRORS = 2.0
 """The error must fall by more than so many of its standard errors."""
 ENOUGH_ERRORS = 3.0

@@ -16,9 +16,11 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
+"""Shown, it decides nothing: either σ is 2.3 times that of the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
 """A coefficient is not determined when more than this share of it lies in what no row shows."""
 MOST_PAIRS = 20
+"""Pairs that are shown."""
 
 
 @dataclass(frozen=True)

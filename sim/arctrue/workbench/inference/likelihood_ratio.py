@@ -22,6 +22,7 @@ from arctrue.workbench.noise.fit import noise_of
 from arctrue.workbench.noise.noise import Noise
 
 MOST_ROUNDS = 3
+"""Most rounds of noise and coefficients; a round that gains little ends them before."""
 MUCH_MORE = 1.2
 """A gain that rises so much with the noise estimated anew asks for one round more."""
 

@@ -48,6 +48,7 @@ WIDER = 1.6
 PRECISION = 0.01
 """Of a standard uncertainty: how exactly an end is found."""
 HALF_TURN_DEG = 180.0
+"""Of a phase, which is known to within a turn."""
 SLOW = 0.02
 """Of the longest time constant: what is slower may be a part of a walk."""
 WALK_SPANS = 10.0

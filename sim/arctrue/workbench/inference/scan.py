@@ -35,6 +35,8 @@ PARABOLAS = 3
 SAME_PLACE = 2e-3
 """Of the distance between the outer two: a maximum that moves less is exact enough."""
 DISC_BINS = 1 << 15
+"""Bins of a turn; at eight a period the highest order sought is 4,096, a quarter of the
+lines of the paper's disc."""
 TOLD_APART = 30.0
 """Gain by which an order must be ahead of the whole or half one beside it: p < 10⁻⁶ for one more
 number, with a gap at every half order."""

@@ -20,7 +20,9 @@ from arctrue.workbench.inference.tangents import refined_names
 Float = NDArray[np.float64]
 
 ROUNDS = 6
+"""Most Gauss–Newton steps; SMALL_STEP ends them before."""
 HALVINGS = 5
+"""Of a step that gains nothing: 1/32 of it is below what a place is known to."""
 SMALL_STEP = 0.02
 """Of its own uncertainty: a step below this ends the refinement."""
 

@@ -12,6 +12,8 @@ from arctrue.workbench.noise.row_noise import RowNoise
 Float = NDArray[np.float64]
 
 LEAST_FREEDOM = 2.0
+"""A mean square of fewer has no finite mean of its inverse: χ² with m degrees of freedom
+needs m > 2 for that, so a test by F at 2 is as little as noise can be known."""
 
 
 def degrees_of_freedom(

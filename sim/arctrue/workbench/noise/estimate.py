@@ -24,6 +24,7 @@ SAME_STEP = 1.25
 UNEVEN_P = 1e-4
 """Noise counts as uneven when an even one would give such a difference so rarely."""
 LEAST_ROWS_A_BIN = 40
+"""The scatter of a bin is then known to 11 %, 1/√(2·40)."""
 ROBUST_LIMIT = 4.0
 """Whitened residuals beyond this are not taken for the scatter of their neighbours."""
 

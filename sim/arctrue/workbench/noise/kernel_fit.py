@@ -34,6 +34,7 @@ parameters, odds of 7 to 1 keep the simpler one."""
 ENOUGH = 0.01
 """Of log likelihood: a step of the search that gains less is the last."""
 STEPS = 60
+"""Most steps of the optimiser; ENOUGH ends them before."""
 MOST_FREE = 5
 """Columns of a noise of which all parts are fitted: an exponential, a smooth part, an oscillator.
 Beyond four, slopes are taken by differences, which is three times as slow."""

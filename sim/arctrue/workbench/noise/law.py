@@ -15,6 +15,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ANGLE_BINS = 36
+"""Parts of the turn, 10° each, in which the noise may have a scale of its own."""
 
 
 @dataclass(frozen=True)

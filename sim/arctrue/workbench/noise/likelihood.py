@@ -23,13 +23,17 @@ from arctrue.workbench.noise.spectrum import Spectrum
 Float = NDArray[np.float64]
 
 ROWS_A_LEVEL = 1200
+"""Chosen for cost: a likelihood factors a dense covariance of so many rows."""
 WHOLE_ROWS = 2400
 """A group with no more rows is worked on as it is."""
 LEVEL_RATIO = 8
+"""Rows averaged from level to level: some three levels span a capture."""
 MOST_STRETCHES = 12
+"""For cost: stretches of rows on which a long group's fast noise is estimated, evenly spread."""
 SLOW_BLOCKS = 4.0
 """A part with a time constant below a block's length over this is white from block to block."""
 RIDGE = 1e-8
+"""Of information: columns that the model has twice are then each fitted by half."""
 DIFFERENCE = 1e-5
 """Share of a variance by which it is moved for a derivative."""
 UNCORRELATED = 40.0

@@ -15,7 +15,9 @@ from arctrue.workbench.noise.noise import Noise
 Float = NDArray[np.float64]
 
 LAGS = 20
+"""Chosen: a colour of up to 20 rows shows; more lags would dilute the first ones in χ²."""
 LEAST_ROWS = 8
+"""Two lags and the mean leave five free rows: with fewer the statistic is no χ²."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from arctrue.workbench.observations.rows import CaptureRows, Float, ReferenceRow
 SAME_PHASE_TURNS = 0.25
 """Angle and time are alike where, at one speed, they differ by less than this share of a period."""
 LEAST_PASS_ROWS = 8
+"""A speed and its scatter need several steps; fewer rows are a turn of the drive."""
 
 
 def coordinate(rows: CaptureRows | ReferenceRows, *, in_time: bool) -> Float | None:

@@ -16,6 +16,7 @@ Integer = NDArray[np.int64]
 MOVING_STEP_DEG = 1.0
 """Rows as near as this are read on the move: nobody stops at every degree."""
 LEAST_ROWS = 8
+"""A median of six second differences: with fewer one odd row decides it."""
 EVEN = 0.05
 """At a steady speed the times between marks follow their distances to this share."""
 TARGET_NOISE_RAD = np.radians(1e-4)

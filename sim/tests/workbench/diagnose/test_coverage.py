@@ -15,7 +15,13 @@ from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.inference.detectable import Refused, smallest_detectable
+from arctrue.workbench.inference.detectable import (
+    FEW_FREEDOM,
+    Detectable,
+    Refused,
+    needed_gain,
+    smallest_detectable,
+)
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.noise.fit import white_noise
@@ -186,3 +192,19 @@ def test_an_order_with_two_stations_a_period_has_none(order: float, stations: in
     uneven[::3] += 0.01
     effect.declared_order = lambda _: 10.0 * stations
     assert aliases(item, observations) == []
+
+
+def test_a_bound_of_hardly_known_noise_says_so() -> None:
+    """The limit is where the F test asks for 2.8 times the size of known noise, as worked out."""
+    ratio = [np.sqrt(needed_gain(1, 19, freedom) / needed_gain(1, 19)) for freedom in (2.0, 6.0)]
+    assert ratio == [pytest.approx(37.0, rel=0.01), pytest.approx(2.8, rel=0.02)]
+    found = diagnose(observations_of(measurement_set()), [_base()], {})
+    for freedom, stated in ((FEW_FREEDOM - 0.1, True), (FEW_FREEDOM, False)):
+        sizes = {"reference_drift": Detectable({"reference": 3.0}, None, freedom)}
+        said = replace(
+            found,
+            decision=replace(found.decision, verdict="adequate"),
+            covers=replace(found.covers, smallest=sizes),
+        )
+        words = " ".join(sentences(said))
+        assert ("beside reference_drift is known so little" in words) == stated

@@ -7,24 +7,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import beta, multivariate_normal
+from scipy.stats import multivariate_normal
 
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.posterior import (
     LEAST_OF_A_NAME,
     SILENT,
-    allowed_for,
     posterior,
+    stated,
 )
 from arctrue.workbench.diagnose.probabilities import (
-    MOST_INADEQUATE,
     NONE,
     PRIOR_CATALOGUE,
     PRIOR_NONE,
     UNKNOWN,
-    WRONG_LIKE,
     Weighed,
-    inadequacy,
     log_evidence,
     log_evidence_of_p,
     normalised,
@@ -113,7 +110,7 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
         "near_tie": 6.0,
         "advantage": 10.0,
     } | changed
-    return allowed_for(posterior(verdict, candidates, 2, **given), verdict, candidates)
+    return posterior(verdict, candidates, 2, **given)
 
 
 def test_two_hypotheses_give_bayes_theorem() -> None:
@@ -140,41 +137,34 @@ def test_what_is_named_has_the_largest(gain: float) -> None:
     assert found["none"] < found["latency"] * 0.08
 
 
-@pytest.mark.parametrize("verdict", ["named", "ambiguous", "unknown"])
-def test_no_likelihood_makes_an_answer_surer_than_such_answers_have_been(verdict: str) -> None:
+@pytest.mark.parametrize("verdict", ["named", "ambiguous", "unknown", "adequate"])
+def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
+    """What is said gets the confidence, as far as it stays ahead; the sum stays 1."""
     others = [_candidate("vibration", 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     found = _posterior(
-        verdict, [_candidate("latency", 1e6, 1e-9), *others],
-        effect_class=[] if verdict == "unknown" else ["latency"],
+        verdict, [_candidate("latency", 1e6 if verdict != "adequate" else 0.0, 1e-9), *others],
+        effect_class=["latency"] if verdict in ("named", "ambiguous") else [],
         product=_candidate("product_of_parts", 2e6, 1e-12) if verdict == "unknown" else None,
     )  # fmt: skip
-    first = "unknown" if verdict == "unknown" else "latency"
-    assert max(found, key=found.__getitem__) == first
-    assert found[first] == pytest.approx(1.0 - inadequacy(verdict), abs=1e-3)
-    assert sum(found.values()) == pytest.approx(1.0, abs=1e-12)
+    first = {"unknown": "unknown", "adequate": "none"}.get(verdict, "latency")
+    members = ["latency"] if first == "latency" else []
+    for confidence in (0.999, 0.9, 0.7):
+        said = stated(found, verdict, members, confidence)
+        assert said[first] == pytest.approx(confidence, abs=1e-9)
+        assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
+        # The others that are in the same place keep their ratios.
+        if verdict == "adequate":
+            assert said["latency"] / said["count_slip"] == pytest.approx(
+                found["latency"] / found["count_slip"]
+            )
+    low = stated(found, verdict, members, 0.01)
+    assert low[first] == max(low.values())
+    assert stated(found, verdict, members, None) == found
 
 
-@pytest.mark.parametrize("verdict", ["named", "unknown", "adequate"])
-def test_the_farther_from_what_was_counted_the_less_sure(verdict: str) -> None:
-    """Against the posterior mean of a share worked out here, Beta(k + ½, n − k + ½)."""
-    kind = {"named": "names"}.get(verdict, verdict)
-    shares = [inadequacy(verdict, ways) for ways in range(9)]
-    wrong, answers = WRONG_LIKE[kind]
-    assert shares[0] == shares[1] == pytest.approx(beta(wrong + 0.5, answers - wrong + 0.5).mean())
-    assert shares == sorted(shares)
-    # Nothing was counted so far out: half of nothing is known, as far as a name can say so.
-    assert shares[-1] == MOST_INADEQUATE
-    assert 1.0 - MOST_INADEQUATE > LEAST_OF_A_NAME
-
-
-def test_adequate_has_a_probability_that_falls_with_the_distance() -> None:
-    found = posterior(
-        "adequate", [_candidate("latency", 1.0, 1.0)], 2, effect_class=[], look_alikes=[],  # type: ignore[list-item]
-        product=None, excluded=frozenset(), lack_of_fit_p=1.0, near_tie=6.0, advantage=10.0,
-    )  # fmt: skip
-    said = [allowed_for(found, "adequate", [], ways)["none"] for ways in (0, 3, 8)]
-    assert said[0] == pytest.approx((1.0 - inadequacy("adequate")) * found["none"])
-    assert said[0] > said[1] > said[2] > 0.5
+def test_silence_states_what_was_probable_beforehand() -> None:
+    found = _posterior("cannot_tell", [_candidate("latency", 900.0, 1e-9)])
+    assert stated(found, "cannot_tell", [], 0.9) == found
 
 
 def test_the_first_of_a_class_is_no_less_probable_than_the_others() -> None:
@@ -192,8 +182,10 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
         "ambiguous", [_candidate("hysteresis", 80.0, 1e-9)],
         effect_class=["hysteresis", "latency"], look_alikes=["latency"],
     )  # fmt: skip
-    half = 0.5 * (1.0 - inadequacy("ambiguous"))
-    assert found["latency"] == found["hysteresis"] == pytest.approx(half, abs=1e-3)
+    assert found["latency"] == found["hysteresis"] == pytest.approx(0.5, abs=1e-3)
+    for confidence in (0.2, 0.7):
+        said = stated(found, "ambiguous", ["hysteresis", "latency"], confidence)
+        assert said["latency"] == said["hysteresis"]
 
 
 def test_verdicts_without_a_name_agree_with_their_probabilities() -> None:
@@ -259,11 +251,12 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
             "look_alikes": ["settling"] if members and random.random() < 0.2 else [],
         }
         found = posterior(verdict, candidates, 2, near_tie=6.0, advantage=10.0, **changes)  # type: ignore[arg-type]
-        last = _verdict(verdict, members, allowed_for(found, verdict, candidates))  # type: ignore[arg-type]
-        said = allowed_for(found, last, candidates)
-        changed += last != verdict
+        last = _verdict(verdict, members, found)
         members = members if last != "unknown" else []
-        assert _verdict(last, members, said) == last, verdict  # type: ignore[arg-type]
+        said = stated(found, last, members, float(random.uniform(0.05, 0.999)))
+        changed += last != verdict
+        if last == "ambiguous":
+            assert _verdict(last, members, said) == last, verdict
         _assert_the_largest_is_said(last, members, said)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
     # Enough of them needed the last word.

@@ -20,9 +20,11 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, usual_
 Float = NDArray[np.float64]
 
 MOST_STEPS = 3
+"""So many as a diagnosis looks at (:data:`.case.DEEPEST`): limits cost, decides no verdict."""
 LEAST_SIDE_ROWS = 5
 """Rows of its stretch before and after a step."""
 STEPS_TOGETHER = 200
+"""Columns of one product, for memory alone."""
 FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
 """Of Student's t, tried for the tails of the whitened residuals."""
 

@@ -25,6 +25,7 @@ LEAST_FREE = 0.5
 """Of the rows, what the base leaves free: with less, 1 of 10 sets of white noise shows a step
 (``python -m scripts.calibrate_line_search --short``, 72 stations once and 40 coefficients)."""
 SAME_STATION_RAD = 1e-6
+"""0.2″, below what a station is set to again: it splits rounding of a file, not stations."""
 FROM_ONE_SIDE = 0.5
 """Share of rows that must each have a place of their own: a station visited again and again shows
 scatter, and no line."""

@@ -31,6 +31,8 @@ has (of a moving mean, whose density has zeros, 0.05; 4 logs of each of 16 kinds
 MOST_CAPTURE_ROWS = 1600
 """Rows of a capture, one after the other and none averaged: its oscillations are fast."""
 LEAST_CAPTURE_ROWS = 400
+"""A quarter of the rows that are used of a long run: Ljung and Box over 20 lags and a
+quality of 2 need some tens of periods."""
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,7 @@ OVERSAMPLED = 3.0
 APART = 1.5
 """Of 1/span: places of a scan nearer to a higher one are its side lobe."""
 MOST_LINES = 16
+"""Limits cost: three times the five lines of the benchmark's fullest log."""
 MOST_MULTIPLE = 8
 """Highest multiple of a declared period that is asked for."""
 OSCILLATOR_GAIN = 7.0
@@ -58,6 +59,7 @@ PREDICTED_SHARE = 0.5
 NOT_WHITE = 1e-4
 """p of Ljung and Box below which the noise gets an oscillator of its own before a line is named."""
 COLUMNS_TOGETHER = 400
+"""Columns of one product, for memory alone."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ Boolean = NDArray[np.bool_]
 DENSE_STEP_DEG = 1.0
 """Rows of a pass as near as this show what lies between them; far ones need repeated visits."""
 SAME_STATION_DEG = 1e-6
+"""0.004″, the rounding of a file: rows of one station are written alike."""
 
 
 def reference_outliers(rows: Reference) -> tuple[Boolean, Float]:

@@ -14,6 +14,7 @@ from click.testing import CliRunner
 from arctrue.cli import main
 from arctrue.report.benchmark_page import benchmark_page
 from arctrue.report.benchmark_sets_page import benchmark_sets_page
+from arctrue.studies.benchmark.answers import judged_sets
 from arctrue.studies.benchmark.independent.world import HIDDEN, NOTHING, independent_worlds
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.outcome import Judged
@@ -225,6 +226,7 @@ def test_a_fifth_of_both_is_of_the_second_generator(tmp_path: Path) -> None:
     [
         ("public", {"source": "independent"}, "are given"),
         (CASES, {"limit": 3}, "are given"),
+        ("public", {"samples": 700}, "are given"),
         ("sealed", {"seed": 3}, "is drawn after"),
     ],
 )
@@ -247,6 +249,7 @@ def test_a_set_is_made_again_by_its_command(tmp_path: Path) -> None:
 def test_a_plan_is_made_run_and_scored_from_the_command_line(tmp_path: Path) -> None:
     folder = str(tmp_path / "run")
     arguments = ["make", folder, "--tier=quick", "--generator=independent", "--limit=3"]
+    arguments += ["--samples=300"]
     for command in (
         [*arguments, "--seed=4"],
         ["run", folder, "--workers=1"],
@@ -256,4 +259,5 @@ def test_a_plan_is_made_run_and_scored_from_the_command_line(tmp_path: Path) -> 
         assert done.exit_code == 0, done.output
     found = json.loads((tmp_path / "score.json").read_text(encoding="utf-8"))
     assert (found["sets"], found["generators"]) == (3, ["independent"])
+    assert {item.task["samples"] for item in judged_sets([Path(folder)], "arctrue", None)} == {300}
     assert "calibration error" in done.output

@@ -1,0 +1,173 @@
+"""Answers of a benchmark as rows of a table: what each rests on, and whether it is right.
+
+The logistic of :mod:`arctrue.workbench.diagnose.calibrated` is fitted to them.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.special import expit, log_expit
+
+from arctrue.studies.benchmark.independent.world import independent_worlds
+from arctrue.studies.benchmark.outcome import Judged
+from arctrue.workbench.diagnose.calibrated import (
+    DISTANCES,
+    FEATURES,
+    SAYING,
+    Calibration,
+    features,
+)
+from arctrue.workbench.diagnose.distance import Distance
+from arctrue.workbench.diagnose.grounds import Grounds
+
+Float = NDArray[np.float64]
+
+FILE = Path(__file__).with_name("stated.csv")
+"""The answers to which the coefficients in use were fitted."""
+RESONANT = "resonance"
+"""A set of which this is stated has noise with a damped oscillator and nothing hidden."""
+PRIOR_SIGMA = {"constant": 3.0, "class": 1.0, "evidence": 1.0} | dict.fromkeys(DISTANCES, 0.1)
+"""Of each coefficient, a normal prior about 0: a share of right answers may be anything from 5 to
+95 %, log odds of the evidence may count whole, a distance of 1 changes the odds by some 10 % unless
+the answers say more (of 0.1 and 0.3 the one whose log score across the generators was better)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """One answer that states probabilities."""
+
+    generator: str
+    world: str
+    verdict: str
+    right: bool
+    """The largest stated probability was given to the truth."""
+    probability: float
+    """That probability, as it was stated when the answer was made."""
+    evidence: float
+    untested: float
+    runs: int
+    visits: float
+    left: float
+    not_white: float
+    ways: int
+
+    @property
+    def grounds(self) -> Grounds:
+        """As the diagnosis has them, without what no feature uses."""
+        away = Distance(self.untested, self.runs, self.visits, self.left, self.not_white)
+        return Grounds(self.evidence, 0.0, 0.0, 0.0, None, 0.0, 0, self.ways, away)
+
+
+def stated(sets: Iterable[Judged]) -> list[Stated]:
+    """Of every set whose answer states probabilities and has grounds."""
+    found = []
+    for item in sets:
+        pair, grounds = item.first_probability(), item.answer.get("grounds")
+        if pair is None or grounds is None or item.answer["verdict"] not in SAYING:
+            continue
+        away: Mapping[str, Any] = grounds["distance"]
+        found.append(
+            Stated(
+                "independent" if item.world in independent_worlds() else "simulated",
+                item.world,
+                item.answer["verdict"],
+                _right(item, pair[1]),
+                pair[0],
+                float(f"{grounds['evidence']:.6g}"),
+                round(float(away["untested"]), 4),
+                int(away["runs"]),
+                float(away["visits"]),
+                float(f"{away['left']:.4g}"),
+                float(f"{away['not_white']:.4g}"),
+                int(grounds["ways"]),
+            )
+        )
+    return found
+
+
+def _right(item: Judged, first: bool) -> bool:
+    """Of what is said; where nothing is said, of the largest probability.
+
+    A resonance that noise drives is there: ``unknown`` is right of it, and says so.
+    """
+    if RESONANT in item.truth["told"] and item.answer["verdict"] == "unknown":
+        return True
+    said = {"adequate": "none", "unknown": "unknown"}.get(item.answer["verdict"])
+    members = item.answer.get("class") or []
+    if said is None and members:
+        said = members[0]
+    if said is None:
+        return first
+    alone = replace(item, answer={**item.answer, "probability": {said: 1.0}}).first_probability()
+    return alone is not None and alone[1]
+
+
+def write_stated(rows: Sequence[Stated], path: Path = FILE) -> None:
+    """As CSV, in the order given."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, [item.name for item in fields(Stated)], lineterminator="\n")
+        table.writeheader()
+        table.writerows({**asdict(row), "right": int(row.right)} for row in rows)
+
+
+def read_stated(path: Path = FILE) -> list[Stated]:
+    """What :func:`write_stated` wrote."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return [
+            Stated(
+                row["generator"],
+                row["world"],
+                row["verdict"],
+                row["right"] == "1",
+                float(row["probability"]),
+                float(row["evidence"]),
+                float(row["untested"]),
+                int(row["runs"]),
+                float(row["visits"]),
+                float(row["left"]),
+                float(row["not_white"]),
+                int(row["ways"]),
+            )
+            for row in csv.DictReader(file)
+        ]
+
+
+def fitted(rows: Sequence[Stated]) -> Calibration:
+    """Coefficients of greatest posterior density, and their covariance (Laplace).
+
+    The log likelihood of right and wrong answers under normal priors; coefficients of the
+    distances are at most 0, that of the evidence is at least 0.
+    """
+    design = np.array([features(row.verdict, row.grounds) for row in rows])
+    sign = np.where([row.right for row in rows], 1.0, -1.0)
+    sigma = np.array([PRIOR_SIGMA[name] for name in FEATURES])
+
+    def cost(weights: Float) -> tuple[float, Float]:
+        odds = sign * (design @ weights)
+        slope = -(design.T @ (sign * expit(-odds))) + weights / sigma**2
+        return float(-log_expit(odds).sum() + 0.5 * np.sum((weights / sigma) ** 2)), slope
+
+    limits = {"evidence": (0.0, None)} | dict.fromkeys(DISTANCES, (None, 0.0))
+    bounds = [limits.get(name, (None, None)) for name in FEATURES]
+    found = minimize(cost, np.zeros(len(FEATURES)), jac=True, method="L-BFGS-B", bounds=bounds)
+    right = expit(design @ found.x)
+    information = (design.T * (right * (1.0 - right))) @ design + np.diag(sigma**-2.0)
+    covariance = np.linalg.inv(information)
+    away = np.isin(FEATURES, DISTANCES)
+    # Without correlations of a distance the variance rises with each: farther is never surer.
+    covariance[away] = covariance[:, away] = 0.0
+    covariance[away, away] = np.diag(np.linalg.inv(information))[away]
+    return Calibration(np.asarray(found.x), covariance)
+
+
+def confidences(rows: Sequence[Stated], learned: Calibration) -> list[float]:
+    """What such answers state by this calibration."""
+    return [learned.confidence(features(row.verdict, row.grounds)) for row in rows]

@@ -1,0 +1,29 @@
+"""The numbers of a diagnosis on which its stated probability rests, for calibration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arctrue.workbench.diagnose.distance import Distance
+
+
+@dataclass(frozen=True, slots=True)
+class Grounds:
+    """What an answer rests on, and how unlike the calibrated sets its set is."""
+
+    evidence: float
+    """Probability of what is said, by likelihoods, priors and rules alone."""
+    log_p: float
+    """log₁₀ of the corrected p value of the best candidate; 0 without one."""
+    delta_bic: float
+    """Of the best candidate; 0 without one."""
+    lead: float
+    """ΔBIC of the best candidate less that of the best one outside the class."""
+    block_share: float | None
+    """Share of its own error that other blocks predict; None where that is not known."""
+    lack_of_fit_log_p: float
+    """log₁₀ of the smallest p value of the lack of fit over the channels."""
+    class_size: int
+    ways: int
+    """Ways in which the set is unlike the calibrated ones, counted."""
+    distance: Distance

@@ -1,0 +1,42 @@
+"""What a stated probability rests on, against counts and tests of a set made here."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.studies.benchmark.diagnosis import diagnosed
+
+
+def test_grounds_of_stations_state_visits_and_what_was_tested() -> None:
+    """24 stations in 5 cycles, white noise and a reversal error of 20 noises: counted by hand."""
+    random = np.random.default_rng(3)
+    up = np.arange(24) * 15.0
+    target = np.tile(np.concatenate([up, up[::-1]]), 5)
+    side = np.tile(np.repeat([1.0, -1.0], 24), 5)
+    error = 80.0 * np.cos(np.radians(target)) + 1.0 * side + random.normal(0.0, 0.1, target.size)
+    rows = Reference(
+        target,
+        error,
+        run=np.zeros(target.size, dtype=np.int64),
+        time_s=np.arange(target.size) * 5.0,
+        cycle=np.repeat(np.arange(5), 48),
+        direction=side.astype(np.int64),
+    )
+    _, found = diagnosed(MeasurementSet(Table(), None, rows, title="stations"))
+    assert found.named is not None
+    assert found.named.name == "hysteresis"
+    grounds = found.grounds
+    assert grounds is not None
+    assert (grounds.distance.runs, grounds.distance.visits) == (0, 10.0)
+    tested, untestable = len(found.candidates), len(found.untestable)
+    assert grounds.distance.untested == pytest.approx(untestable / (tested + untestable), abs=0.1)
+    # With the name in the model the noise of the repeats is left.
+    assert grounds.distance.left == pytest.approx(1.0, abs=0.15)
+    assert grounds.ways == len(found.unlike)
+    assert grounds.class_size == len(found.effect_class)
+    # White noise alone gives twice a rise of n/2·log(1 + 1²/0.1²); slow noise takes some of it.
+    assert 100.0 < grounds.delta_bic < 240 * np.log(101.0)
+    assert grounds.log_p < -50.0
+    assert grounds.evidence > 0.99
