@@ -281,18 +281,21 @@ static void calibrate_judge_saved(struct application *application, const struct 
     const struct judge judge = calibrate_judge(application, turn);
     const struct coefficients *active = state_active(application);
     uint32_t lanes = application->configuration.lanes;
-    load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
-                 application->middle_celsius, active != NULL ? active : &saved->own, lanes,
-                 &application->candidate);
     bool fits = saved_lanes(saved) <= lanes &&
+                (saved->followed.lanes == 0 || core_origin(&application->core).has_modulators) &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
-    enum judgement found = JUDGED_WRONG;
-    if (fits && saved->loaded.mean.heads != 0) {
-        found = calibrate_judge_mean(application, turn, &saved->loaded.mean);
-    } else if (fits) {
-        found = judge_again(&judge, &saved->loaded, saved->unjudged,
-                            application->parameters.alarm_error_arcsec, &application->candidate);
+    if (!fits) {
+        application->saved_state = SAVED_NOT_CONFIRMED;
+        return;
     }
+    load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
+                 application->middle_celsius, active != NULL ? active : &saved->own,
+                 lanes - saved->followed.lanes, &application->candidate);
+    enum judgement found =
+        saved->loaded.mean.heads != 0
+            ? calibrate_judge_mean(application, turn, &saved->loaded.mean)
+            : judge_again(&judge, &saved->loaded, saved->unjudged,
+                          application->parameters.alarm_error_arcsec, &application->candidate);
     if (found == JUDGED_RIGHT) {
         calibrate_take_candidate(application, OF_SAVED);
     } else if (found == JUDGED_WRONG) {

@@ -97,12 +97,14 @@ const struct coefficients *load_at_work(const struct load *load) {
 
 /* What is coming at the same time goes on. */
 void load_take_over(struct load *load, const struct coefficients *set,
-                    const struct thermal *thermal, uint64_t unjudged) {
+                    const struct thermal *thermal, const struct followed *followed,
+                    uint64_t unjudged) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX);
     ASSERT(set->lanes <= LANES_LIMIT && thermal->lanes <= THERMAL_LANES_MAX);
     load->loaded = *set;
     load->thermal = *thermal;
     load->unjudged = unjudged;
-    load->followed = (struct followed){.lanes = 0};
+    load->followed = *followed;
     load->loaded_crc = 0;
     load_at_work_again(load);
 }
@@ -110,8 +112,8 @@ void load_take_over(struct load *load, const struct coefficients *set,
 void load_take_over_received(struct load *load) {
     uint32_t crc = load->crc;
     load->whole = false;
-    load_take_over(load, &load->received, &load->received_thermal, load->received_unjudged);
-    load->followed = load->received_followed;
+    load_take_over(load, &load->received, &load->received_thermal, &load->received_followed,
+                   load->received_unjudged);
     load->loaded_crc = crc;
     load_settle(load);
 }

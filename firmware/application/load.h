@@ -154,7 +154,8 @@ void load_abort(struct load *load);
    belongs to the operator from now on. */
 void load_take_over_received(struct load *load);
 void load_take_over(struct load *load, const struct coefficients *set,
-                    const struct thermal *thermal, uint64_t unjudged);
+                    const struct thermal *thermal, const struct followed *followed,
+                    uint64_t unjudged);
 
 /* What was loaded before is judged: it is at work again, or not. */
 void load_at_work_again(struct load *load);
