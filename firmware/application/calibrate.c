@@ -158,8 +158,10 @@ static double calibrate_change_arcsec(const struct application *application) {
 }
 
 static struct judge calibrate_judge(struct application *application, const struct turn *turn) {
+    ASSERT(application->capture.period_clocks > 0);
     return (struct judge){
         .turn = turn,
+        .motion = {turn->step_counts / application->capture.period_clocks},
         .estimate = &application->measured,
         .workspace = &application->workspace.further,
         .gain_limit = application->parameters.gain_limit,
@@ -175,7 +177,8 @@ static void calibrate_watch_loaded(struct application *application, const struct
     if (set == NULL || !application->has_active) {
         return;
     }
-    const struct judge judge = calibrate_judge(application, turn);
+    struct judge judge = calibrate_judge(application, turn);
+    judge.followed = &load->followed;
     const struct thermal *thermal = application_thermal(application, &load->thermal);
     load_combine(set, thermal, application->middle_celsius, NULL, set->lanes,
                  &application->candidate);
@@ -183,8 +186,8 @@ static void calibrate_watch_loaded(struct application *application, const struct
     for (uint32_t place = 0; place < set->lanes; place++) {
         uint32_t order = set->lane[place].order;
         bool follows = thermal_follows(thermal, order);
-        struct vector applied = coefficients_components(
-            follows ? &application->candidate : &application->active, order);
+        struct vector applied =
+            judge_value(&judge, follows ? &application->candidate : &application->active, order);
         if (order == 0) {
             continue;
         }
@@ -278,21 +281,25 @@ static enum judgement calibrate_judge_mean(struct application *application, cons
 /* The saved coefficients; the calibration's own of before where there are none of this start. */
 static void calibrate_judge_saved(struct application *application, const struct turn *turn) {
     const struct saved *saved = &application->save->content;
-    const struct judge judge = calibrate_judge(application, turn);
+    struct judge judge = calibrate_judge(application, turn);
+    judge.followed = &saved->followed;
     const struct coefficients *active = state_active(application);
     uint32_t lanes = application->configuration.lanes;
-    load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
-                 application->middle_celsius, active != NULL ? active : &saved->own, lanes,
-                 &application->candidate);
     bool fits = saved_lanes(saved) <= lanes &&
+                (saved->followed.lanes == 0 || core_origin(&application->core).has_modulators) &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
-    enum judgement found = JUDGED_WRONG;
-    if (fits && saved->loaded.mean.heads != 0) {
-        found = calibrate_judge_mean(application, turn, &saved->loaded.mean);
-    } else if (fits) {
-        found = judge_again(&judge, &saved->loaded, saved->unjudged,
-                            application->parameters.alarm_error_arcsec, &application->candidate);
+    if (!fits) {
+        application->saved_state = SAVED_NOT_CONFIRMED;
+        return;
     }
+    load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
+                 application->middle_celsius, active != NULL ? active : &saved->own,
+                 lanes - saved->followed.lanes, &application->candidate);
+    enum judgement found =
+        saved->loaded.mean.heads != 0
+            ? calibrate_judge_mean(application, turn, &saved->loaded.mean)
+            : judge_again(&judge, &saved->loaded, saved->unjudged,
+                          application->parameters.alarm_error_arcsec, &application->candidate);
     if (found == JUDGED_RIGHT) {
         calibrate_take_candidate(application, OF_SAVED);
     } else if (found == JUDGED_WRONG) {
@@ -303,7 +310,8 @@ static void calibrate_judge_saved(struct application *application, const struct 
 /* What has come is the idle bank's only owner in this turn. */
 static void calibrate_judge_load(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
-    const struct judge judge = calibrate_judge(application, turn);
+    struct judge judge = calibrate_judge(application, turn);
+    judge.followed = &load->received_followed;
     const struct coefficients *active = state_active(application);
     struct coefficients own;
     if (load->received.counts_per_rev != application->capture.counts_per_rev) {
@@ -334,7 +342,8 @@ static void calibrate_judge_load(struct application *application, const struct t
 /* What was loaded before the start: its own orders alone have to show that it is right. */
 static void calibrate_judge_pending(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
-    const struct judge judge = calibrate_judge(application, turn);
+    struct judge judge = calibrate_judge(application, turn);
+    judge.followed = &load->followed;
     const struct thermal *thermal = application_thermal(application, &load->thermal);
     const struct coefficients *active = state_active(application);
     uint32_t lanes = application->configuration.lanes - load->followed.lanes;

@@ -8,10 +8,49 @@
 #include "assertion.h"
 #include "units.h"
 
+#define NOMINAL_STEPS 4294967296.0
 #define WIDTH_COUNTS(word) ((word) / 16.0)
 #define AMPLITUDE_COUNTS(word) (fabs((double)(word)) / (1 << ARCTRUE_AMPLITUDE_FRACTION))
 
 enum { WIDTH_WORDS = 1 << 24, DEAD_ZONE_MOST = 255, ORDERS = 1 << 16 };
+
+bool followed_lane_is_seen(const struct followed_lane *lane) {
+    return lane->lane.order != 0 && lane->modulator < MODULATOR_WORD_A;
+}
+
+double followed_modulator(const struct followed *followed, uint32_t place,
+                          const struct motion *motion) {
+    ASSERT(place < followed->lanes && followed->lanes <= FOLLOWED_LANES_MAX);
+    double nominal = followed->nominal_speed / NOMINAL_STEPS;
+    double size = nominal > 0.0 ? fmin(fabs(motion->speed) / nominal, 1.0) : 0.0;
+    double side = motion->speed < 0.0 ? -1.0 : 1.0;
+    switch (followed->lane[place].modulator) {
+    case MODULATOR_DIRECTION:
+        return side;
+    case MODULATOR_SPEED:
+        return side * size;
+    case MODULATOR_SPEED_SQUARED:
+        return size * size;
+    default:
+        return 0.0;
+    }
+}
+
+struct vector followed_components(const struct followed *followed, uint32_t order,
+                                  uint32_t counts_per_rev, const struct motion *motion) {
+    struct vector total = {0.0, 0.0};
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        const struct lane *lane = &followed->lane[place].lane;
+        if (lane->order == order) {
+            const struct vector full = coefficients_lane_components(lane, counts_per_rev);
+            double share = followed_modulator(followed, place, motion);
+            total.re += share * full.re;
+            total.im += share * full.im;
+        }
+    }
+    return total;
+}
 
 bool followed_lane_is_valid(const struct followed_lane *lane) {
     const int32_t limit = 1 << (ARCTRUE_AMPLITUDE_WIDTH - 1);

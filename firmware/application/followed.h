@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Lanes whose amplitude the gateware multiplies with a condition (generic MODULATORS), and what direction
-   and speed are worked out with. The operator loads them; no turn of two heads can judge them. */
+   and speed are worked out with. The operator loads them. Turns of two heads judge those of an order of the
+   turn under two conditions; order 0 and the processor's words no turn shows. */
 
 #ifndef ARCTRUE_FOLLOWED_H
 #define ARCTRUE_FOLLOWED_H
 
 #include "coefficients.h"
+#include "vector.h"
 
 enum { FOLLOWED_LANES_MAX = 8 };
 
@@ -35,6 +37,20 @@ struct followed {
     uint32_t dead_zone;
     uint32_t nominal_speed;
 };
+
+/* How the table moved in a turn: counts a clock, negative while the angle falls. */
+struct motion {
+    double speed;
+};
+
+/* What the lane is multiplied with, -1 to 1; 0 for a word of the processor. */
+double followed_modulator(const struct followed *followed, uint32_t place,
+                          const struct motion *motion);
+/* What all lanes of an order add to its components, arcsec. */
+struct vector followed_components(const struct followed *followed, uint32_t order,
+                                  uint32_t counts_per_rev, const struct motion *motion);
+/* Turns of two heads may show the lane. */
+bool followed_lane_is_seen(const struct followed_lane *lane);
 
 bool followed_lane_is_valid(const struct followed_lane *lane);
 bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t nominal_speed);

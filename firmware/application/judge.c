@@ -16,6 +16,10 @@
    the noise of a reading: no reading shows that. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
+/* Of a modulator, whose range is -1 to 1: under another condition it differs by so much. */
+#define OTHER_CONDITION 0.2
+/* Of the change from one condition to the other a lane may leave so much: then it takes away more than it leaves. */
+#define CHANGE_LEFT 0.5
 /* Below this an order is less than the rounding of the output, counts. */
 #define NOTHING_COUNTS 0.5
 
@@ -87,14 +91,97 @@ static enum judgement judge_order(const struct sight *sight, struct vector value
     return *evidence >= EVIDENCE_ENOUGH || is_nothing ? JUDGED_RIGHT : JUDGED_NOT_YET;
 }
 
+struct vector judge_value(const struct judge *judge, const struct coefficients *set,
+                          uint32_t order) {
+    struct vector value = judge_components(set, order);
+    if (judge->followed != NULL) {
+        const struct vector part = followed_components(
+            judge->followed, order, (uint32_t)judge->turn->counts_per_rev, &judge->motion);
+        value.re += part.re;
+        value.im += part.im;
+    }
+    return value;
+}
+
+/* False: from the turn before to this one, whose condition is another, the order changed in another way than the
+   lanes say. */
+static bool judge_other_condition(const struct judge *judge, struct load *load, uint32_t place,
+                                  const struct sight *sight, struct vector value) {
+    const struct followed *followed = judge->followed;
+    const struct vector part =
+        followed_components(followed, followed->lane[place].lane.order,
+                            (uint32_t)judge->turn->counts_per_rev, &judge->motion);
+    const struct vector left = {sight->value.re - value.re, sight->value.im - value.im};
+    double modulator = followed_modulator(followed, place, &judge->motion);
+    if ((load->shown >> place & 1U) == 0) {
+        load->shown |= 1U << place;
+        load->shown_at[place] = (float)modulator;
+        load->shown_part[place] = part;
+        load->shown_left[place] = left;
+    } else if (fabs(modulator - (double)load->shown_at[place]) >= OTHER_CONDITION) {
+        double size =
+            hypot(part.re - load->shown_part[place].re, part.im - load->shown_part[place].im);
+        double change =
+            hypot(left.re - load->shown_left[place].re, left.im - load->shown_left[place].im);
+        /* Either turn has its uncertainty; both turns see the heads' separation alike. */
+        double u = sqrt(2.0 * sight->variance);
+        load->shown_twice |= 1U << place;
+        return change <= CHANGE_LEFT * size + NO_WORSE * u + sqrt(2.0 * sight->by_change);
+    }
+    return true;
+}
+
+/* A turn confirms the order with what follows this turn's condition. A lane is known where two turns do whose
+   modulators differ. */
+static enum load_answer judge_followed(const struct judge *judge, struct load *load,
+                                       const struct coefficients *active,
+                                       const struct coefficients *candidate) {
+    const struct followed *followed = &load->received_followed;
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && load->received.counts_per_rev > 0);
+    double half_count_arcsec = NOTHING_COUNTS * ARCSEC_PER_TURN / load->received.counts_per_rev;
+    enum load_answer answer = LOAD_TAKEN;
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        uint32_t order = followed->lane[place].lane.order;
+        bool seen = followed_lane_is_seen(&followed->lane[place]);
+        if (!seen || order > judge->estimate->orders) {
+            if (!load->forced) {
+                load->refused_order = order;
+                return LOAD_UNSEEN;
+            }
+            continue;
+        }
+        struct vector value = judge_value(judge, candidate, order);
+        const struct sight sight = judge_sight(judge, order, value);
+        float evidence = 0.0F;
+        enum judgement found =
+            judge_order(&sight, value, judge_components(active, order),
+                        judge->estimate->noise_arcsec, half_count_arcsec, &evidence);
+        bool right = found != JUDGED_WRONG;
+        if (found == JUDGED_RIGHT) {
+            right = judge_other_condition(judge, load, place, &sight, value);
+        }
+        if (!right) {
+            load->refused_order = order;
+            return LOAD_WORSE;
+        }
+        if (!load->forced && (load->shown_twice >> place & 1U) == 0) {
+            answer = LOAD_NOT_YET;
+        }
+    }
+    return answer;
+}
+
 enum load_answer judge_received(const struct judge *judge, struct load *load,
                                 const struct coefficients *active,
                                 const struct coefficients *candidate) {
     const struct coefficients *set = &load->received;
     ASSERT(set->lanes <= LANES_LIMIT && set->counts_per_rev > 0);
     double half_count_arcsec = NOTHING_COUNTS * ARCSEC_PER_TURN / set->counts_per_rev;
-    enum load_answer answer = LOAD_TAKEN;
     judge_look(judge, set);
+    enum load_answer answer = judge_followed(judge, load, active, candidate);
+    if (answer != LOAD_TAKEN && answer != LOAD_NOT_YET) {
+        return answer;
+    }
     load->undecided = 0;
     load->received_unjudged = 0;
     for (uint32_t place = 0; place < set->lanes; place++) {
@@ -102,7 +189,7 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
         if (order == 0) {
             continue;
         }
-        struct vector value = judge_components(candidate, order);
+        struct vector value = judge_value(judge, candidate, order);
         const struct sight sight = judge_sight(judge, order, value);
         bool follows = thermal_follows(&load->received_thermal, order);
         enum judgement found = judge_order(
@@ -142,7 +229,7 @@ enum judgement judge_again(const struct judge *judge, const struct coefficients 
         if (lane->order == 0 || judge_is_unjudged(set, unjudged, lane->order)) {
             continue;
         }
-        struct vector value = judge_components(candidate, lane->order);
+        struct vector value = judge_value(judge, candidate, lane->order);
         const struct sight sight = judge_sight(judge, lane->order, value);
         blurred = blurred || sight.state == SIGHT_BLURRED;
         if (sight.state != SIGHT_CLEAR) {

@@ -11,6 +11,9 @@
 
 struct judge {
     const struct turn *turn;
+    struct motion motion;
+    /* Lanes that follow a condition of the set that is judged; NULL: it has none. */
+    const struct followed *followed;
     /* Of this turn alone, a function of the reading. */
     const struct estimate *estimate;
     struct further_workspace *workspace;
@@ -39,6 +42,10 @@ struct sight judge_sight(const struct judge *judge, uint32_t order, struct vecto
 enum load_answer judge_received(const struct judge *judge, struct load *load,
                                 const struct coefficients *active,
                                 const struct coefficients *candidate);
+
+/* What an order of `set` is in this turn, arcsec: with what follows the turn's direction and speed. */
+struct vector judge_value(const struct judge *judge, const struct coefficients *set,
+                          uint32_t order);
 
 /* Lanes that were judged before, in `candidate`, after a start: none may be wrong, and all together
    have to be of this table. `unjudged`: lanes of `set` by place that nobody could judge. Of the

@@ -2,7 +2,6 @@
 
 #include "load.h"
 
-#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -97,12 +96,14 @@ const struct coefficients *load_at_work(const struct load *load) {
 
 /* What is coming at the same time goes on. */
 void load_take_over(struct load *load, const struct coefficients *set,
-                    const struct thermal *thermal, uint64_t unjudged) {
+                    const struct thermal *thermal, const struct followed *followed,
+                    uint64_t unjudged) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX);
     ASSERT(set->lanes <= LANES_LIMIT && thermal->lanes <= THERMAL_LANES_MAX);
     load->loaded = *set;
     load->thermal = *thermal;
     load->unjudged = unjudged;
-    load->followed = (struct followed){.lanes = 0};
+    load->followed = *followed;
     load->loaded_crc = 0;
     load_at_work_again(load);
 }
@@ -110,8 +111,8 @@ void load_take_over(struct load *load, const struct coefficients *set,
 void load_take_over_received(struct load *load) {
     uint32_t crc = load->crc;
     load->whole = false;
-    load_take_over(load, &load->received, &load->received_thermal, load->received_unjudged);
-    load->followed = load->received_followed;
+    load_take_over(load, &load->received, &load->received_thermal, &load->received_followed,
+                   load->received_unjudged);
     load->loaded_crc = crc;
     load_settle(load);
 }
@@ -137,6 +138,8 @@ void load_forget(struct load *load) {
 
 static void load_begin_evidence(struct load *load) {
     memset(load->evidence, 0, sizeof load->evidence);
+    load->shown = 0;
+    load->shown_twice = 0;
     load->undecided = 0;
     load->refused_order = 0;
 }
@@ -345,7 +348,7 @@ enum load_answer load_force(struct load *load, uint32_t crc) {
     return LOAD_TAKEN;
 }
 
-/* No turn of two heads can judge them, so the operator has to force them. */
+/* Those that no turn of two heads shows the operator has to force. */
 static enum load_answer load_check_followed(const struct load *load, bool has_modulators) {
     const struct followed *followed = &load->received_followed;
     if (followed->lanes == 0) {
@@ -363,7 +366,12 @@ static enum load_answer load_check_followed(const struct load *load, bool has_mo
     if (followed_reversal_slope(followed) >= STEEPEST_REVERSAL) {
         return LOAD_TOO_STEEP;
     }
-    return load->forced ? LOAD_TAKEN : LOAD_UNSEEN;
+    for (uint32_t place = 0; place < followed->lanes && !load->forced; place++) {
+        if (!followed_lane_is_seen(&followed->lane[place])) {
+            return LOAD_UNSEEN;
+        }
+    }
+    return LOAD_TAKEN;
 }
 
 static enum load_answer load_look_at_mean(const struct mean_set *mean,
@@ -418,6 +426,21 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
     load->state = LOAD_WAITING;
     load->whole = true;
     return LOAD_TAKEN;
+}
+
+bool load_waits_for(const struct load *load, bool other_direction) {
+    const struct followed *followed = &load->received_followed;
+    if (!load->whole || load->forced) {
+        return false;
+    }
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        bool direction = followed->lane[place].modulator == MODULATOR_DIRECTION;
+        bool once = (load->shown & ~load->shown_twice) >> place & 1U;
+        if (once && direction == other_direction) {
+            return true;
+        }
+    }
+    return false;
 }
 
 struct followed load_followed_at_work(const struct load *load) {

@@ -89,6 +89,14 @@ struct load {
     /* Its lanes by place: that need more turns, and that nobody could judge. */
     uint64_t undecided;
     uint64_t received_unjudged;
+    /* Of the lanes that follow a condition, a bit a lane: a turn showed it, where its modulator was
+       `shown_at`; and a turn where that was another. */
+    uint32_t shown;
+    uint32_t shown_twice;
+    float shown_at[FOLLOWED_LANES_MAX];
+    /* In that turn, arcsec: what followed a condition in the lane's order, and what was left of the order. */
+    struct vector shown_part[FOLLOWED_LANES_MAX];
+    struct vector shown_left[FOLLOWED_LANES_MAX];
     /* An order that it was refused for; 0: none. */
     uint32_t refused_order;
     /* Of the loaded set: where it stands, the lanes that nobody could judge, the CRC of all its
@@ -98,6 +106,9 @@ struct load {
     uint32_t loaded_crc;
     struct loaded_watch watch;
 };
+
+/* Lanes that wait for a turn in the other direction, or at another speed. */
+bool load_waits_for(const struct load *load, bool other_direction);
 
 const char *load_state_name(enum load_state state);
 const char *load_answer_name(enum load_answer answer);
@@ -154,7 +165,8 @@ void load_abort(struct load *load);
    belongs to the operator from now on. */
 void load_take_over_received(struct load *load);
 void load_take_over(struct load *load, const struct coefficients *set,
-                    const struct thermal *thermal, uint64_t unjudged);
+                    const struct thermal *thermal, const struct followed *followed,
+                    uint64_t unjudged);
 
 /* What was loaded before is judged: it is at work again, or not. */
 void load_at_work_again(struct load *load);

@@ -9,7 +9,7 @@
 #include "crc32.h"
 
 enum { MAGIC_WORD, VERSION_WORD, SEQUENCE_WORD, LENGTH_WORD };
-enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, SWITCHES = 7 };
+enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, FOLLOWS = 8, SWITCHES = 15 };
 enum { SAVED_RANGE_WORDS = 2 };
 enum { OF_CALIBRATION = 0, OF_OPERATOR = 1, OF_OPERATOR_UNJUDGED = 2 };
 #define ERASED 0xFFFFFFFFU
@@ -90,6 +90,23 @@ static void saved_put_lanes(struct words *words, const struct coefficients *coef
     }
 }
 
+static void saved_put_followed(struct words *words, const struct followed *followed) {
+    if (followed->lanes == 0) {
+        return;
+    }
+    saved_put(words, followed->lanes);
+    saved_put(words, followed->width);
+    saved_put(words, followed->dead_zone);
+    saved_put(words, followed->nominal_speed);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        const struct followed_lane *lane = &followed->lane[place];
+        saved_put(words, lane->modulator);
+        saved_put(words, lane->lane.order);
+        saved_put(words, lane->lane.phase_offset);
+        saved_put(words, (uint32_t)lane->lane.amplitude);
+    }
+}
+
 static void saved_put_thermal(struct words *words, const struct thermal *thermal) {
     saved_put(words, thermal->lanes);
     saved_put(words, (uint32_t)thermal->reference_mc);
@@ -133,7 +150,7 @@ static uint32_t saved_lanes_used(const struct coefficients *coefficients) {
 }
 
 uint32_t saved_lanes(const struct saved *saved) {
-    return saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded);
+    return saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded) + saved->followed.lanes;
 }
 
 uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words) {
@@ -144,12 +161,14 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     saved_put(&to, sequence);
     saved_put(&to, 0);
     saved_put(&to, (settings->frozen ? FROZEN : 0U) | (settings->bypassed ? BYPASSED : 0U) |
-                       (settings->telemetry ? TELEMETRY : 0U));
+                       (settings->telemetry ? TELEMETRY : 0U) |
+                       (saved->followed.lanes != 0 ? FOLLOWS : 0U));
     saved_put_parameters(&to, &settings->parameters);
     saved_put(&to, (uint32_t)settings->parameters.counts_per_rev);
-    saved_put(&to, saved_lanes(saved));
+    saved_put(&to, saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded));
     saved_put_lanes(&to, &saved->own, OF_CALIBRATION, 0);
     saved_put_lanes(&to, &saved->loaded, OF_OPERATOR, saved->unjudged);
+    saved_put_followed(&to, &saved->followed);
     saved_put_thermal(&to, &saved->thermal);
     saved_put_mean(&to, &saved->loaded.mean);
     words[LENGTH_WORD] = to.place - SAVED_HEAD_WORDS;
@@ -176,8 +195,10 @@ static void saved_take_parameter(struct source *from, struct parameters *paramet
     }
 }
 
-static bool saved_take_settings(struct source *from, struct settings *settings) {
+static bool saved_take_settings(struct source *from, struct settings *settings,
+                                uint32_t *all_switches) {
     uint32_t switches = saved_take(from);
+    *all_switches = switches;
     uint32_t number = saved_take(from);
     *settings = (struct settings){
         .frozen = (switches & FROZEN) != 0,
@@ -224,6 +245,26 @@ static bool saved_take_coefficients(struct source *from, struct saved *saved) {
         counts_per_rev == saved->settings.parameters.counts_per_rev && number <= LANES_LIMIT;
     for (uint32_t lane = 0; valid && lane < number; lane++) {
         valid = saved_take_lane(from, saved);
+    }
+    return valid;
+}
+
+static bool saved_take_followed(struct source *from, struct followed *followed) {
+    uint32_t lanes = saved_take(from);
+    *followed = (struct followed){.lanes = 0};
+    followed->width = saved_take(from);
+    followed->dead_zone = saved_take(from);
+    followed->nominal_speed = saved_take(from);
+    bool valid = lanes > 0 && lanes <= FOLLOWED_LANES_MAX &&
+                 followed_conditions_are_valid(followed->width, followed->dead_zone,
+                                               followed->nominal_speed);
+    while (valid && followed->lanes < lanes) {
+        struct followed_lane lane = {.modulator = saved_take(from)};
+        lane.lane.order = saved_take(from);
+        lane.lane.phase_offset = saved_take(from);
+        lane.lane.amplitude = (int32_t)saved_take(from);
+        valid = followed_lane_is_valid(&lane);
+        followed->lane[followed->lanes++] = lane;
     }
     return valid;
 }
@@ -287,8 +328,11 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
         return SAVED_OTHER_VERSION;
     }
     struct source from = {words, SAVED_HEAD_WORDS, end};
-    bool valid = saved_take_settings(&from, &saved->settings) &&
-                 saved_take_coefficients(&from, saved) && saved_take_thermal(&from, saved) &&
-                 saved_take_mean(&from, saved);
+    uint32_t switches = 0;
+    saved->followed = (struct followed){.lanes = 0};
+    bool valid = saved_take_settings(&from, &saved->settings, &switches) &&
+                 saved_take_coefficients(&from, saved) &&
+                 ((switches & FOLLOWS) == 0 || saved_take_followed(&from, &saved->followed)) &&
+                 saved_take_thermal(&from, saved) && saved_take_mean(&from, saved);
     return valid && from.place == end ? SAVED_READ : SAVED_OUT_OF_RANGE;
 }

@@ -7,11 +7,13 @@
      1  version of this form, 1
      2  sequence number; the later record has one more, modulo 2^32
      3  number of words of the content
-     4  switches: frozen 1, bypassed 2, telemetry 4
+     4  switches: frozen 1, bypassed 2, telemetry 4, and 8 where lanes follow a condition
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
      (0 the calibration, 1 loaded, 2 loaded and judged by nobody)
+     then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
+     for each: modulator, order, phase offset, amplitude; followed.h
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
      thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
      then, where it is not the preset one, the range of temperature in thousandths
@@ -26,6 +28,7 @@
 #include <stdint.h>
 
 #include "coefficients.h"
+#include "followed.h"
 #include "kept_settings.h"
 #include "thermal.h"
 
@@ -36,10 +39,11 @@ enum {
     SAVED_LANE_WORDS = 4,
     SAVED_PARAMETER_WORDS = 3,
     SAVED_THERMAL_WORDS = 5,
+    SAVED_CONDITIONS_WORDS = 4,
     SAVED_MEAN_WORDS = 5 + 2 * HEADS_MOST,
     SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
         LANES_LIMIT * SAVED_LANE_WORDS + 3 + THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 2 +
-        SAVED_MEAN_WORDS + 1,
+        SAVED_MEAN_WORDS + SAVED_CONDITIONS_WORDS + FOLLOWED_LANES_MAX * SAVED_LANE_WORDS + 1,
 };
 
 struct saved {
@@ -48,6 +52,7 @@ struct saved {
     struct coefficients own;
     struct coefficients loaded;
     struct thermal thermal;
+    struct followed followed;
     /* Loaded lanes, by place, that nobody could judge. */
     uint64_t unjudged;
 };
@@ -76,7 +81,7 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
    even where the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
 
-/* The lanes that are used, of both owners. */
+/* The lanes that are used, of both owners, and those that follow a condition. */
 uint32_t saved_lanes(const struct saved *saved);
 
 #endif

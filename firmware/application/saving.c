@@ -29,6 +29,7 @@ static void saving_take_known(const struct application *application, struct save
         bool kept = load->loaded_state != LOADED_REJECTED;
         saved->loaded = kept ? load->loaded : (struct coefficients){0};
         saved->thermal = kept ? load->thermal : (struct thermal){0};
+        saved->followed = kept ? load->followed : (struct followed){.lanes = 0};
         saved->unjudged = kept ? load->unjudged : 0;
     }
     saved->own = application->active;

@@ -63,7 +63,12 @@ static void turn_take_calibration(struct application *application) {
 }
 
 /* Lanes that follow a condition, of the set that is applied. */
-static struct followed turn_followed(const struct load *load, enum candidate_origin origin) {
+static struct followed turn_followed(const struct application *application,
+                                     enum candidate_origin origin) {
+    const struct load *load = &application->load;
+    if (origin == OF_SAVED) {
+        return application->save->content.followed;
+    }
     if (origin == OF_LOAD) {
         return load->received_followed;
     }
@@ -74,7 +79,7 @@ static struct followed turn_followed(const struct load *load, enum candidate_ori
 static void turn_take_set(struct application *application) {
     struct load *load = &application->load;
     enum candidate_origin origin = application->candidate_origin;
-    const struct followed followed = turn_followed(load, origin);
+    const struct followed followed = turn_followed(application, origin);
     if (!swap_candidate(application, &followed)) {
         application->report.result = TURN_KEPT;
         application->report.alarms |= ALARM_COEFFICIENTS;
@@ -92,7 +97,7 @@ static void turn_take_set(struct application *application) {
         ASSERT(origin == OF_SAVED && application->save != NULL);
         const struct saved *saved = &application->save->content;
         application->saved_state = SAVED_CONFIRMED;
-        load_take_over(load, &saved->loaded, &saved->thermal, saved->unjudged);
+        load_take_over(load, &saved->loaded, &saved->thermal, &saved->followed, saved->unjudged);
     }
 }
 

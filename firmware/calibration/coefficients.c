@@ -113,17 +113,23 @@ void coefficients_drop_orders(struct coefficients *coefficients, uint32_t most) 
     }
 }
 
+struct vector coefficients_lane_components(const struct lane *lane, uint32_t counts_per_rev) {
+    ASSERT(counts_per_rev > 0);
+    double amplitude = lane->amplitude / AMPLITUDE_STEPS * (ARCSEC_PER_TURN / counts_per_rev);
+    struct vector unit = vector_unit(2.0 * PI * lane->phase_offset / PHASE_STEPS);
+    return (struct vector){amplitude * unit.re, -amplitude * unit.im};
+}
+
 struct vector coefficients_components(const struct coefficients *coefficients, uint32_t order) {
     ASSERT(coefficients->lanes <= LANES_LIMIT && coefficients->counts_per_rev > 0);
     struct vector total = {0.0, 0.0};
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         const struct lane *word = &coefficients->lane[lane];
         if (word->order == order) {
-            double amplitude = word->amplitude / AMPLITUDE_STEPS *
-                               (ARCSEC_PER_TURN / coefficients->counts_per_rev);
-            struct vector unit = vector_unit(2.0 * PI * word->phase_offset / PHASE_STEPS);
-            total.re += amplitude * unit.re;
-            total.im -= amplitude * unit.im;
+            const struct vector part =
+                coefficients_lane_components(word, coefficients->counts_per_rev);
+            total.re += part.re;
+            total.im += part.im;
         }
     }
     return total;

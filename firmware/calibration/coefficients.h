@@ -49,6 +49,8 @@ uint32_t coefficients_most_order(const struct coefficients *coefficients);
 /* Switch off the lanes of orders above `most`. */
 void coefficients_drop_orders(struct coefficients *coefficients, uint32_t most);
 
+/* Cosine and sine of a lane's order, arcsec. */
+struct vector coefficients_lane_components(const struct lane *lane, uint32_t counts_per_rev);
 /* Cosine and sine of an order, arcsec, as the lanes hold them; 0 where no lane has it. */
 struct vector coefficients_components(const struct coefficients *coefficients, uint32_t order);
 

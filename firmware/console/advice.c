@@ -115,9 +115,6 @@ static const struct {
     {"no_modulators",
      "a lane follows direction, speed or a word, and this gateware is built without MODULATORS: "
      "export without --modulators, or build it with MODULATORS=true"},
-    {"followed_lanes", "lanes that follow a condition are not kept in the flash: arctrue load them "
-                       "after each start, or "
-                       "load a set without them first"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
              "differs, then bypass off"},

@@ -240,6 +240,12 @@ static void tell(struct console *console) {
     if (load->whole) {
         order_lines(console, "undecided_order ", &load->received, load->undecided);
     }
+    if (load_waits_for(load, true)) {
+        text_line(&console->sink, "waits_for the_other_direction");
+    }
+    if (load_waits_for(load, false)) {
+        text_line(&console->sink, "waits_for another_speed");
+    }
     if (load_at_work(load) != NULL) {
         tell_loaded(console, load);
     }

@@ -13,10 +13,6 @@ static void refuse(const struct console *console, enum save_answer answer) {
 void save_command(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
-    if (console->application->load.followed.lanes != 0) {
-        text_error(&console->sink, "save ", "followed_lanes");
-        return;
-    }
     bool free = console->images == NULL || !console->images->busy;
     enum save_answer answer = free ? application_save(console->application) : SAVE_UNDER_WAY;
     if (answer != SAVE_DONE) {

@@ -173,6 +173,12 @@ def send_coefficients(
     return SentSet(int(frames[-1].split()[-1], 16), tuple(orders), followed)
 
 
+_WAITED = {
+    "the other direction": "in the other direction",
+    "another speed": "at another speed",
+}
+
+
 @dataclass(frozen=True)
 class _Status:
     """``load status`` of the device."""
@@ -184,6 +190,8 @@ class _Status:
     undecided: tuple[int, ...]
     refused: tuple[int, ...]
     crc: int | None
+    waits_for: tuple[str, ...] = ()
+    """Conditions under which the device has seen no turn yet."""
 
     @classmethod
     def read(cls, console: Console) -> _Status:
@@ -208,6 +216,11 @@ class _Status:
             numbers("undecided_order"),
             numbers("refused_order"),
             crcs[0] if crcs else None,
+            tuple(
+                words[1].replace("_", " ")
+                for words in lines
+                if words[:1] == ["waits_for"] and len(words) > 1
+            ),
         )
 
     def holds(self, sent: SentSet) -> bool:
@@ -241,6 +254,13 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
         time.sleep(0.2)
         status = _Status.read(console)
     console.command("load abort")
+    if status.waits_for:
+        raise ConsoleError(
+            f"{console.port}: waiting for a turn "
+            + " and one ".join(_WAITED[name] for name in status.waits_for)
+            + f" for {seconds:g} s; nothing is loaded. Load again and turn the table so, or take "
+            "the lanes that follow a condition unjudged (--force)"
+        )
     if status.undecided:
         raise ConsoleError(
             f"{console.port}: within {seconds:g} s the turns did not tell whether"

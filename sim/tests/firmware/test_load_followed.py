@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import cmath
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
-from sim.tests.calibration.synthetic import COUNTS
+from sim.tests.calibration.synthetic import COUNTS, Disc
 from sim.tests.firmware.model_core import COEFFICIENTS, Firmware, address
-from sim.tests.firmware.test_load import SUBDIVISION, file_of, running, send, state, turn
+from sim.tests.firmware.test_application import SAMPLES
+from sim.tests.firmware.test_estimates import counts_of
+from sim.tests.firmware.test_load import DISC, SUBDIVISION, file_of, running, send, state, turn
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
@@ -67,7 +71,6 @@ def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> Non
     for seed in (6, 7):
         running.turn(turn(seed))
         assert last_lane(running.core.active) == expected
-    assert running.send("save").startswith("error: save followed_lanes")
     # A set without them takes them away.
     assert set(send(running, load_frames(file_of(SUBDIVISION)))) == {"ok"}
     running.turn(turn(8))
@@ -114,3 +117,68 @@ def test_a_spoiled_frame_and_a_wrong_modulator_are_refused(running: Firmware) ->
     assert running.send(frames[place]).strip() == "ok"
     assert "wrong_frame" in running.send(frames[place])
     assert address("conditions.width") not in dict(running.core.writes)
+
+
+LOOSE = {1: (20.0, 1.1)}
+"""Order 1 × direction: with the sign of the direction on top of the disc's own."""
+
+
+def loose_turn(seed: int, direction: int) -> Any:
+    """Samples of a turn in one direction, in counts of both heads."""
+    own = cmath.rect(*DISC.orders[1])
+    amplitude, phase = cmath.polar(own + direction * cmath.rect(*LOOSE[1]))
+    disc = Disc({**DISC.orders, 1: (amplitude, phase)})
+    return counts_of(disc, 0.1, seed, samples=SAMPLES, direction=direction)
+
+
+def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
+    """The disc's own order 1 as a plain lane, and what follows the direction in the last.
+
+    As functions of the reading these are the same to 0.1″: 150″ turn order 1 by 0.04°.
+    """
+    bank = file_of({1: DISC.orders[1]})
+    size, phase = loose
+    last = Coefficients.from_harmonics([1], [size * COUNTS / 1_296_000], [phase], COUNTS, 1)
+    arrays = {
+        name: np.append(getattr(bank, name)[:-1], getattr(last, name))
+        for name in ("phase_steps", "phase_offsets", "amplitudes")
+    }
+    extension = Extension(conditions=CONDITIONS, modulators=((LANES - 1, "direction"),))
+    return dataclasses.replace(bank, **arrays, extension=extension)
+
+
+def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Firmware) -> None:
+    """Without force: up alone confirms nothing; after a turn down it is active and stays right."""
+    modulators(running)
+    assert set(send(running, load_frames(loose_file(), force=False))) == {"ok"}
+    for seed in (5, 6):
+        running.turn(loose_turn(seed, 1))
+        assert state(running) == "load waiting"
+        assert "waits_for the_other_direction" in running.send("load status")
+    running.turn(loose_turn(7, -1))
+    assert state(running) == "load active"
+    # The watch of loaded orders knows the direction of each turn.
+    for seed, direction in ((8, 1), (9, -1)):
+        told = running.turn(loose_turn(seed, direction))
+        assert "loaded_wrong" not in told["alarms"], told
+        assert state(running) == "load active"
+
+
+def test_a_wave_of_another_size_is_refused_by_the_turn_down(running: Firmware) -> None:
+    """Up it is the same as the disc's own: the sum is right there, and wrong down."""
+    modulators(running)
+    own = cmath.rect(*DISC.orders[1])
+    loose = cmath.rect(*LOOSE[1])
+    amplitude, phase = cmath.polar(own + 0.5 * loose)
+    wrong = loose_file((0.5 * LOOSE[1][0], LOOSE[1][1]))
+    plain = file_of({1: (amplitude, phase)})
+    bank = dataclasses.replace(
+        wrong,
+        amplitudes=np.append(plain.amplitudes[:-1], wrong.amplitudes[-1:]),
+        phase_offsets=np.append(plain.phase_offsets[:-1], wrong.phase_offsets[-1:]),
+    )
+    assert set(send(running, load_frames(bank, force=False))) == {"ok"}
+    running.turn(loose_turn(5, 1))
+    assert state(running) == "load waiting"
+    running.turn(loose_turn(6, -1))
+    assert state(running).startswith("load refused worse_prediction")

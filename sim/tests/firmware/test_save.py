@@ -22,9 +22,15 @@ from sim.tests.firmware.test_load import (
     file_of,
     left,
     load,
+    send,
     state,
     turn,
 )
+from sim.tests.firmware.test_load_followed import CONDITIONS, last_lane, with_direction
+from sim.tests.firmware.test_load_followed import modulators as with_modulators
+
+from arctrue.device.load import load_frames
+from arctrue.gateware.register_access import coefficient_words
 
 REGION = range(0xF0_0000, 0x100_0000)
 """A record a sector: 4 of 256 KB, 16 of 64 KB."""
@@ -114,6 +120,48 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     working.work(range(10, 34), disc=moved)
     assert left(working.firmware, moved) < 2 * LEFT_ARCSEC
+
+
+def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
+    """Their words and those of the window come back with the first turn that confirms the rest."""
+    board = Board()
+    with_modulators(board.firmware)
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5))
+    wanted = with_direction(SUBDIVISION)
+    assert set(send(board.firmware, load_frames(wanted, force=True))) == {"ok"}
+    board.work(range(5, 7))
+    words = coefficient_words(wanted)[-4:]
+    assert last_lane(board.core.active) == words
+    assert board.order("save").startswith("ok, record 1: parameters and ")
+    board.power_on()
+    with_modulators(board.firmware)
+    assert board.core.active == {}
+    told = board.firmware.turn(turn(seed=9))
+    assert (told["result"], told["alarms"]) == ("applied", [])
+    assert board.status("saved") == ["confirmed"]
+    assert last_lane(board.core.active) == words
+    assert board.core.get("conditions.width") == CONDITIONS.width
+    assert board.core.get("conditions.dead_zone") == CONDITIONS.dead_zone_counts
+    assert board.core.get("conditions.nominal_speed") > 0
+    # The calibration's next turn and the next save keep them.
+    board.work(range(10, 12))
+    assert last_lane(board.core.active) == words
+    assert board.order("save").startswith("ok, record 2: parameters and ")
+
+
+def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
+    board = Board()
+    with_modulators(board.firmware)
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5))
+    send(board.firmware, load_frames(with_direction(SUBDIVISION), force=True))
+    board.work(range(5, 7))
+    assert board.order("save").startswith("ok")
+    board.power_on()
+    told = board.firmware.turn(turn(seed=9))
+    assert "not_confirmed" in told["alarms"]
+    assert board.core.active == {} or last_lane(board.core.active) == [0, 0, 0, 0]
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:

@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.table.cause import Cause
+from arctrue.table.causes.centrifugal_lobes import CentrifugalLobes
+from arctrue.table.causes.loose_centre import LooseCentre
+from arctrue.table.causes.reading_latency import ReadingLatency
 from arctrue.table.causes.shaft_wind_up import ShaftWindUp
 from arctrue.table.causes.signal_distortion import SignalDistortion
 from arctrue.table.causes.thermal_centre import ThermalCentre
@@ -35,6 +38,10 @@ class RunPlan:
     temperature_c: tuple[float, float] = (COLD_C, COLD_C)
     start_s: float = 0.0
     reference: bool = False
+    speed: float = 1.0
+    """Share of the usual speed."""
+    second_speed: float | None = None
+    """Within each turn the speed goes over to this share and back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +56,23 @@ class Case:
     """Runs after the first, which is the same for all: two turns up, cold."""
     polygon: bool = False
     """A reference run at stations, up and down, in place of marks on the move."""
-    fresh_c: float | None = None
-    """Temperature of the fresh turns after a new power-up; None: the first run goes on."""
+    fresh: RunPlan = RunPlan(start_s=3600.0)
+    """The fresh turns after a new power-up; where there are no further runs the first goes on."""
+    judged_order: int | None = None
+    """Order of the output's error that the effect makes in the fresh turns; None: any shape."""
+    effects: int = 1
+    """How many effects are added, one after the other."""
+    least_lanes: int = 1
     modulators: bool = False
     """The gateware is built with lanes that follow direction and speed."""
     order1_warms: bool = False
     """Order 1 changes with the temperature: it can be followed while the table warms."""
+
+    @property
+    def slowest(self) -> float:
+        """Least share of the usual speed: a turn at it has to fit into a bank."""
+        plans = (*self.further, self.fresh)
+        return min(1.0, *(plan.second_speed or plan.speed for plan in plans))
 
 
 def _subdivision(settings: HiddenSettings) -> list[Cause]:
@@ -84,6 +102,31 @@ def _warm_lobes(settings: HiddenSettings) -> list[Cause]:
     return [WarmLobes(2, 0.4 * RAD_PER_ARCSEC * _coarser(settings), 0.7)]
 
 
+def _latency(settings: HiddenSettings) -> list[Cause]:
+    # 28 counts at 30°/s, at every scale.
+    return [ReadingLatency(20e-6 * _coarser(settings))]
+
+
+def _centrifugal(settings: HiddenSettings) -> list[Cause]:
+    # 0.55″ at 30°/s.
+    return [CentrifugalLobes(3, 2.0 * RAD_PER_ARCSEC * _coarser(settings), 0.9)]
+
+
+def _loose_centre(settings: HiddenSettings) -> list[Cause]:
+    # 0.2 µm at a radius of 54 mm are 0.76″.
+    return [LooseCentre(cmath.rect(0.2e-6 * _coarser(settings), 0.4))]
+
+
+def _at_once(settings: HiddenSettings) -> list[Cause]:
+    builds = (_latency, _centrifugal, _loose_centre, _thermal_centre)
+    return [cause for build in builds for cause in build(settings)]
+
+
+SLOW = 0.5
+"""The second speed at which is measured."""
+BETWEEN = 0.7
+"""A speed at which nothing was measured."""
+
 _WARMING = (
     RunPlan(start_s=900.0, temperature_c=(COLD_C + 1.5, COLD_C + 2.0)),
     RunPlan(start_s=1800.0, temperature_c=(WARM_C - 0.5, WARM_C), reference=True),
@@ -97,7 +140,7 @@ _ALL = (
         "a disc whose centre wanders with heat",
         _thermal_centre,
         _WARMING,
-        fresh_c=FRESH_C,
+        fresh=RunPlan(start_s=3600.0, temperature_c=(FRESH_C, FRESH_C)),
         order1_warms=True,
     ),
     Case(
@@ -109,11 +152,62 @@ _ALL = (
         modulators=True,
     ),
     Case(
+        "latency",
+        "readings that are 20 µs old",
+        _latency,
+        (
+            RunPlan(start_s=900.0, speed=SLOW, reference=True),
+            RunPlan(start_s=1800.0, speed=BETWEEN, reference=True),
+        ),
+        modulators=True,
+        fresh=RunPlan(start_s=3600.0, second_speed=SLOW),
+    ),
+    Case(
+        "centrifugal_lobes",
+        "a disc that the centrifugal force stretches three times a turn",
+        _centrifugal,
+        # Not in the order of time: the speed is told apart from it.
+        (
+            RunPlan(start_s=900.0, speed=SLOW, reference=True),
+            RunPlan(start_s=1800.0, speed=0.85, reference=True),
+        ),
+        modulators=True,
+        fresh=RunPlan(start_s=3600.0, speed=BETWEEN),
+        judged_order=3,
+    ),
+    Case(
+        "loose_centre",
+        "a disc that shifts within its clearance with the direction",
+        _loose_centre,
+        (RunPlan(start_s=900.0, side=-1, reference=True),),
+        modulators=True,
+        fresh=RunPlan(start_s=3600.0, side=-1),
+        judged_order=1,
+    ),
+    Case(
+        "all_at_once",
+        "latency, centrifugal lobes, a loose centre, and a centre that wanders with heat",
+        _at_once,
+        (
+            RunPlan(start_s=900.0, speed=SLOW, reference=True),
+            RunPlan(start_s=1800.0, side=-1, reference=True),
+            RunPlan(start_s=2700.0, temperature_c=(WARM_C, WARM_C), reference=True),
+            RunPlan(
+                start_s=3000.0, side=-1, speed=SLOW, temperature_c=(WARM_C, WARM_C), reference=True
+            ),
+        ),
+        modulators=True,
+        fresh=RunPlan(start_s=3600.0, side=-1, temperature_c=(FRESH_C, FRESH_C), second_speed=SLOW),
+        effects=4,
+        least_lanes=8,
+    ),
+    Case(
         "warm_ovality",
         "a disc that ovalises with heat, which is in no catalogue",
         _warm_lobes,
         _WARMING,
-        fresh_c=FRESH_C,
+        fresh=RunPlan(start_s=3600.0, temperature_c=(FRESH_C, FRESH_C)),
+        judged_order=2,
     ),
 )
 

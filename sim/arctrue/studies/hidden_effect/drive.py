@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -39,6 +40,38 @@ def turning(
         ripple_order,
         temperature=TemperatureCourse((start_s, start_s + duration_s), temperature_c),
         start_s=start_s,
+    )
+
+
+EACH_SPEED_TURN = 0.1
+CHANGE_TURN = 0.4
+"""Of each turn: at either speed, and in which the speed goes over to the other."""
+
+
+def with_second_speed(drive: Motion, second_rad_s: float) -> Motion:
+    """``drive`` over the same angle, but each turn has a part at a second speed of the same side.
+
+    The ripple of the angle stays.
+    """
+    first_rad_s = drive.knot_speeds_rad_s[1]
+    ramp_s = drive.knot_times_s[1]
+    travel_rad = abs(first_rad_s) * (drive.knot_times_s[2] - ramp_s)
+    times, speeds = [0.0, ramp_s], [0.0, first_rad_s]
+    rates = (abs(first_rad_s), abs(second_rad_s))
+    travelled = 0.0
+    while travelled < travel_rad:
+        for rate, other in (rates, rates[::-1]):
+            times.append(times[-1] + EACH_SPEED_TURN * TURN_RAD / rate)
+            speeds.append(float(np.copysign(rate, first_rad_s)))
+            times.append(times[-1] + CHANGE_TURN * TURN_RAD / (0.5 * (rate + other)))
+            speeds.append(float(np.copysign(other, first_rad_s)))
+        travelled += TURN_RAD
+    times.append(times[-1] + ramp_s)
+    speeds.append(0.0)
+    return dataclasses.replace(
+        drive,
+        knot_times_s=tuple(times),
+        knot_speeds_rad_s=tuple(speeds),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from arctrue.instrument import Instrument, InstrumentError, Recording, ReportRun
 from arctrue.instrument.turn_score import TurnScore, score_turn
 from arctrue.measurement import Reference
 from arctrue.studies.hidden_effect.cases import Case, RunPlan
-from arctrue.studies.hidden_effect.drive import over_stations, turning
+from arctrue.studies.hidden_effect.drive import over_stations, turning, with_second_speed
 from arctrue.studies.hidden_effect.measured import seal, write_set
 from arctrue.studies.hidden_effect.reference import (
     Readings,
@@ -61,6 +62,8 @@ class HiddenResult:
     """The output with the firmware's coefficients: the paper's model."""
     corrected: TurnScore
     """The output with the exported ones."""
+    unit_left_out: TurnScore | None
+    """The same, but the lanes that follow a condition have the amplitude 0."""
     raw_period: SignalPeriod
     """The same three, over a period of the grating."""
     paper_period: SignalPeriod
@@ -73,6 +76,23 @@ class HiddenResult:
     clocks: int
     simulating_s: float
     workbench_s: float
+
+    def judged_arcsec(self) -> dict[str, float]:
+        """What of the effect is in the output of the fresh turns, by the coefficients in force."""
+        if self.reversal_arcsec is not None:
+            return {name: abs(value) for name, value in self.reversal_arcsec.items()}
+        order = self.case.judged_order
+        scores = {"paper": self.paper, "corrected": self.corrected}
+        if self.unit_left_out is not None:
+            scores["unit_left_out"] = self.unit_left_out
+        return {
+            name: float(
+                np.nanmax(np.abs(score.error_arcsec))
+                if order is None
+                else score.amplitude_arcsec[order - 1]
+            )
+            for name, score in scores.items()
+        }
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain values."""
@@ -123,6 +143,7 @@ class HiddenResult:
             "fresh_capture_arcsec": self.fresh_capture_arcsec,
             "firmware_orders": self.firmware_orders,
             "reversal_arcsec": self.reversal_arcsec,
+            "judged_arcsec": self.judged_arcsec(),
             "clocks": self.clocks,
             "simulating_s": self.simulating_s,
             "workbench_s": self.workbench_s,
@@ -141,6 +162,7 @@ def run_hidden(
 
     Raises InstrumentError where tools are missing or the firmware does not come to a swap.
     """
+    settings = _settings_of(case, settings)
     scale = settings.revolution
     with Instrument(
         scale.lanes,
@@ -151,6 +173,22 @@ def run_hidden(
         report_step=report_step,
     ) as instrument:
         return _Run(case, settings, folder, instrument, report_step or (lambda _: None)).result()
+
+
+def _settings_of(case: Case, settings: HiddenSettings) -> HiddenSettings:
+    lanes = max(settings.revolution.lanes, case.least_lanes)
+    return dataclasses.replace(
+        settings, revolution=dataclasses.replace(settings.revolution, lanes=lanes)
+    )
+
+
+def without_modulated_lanes(coefficients: Coefficients) -> Coefficients:
+    """The same, but each lane that follows a condition has the amplitude 0."""
+    extension = coefficients.extension
+    amplitudes = coefficients.amplitudes.copy()
+    if extension is not None:
+        amplitudes[[lane for lane, _ in extension.modulators]] = 0
+    return dataclasses.replace(coefficients, amplitudes=amplitudes)
 
 
 class _Run:
@@ -169,7 +207,13 @@ class _Run:
             report_step,
         )
         self.causes = case.build(settings)
-        self.rig = Rig(instrument, settings.table(self.causes), settings)
+        scale = settings.revolution
+        # At the slowest speed a turn has the samples of the settings.
+        samples = round(scale.samples * case.slowest)
+        sampled = dataclasses.replace(
+            settings, revolution=dataclasses.replace(scale, samples=samples)
+        )
+        self.rig = Rig(instrument, settings.table(self.causes), sampled)
         self.random = np.random.default_rng(settings.seed)
         self.runs: list[list[CapturedTurn]] = []
         self.references: list[Reference] = []
@@ -198,6 +242,11 @@ class _Run:
             self._fresh_power_up()
             rig.load(paper_bank, "the firmware's coefficients")
             paper = rig.recorded_turn("fresh turn with the paper's model")
+        unit_left_out = None
+        if case.modulators and not case.polygon:
+            stage = "fresh turn without the lanes that follow a condition"
+            rig.load(without_modulated_lanes(export.coefficients), stage)
+            unit_left_out = score_turn(rig.recorded_turn(stage).output)
         if self._goes_on:
             # As a person does: the file over the console, beside the calibration.
             rig.instrument.firmware.send("freeze off")
@@ -227,6 +276,7 @@ class _Run:
             raw=score_turn(corrected.head1),
             paper=score_turn(paper.output),
             corrected=score_turn(corrected.output),
+            unit_left_out=unit_left_out,
             raw_period=signal_period(corrected.head1, corrected.head1, lines),
             paper_period=signal_period(paper.output, paper.head1, lines),
             corrected_period=signal_period(corrected.output, corrected.head1, lines),
@@ -241,17 +291,25 @@ class _Run:
     @property
     def _goes_on(self) -> bool:
         """The first run is the only one: the fresh turns follow it."""
-        return self.case.fresh_c is None and not self.case.further
+        return not self.case.further
 
     def _diagnosed(self, measured: Path) -> tuple[DiagnosedModel, Export]:
         """What the workbench finds, and the coefficients for the temperature of the fresh turns."""
         effects_folder = self.folder / "effects"
         # Of an earlier run: an effect file that is there is never written over.
-        (effects_folder / f"{ADOPTED}.py").unlink(missing_ok=True)
+        for earlier in effects_folder.glob(f"{ADOPTED}*.py"):
+            earlier.unlink()
         self.report_step("Workbench: it is given the measurement set, and nothing else")
-        diagnosed = diagnose_and_add(measured, adopted_name=ADOPTED, effects_folder=effects_folder)
+        diagnosed = diagnose_and_add(
+            measured,
+            adopted_name=ADOPTED,
+            effects_folder=effects_folder,
+            effects_to_add=self.case.effects,
+        )
         export = diagnosed.export(
-            self.settings.revolution.lanes, self.case.fresh_c, conditions=self._conditions
+            self.settings.revolution.lanes,
+            self.case.fresh.temperature_c[0],
+            conditions=self._conditions,
         )
         write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
         for words in diagnosed.words():
@@ -268,14 +326,17 @@ class _Run:
 
     def _drive(self, plan: RunPlan, turns: float) -> Motion:
         scale = self.settings.revolution
-        return turning(
-            plan.side * scale.speed_rad_s,
+        drive = turning(
+            plan.side * plan.speed * scale.speed_rad_s,
             turns + FURTHER_TURNS,
             ripple_rad=scale.ripple_rad,
             ripple_order=scale.ripple_order,
             temperature_c=plan.temperature_c,
             start_s=plan.start_s,
         )
+        if plan.second_speed is None:
+            return drive
+        return with_second_speed(drive, plan.second_speed * scale.speed_rad_s)
 
     def _first_run(self) -> Coefficients:
         """Two turns up, cold; the firmware calibrates after the first. Its bank is returned."""
@@ -317,11 +378,8 @@ class _Run:
             self._reference_of(rig.instrument.recording(), rig.present_drive)
 
     def _fresh_power_up(self) -> None:
-        fresh_c = self.case.fresh_c
-        plan = RunPlan(start_s=3600.0)
-        if fresh_c is not None:
-            plan = RunPlan(start_s=3600.0, temperature_c=(fresh_c, fresh_c))
-        self.rig.power_up(self._drive(plan, 4.0), frozen=True, stage="fresh: over both indices")
+        drive = self._drive(self.case.fresh, 6.0 if self.case.modulators else 4.0)
+        self.rig.power_up(drive, frozen=True, stage="fresh: over both indices")
 
     def _reference_of(self, recording: Recording, drive: Motion) -> None:
         readings = on_the_move(recording, drive, self.settings.stations)

@@ -74,32 +74,38 @@ class DiagnosedModel:
         return sentences(self.diagnosis)
 
 
-def diagnose_and_add(folder: Path, *, adopted_name: str, effects_folder: Path) -> DiagnosedModel:
-    """``arctrue diagnose``, ``arctrue add`` (after ``--adopt`` for what no effect explains)."""
+def diagnose_and_add(
+    folder: Path, *, adopted_name: str, effects_folder: Path, effects_to_add: int = 1
+) -> DiagnosedModel:
+    """``arctrue diagnose``, ``arctrue add`` (after ``--adopt`` for what no effect explains).
+
+    Both as often as effects are to be added; the diagnosis of the last one is kept.
+    """
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)
     effects = catalogue()
     title = measurement.title or folder.name
     before, solution = fitted(default_model(), observations, effects)
-    terms = settle(before, observations, effects)
-    found = diagnose(observations, terms, effects)
-    name, settings, file = None, {}, None
-    if found.named is not None:
-        name = found.named.name
-        usual = dict(effects[name].defaults)
-        settings = {
-            key: value
-            for key, value in found.named.effect.settings.items()
-            if value != usual.get(key)
-        }
-    elif found.described is not None and isinstance(found.described.effect, ProductOfParts):
-        name = adopted_name
-        file = adopt(found.described.effect, name, found.description or "", effects_folder)
-        effects = catalogue([effects_folder])
     model = dataclasses.replace(
         before, history=[step_of("fit", ", ".join(before.names()), title, solution)]
     )
-    if name is not None:
+    for number in range(effects_to_add):
+        found = diagnose(observations, settle(model, observations, effects), effects)
+        name, settings, file = None, {}, None
+        if found.named is not None:
+            name = found.named.name
+            usual = dict(effects[name].defaults)
+            settings = {
+                key: value
+                for key, value in found.named.effect.settings.items()
+                if value != usual.get(key)
+            }
+        elif found.described is not None and isinstance(found.described.effect, ProductOfParts):
+            name = f"{adopted_name}_{number + 1}" if number else adopted_name
+            file = adopt(found.described.effect, name, found.description or "", effects_folder)
+            effects = catalogue([effects_folder])
+        if name is None:
+            break
         model, _ = add_effect(model, name, settings, observations, effects, title)
     return DiagnosedModel(observations, found, name, file, before, model, effects)
 

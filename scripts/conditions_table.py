@@ -1,0 +1,118 @@
+"""Runs the effects that follow a condition and writes their table into docs/hidden-effect.md.
+
+``python -m scripts.conditions_table measure`` runs them on the virtual instrument (2¹⁸ counts, some
+minutes) and writes docs/data/conditions.json and the page; ``page`` writes the page from the stored
+figures, and ``check`` compares it with them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from arctrue.base.whole_file import write_whole_text
+from arctrue.studies.hidden_effect.cases import CASES
+from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
+from arctrue.studies.hidden_effect.settings import HiddenSettings
+
+ROOT: Final = Path(__file__).resolve().parents[1]
+STORED: Final = ROOT / "docs" / "data" / "conditions.json"
+PAGE: Final = ROOT / "docs" / "hidden-effect.md"
+BEGIN, END = "<!-- made by scripts/conditions_table.py -->\n", "<!-- end -->\n"
+ROWS: Final = {
+    "hysteresis": "polygon from both sides, up less down",
+    "latency": "speed goes to a half and back, largest error",
+    "centrifugal_lobes": "0.7 of the speed, order 3",
+    "loose_centre": "down, order 1",
+    "warm_ovality": "2.5 K warmer, order 2",
+    "all_at_once": "down, 2.5 K warmer, speed to a half and back, largest error",
+}
+"""By the name of the case: the fresh turn and what is judged in it."""
+
+
+def small_settings() -> HiddenSettings:
+    """2¹⁸ counts, four lanes; a count is 4.9″."""
+    settings = HiddenSettings.of_lines(1024, 4, 1200)
+    scale = dataclasses.replace(settings.revolution, interpolation=256, orders=12)
+    return dataclasses.replace(settings, revolution=scale)
+
+
+def figures(result: HiddenResult) -> dict[str, Any]:
+    """What is stored of one case."""
+    return {
+        "followed": result.export.followed,
+        "left_arcsec": {name: round(value, 2) for name, value in result.judged_arcsec().items()},
+    }
+
+
+def measure(names: Sequence[str]) -> dict[str, Any]:
+    """Figures of each case."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            print(f"{name} …", flush=True)
+            found[name] = figures(run_hidden(CASES[name], small_settings(), Path(folder) / name))
+    return found
+
+
+def section(stored: dict[str, Any]) -> str:
+    """The table of the page."""
+    lines = [
+        "| Hidden | Fresh turn, and what is judged | Lanes | Paper's model "
+        "| Without the lanes | With them |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, words in ROWS.items():
+        if name in stored:
+            row = stored[name]
+            left = row["left_arcsec"]
+            without = left.get("unit_left_out")
+            lanes = "; ".join(text.split(":")[0] for text in row["followed"])
+            lines.append(
+                f"| `{name}` | {words} | {lanes or 'of the temperature'} | {left['paper']:.2f}″ | "
+                f"{'' if without is None else f'{without:.2f}″'} | {left['corrected']:.2f}″ |"
+            )
+    return BEGIN + "\n".join(lines) + "\n" + END
+
+
+def page(text: str, stored: dict[str, Any]) -> str:
+    """Insert the present table into the page. Raises ValueError if its place is missing."""
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"{PAGE} has no place for the table: {BEGIN.strip()} … {END.strip()}")
+    return before + section(stored) + after
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, write or compare; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", choices=["measure", "page", "check"])
+    parser.add_argument("names", nargs="*", choices=[*ROWS, []], help="cases; default: all")
+    wanted = parser.parse_args(arguments)
+    stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}
+    if wanted.what == "measure":
+        stored |= measure(wanted.names or list(ROWS))
+        write_whole_text(STORED, json.dumps(stored, indent=1, ensure_ascii=False) + "\n")
+    text = PAGE.read_text(encoding="utf-8")
+    made = page(text, stored)
+    if wanted.what == "check":
+        if made == text:
+            return 0
+        print(
+            f"{PAGE} is not what {STORED} says: python -m scripts.conditions_table page",
+            file=sys.stderr,
+        )
+        return 1
+    write_whole_text(PAGE, made)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
