@@ -19,6 +19,7 @@ __all__ = [
     "Diagnosis",
     "Explanation",
     "ExportRefusedError",
+    "FitEstimator",
     "FitParameter",
     "FitParameters",
     "FitResult",

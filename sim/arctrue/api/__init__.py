@@ -6,6 +6,7 @@ docs/python.md.
 """
 
 from arctrue.api.dataset import Dataset
+from arctrue.api.estimator import FitEstimator
 from arctrue.api.fit import (
     FitParameter,
     FitParameters,
@@ -33,6 +34,7 @@ __all__ = [
     "Diagnosis",
     "Explanation",
     "ExportRefusedError",
+    "FitEstimator",
     "FitParameter",
     "FitParameters",
     "FitResult",

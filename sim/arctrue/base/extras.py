@@ -19,6 +19,7 @@ EXTRA_OF: Mapping[str, str] = {
     "serial": "device",
     "sklearn": "studies",
     "distributed": "cluster",
+    "xmlschema": "certificate",
 }
 """The extra of pyproject.toml that installs each package, by the name it is imported with."""
 

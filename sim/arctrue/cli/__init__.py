@@ -26,7 +26,8 @@ GENERATED = "arctrue.generated"
 SECTIONS = {
     "Your own data": (
         *("import", "join", "serve", "calibrate", "compare", "diagnose", "explain"),
-        *("effects", "add", "drop", "history", "life", "report", "budget", "iso230", "export"),
+        *("effects", "add", "drop", "history", "life", "report", "budget", "certificate"),
+        *("iso230", "export"),
     ),
     "Device": ("device", "capture", "monitor", "probe", "load", "save", "flash"),
     "Simulate and study": (

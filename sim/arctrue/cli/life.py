@@ -76,7 +76,7 @@ from arctrue.workbench.model.model import ModelEffect
 )
 @json_option
 @click.option("--out", type=OutputFolder(), help="Folder for the page life.html.")
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Of the random draws.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of the random draws.")
 @for_people
 def life(
     folder: Path,

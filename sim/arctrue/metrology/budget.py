@@ -148,7 +148,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
             left,
             degrees_of_freedom=2.0 * max(int(np.count_nonzero(seen)), 1),
         ),
-        *_counts(table),
+        *count_lines(table),
     ]
     checks: list[str] = []
     if measurement.reference is not None and calibration.comparison is not None:
@@ -156,7 +156,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
         used = measurement.reference
         if used.mask is not None and not used.mask.all():
             used = used.where(~used.mask)
-        lines += _reversal(used, left_arcsec)
+        lines += reversal_lines(used, left_arcsec)
         checks.append(_check(lines, used, left_arcsec))
     hidden = estimate.orders[~np.isfinite(estimate.noise_gain)].tolist()
     return Budget(
@@ -221,7 +221,7 @@ def reference_budget(measurement: MeasurementSet, correction: Correction) -> Bud
     repeat, freedom, means, visits = _repeats(reference, error)
     lines: list[Contribution] = []
     if not corrected_reversal:
-        lines += _reversal(reference, error)
+        lines += reversal_lines(reference, error)
     half_reversal = lines[0].u_arcsec if lines else 0.0
     square = float(np.mean(means**2)) - half_reversal**2
     if freedom > 0:
@@ -277,7 +277,7 @@ def reference_budget(measurement: MeasurementSet, correction: Correction) -> Bud
                 reference.standard_uncertainty_arcsec,
             )
         )
-    lines += _counts(measurement.table)
+    lines += count_lines(measurement.table)
     if measurement.table.counts_per_rev is None:
         missing.append("resolution of the reading: table.counts_per_rev is not stated")
     return Budget(
@@ -338,7 +338,7 @@ def _separation_lines(
     ]
 
 
-def _reversal(reference: Reference, error: Float) -> list[Contribution]:
+def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
     """Half the reversal error of remaining errors (rows,), if the run has both directions."""
     if reference.direction is None:
         return []
@@ -375,7 +375,8 @@ def _check(lines: Sequence[Contribution], reference: Reference, error: Float) ->
     )
 
 
-def _counts(table: Table) -> list[Contribution]:
+def count_lines(table: Table) -> list[Contribution]:
+    """Resolution and rounding of the reading; empty if the table does not state its counts."""
     if table.counts_per_rev is None:
         return []
     half = 0.5 * arcsec_per_count(table.counts_per_rev)

@@ -67,7 +67,7 @@ def write_document(document: Document, folder: Path, stem: str) -> list[Path]:
     """Write ``stem``.md, .html and .pdf into ``folder``. Raises OSError."""
     markdown, html, pdf = (folder / f"{stem}.{ending}" for ending in ("md", "html", "pdf"))
     write_whole_text(markdown, _markdown(document))
-    write_whole_text(html, _html(document))
+    write_whole_text(html, document_html(document))
     _write_pdf(document, pdf)
     return [markdown, html, pdf]
 
@@ -99,7 +99,8 @@ def _as_text(text: str) -> str:
     return one_line(text).replace("&", "&amp;").replace("<", "&lt;").replace("](", "]\\(")
 
 
-def _html(document: Document) -> str:
+def document_html(document: Document) -> str:
+    """The document as one HTML file that stands alone."""
     blocks: list[dict[str, object]] = []
     for block in document.blocks:
         if isinstance(block, Picture):

@@ -38,6 +38,7 @@ ELSEWHERE = {
         "two minutes",
         "sim/tests/studies/error_budget/test_error_budget.py",
     ),
+    "arctrue certificate": ("needs details", "sim/tests/metrology/test_certificate.py"),
     "arctrue life": ("needs the sets of a machine", "sim/tests/metrology/test_life_sets.py"),
     "arctrue long-run": (INSTRUMENT, "sim/tests/studies/long_run/test_long_run.py"),
     "arctrue stop-and-go": ("a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),

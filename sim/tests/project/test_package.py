@@ -113,6 +113,27 @@ def test_the_source_distribution_makes_the_same_wheel(
     assert not [name for name in first if first[name] != second[name]]
 
 
+def test_wheel_and_source_distribution_can_be_published(
+    tree: Path, wheel: Path, build_packages: Path, tmp_path: Path
+) -> None:
+    """``twine check --strict``: metadata, and a description that the index can show."""
+    made = build("build_sdist", tree, tmp_path / "sdist", build_packages)
+    words = [sys.executable, "-m", "twine", "--no-color", "check", "--strict", wheel, made]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("PASSED") == 2
+    broken = tmp_path / "broken" / wheel.name
+    broken.parent.mkdir()
+    with zipfile.ZipFile(wheel) as archive, zipfile.ZipFile(broken, "w") as copy:
+        for name in archive.namelist():
+            text = archive.read(name)
+            if name.endswith(".dist-info/METADATA"):
+                text = text.partition(b"\n\n")[0] + b"\n\n"
+            copy.writestr(name, text)
+    refused = subprocess.run([*words[:-2], broken], capture_output=True, text=True, check=False)
+    assert refused.returncode != 0
+
+
 def test_an_editable_install_generates_in_the_tree(
     tree: Path, build_packages: Path, tmp_path: Path
 ) -> None:

@@ -1,0 +1,129 @@
+"""A fit as an estimator with scikit-learn's conventions; scikit-learn itself is not needed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Self
+
+from numpy.typing import ArrayLike
+
+from arctrue.api.fit import FitResult, Tied, fit
+from arctrue.api.model import ModelLike
+from arctrue.api.sets import SetOrFolder
+from arctrue.base.similar import did_you_mean
+
+PARAMETERS = ("model", "fix", "bounds", "tie")
+
+
+class FitEstimator:
+    """What :func:`fit` takes, kept as parameters: ``sklearn.base.clone`` copies it.
+
+    The parameters are stored as they are given and checked by :meth:`fit`. What a fit found has a
+    name that ends in ``_``: ``result_``.
+    """
+
+    def __init__(
+        self,
+        model: ModelLike = None,
+        *,
+        fix: Mapping[str, float] | Iterable[str] | None = None,
+        bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
+        tie: Mapping[str, Tied] | None = None,
+    ) -> None:
+        """As for :func:`fit`."""
+        self.model = model
+        self.fix = fix
+        self.bounds = bounds
+        self.tie = tie
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Give the parameters of the constructor.
+
+        Parameters
+        ----------
+        deep : bool, optional
+            Has no meaning here: no parameter is an estimator.
+
+        Returns
+        -------
+        dict of str to object
+            ``model``, ``fix``, ``bounds`` and ``tie``, as they were given.
+        """
+        return {name: getattr(self, name) for name in PARAMETERS}
+
+    def set_params(self, **params: Any) -> Self:
+        """Change parameters of the constructor.
+
+        Parameters
+        ----------
+        **params : object
+            New values by name.
+
+        Returns
+        -------
+        FitEstimator
+            The same object.
+
+        Raises
+        ------
+        ValueError
+            A name is not that of a parameter; nothing is changed then.
+        """
+        for name in params:
+            if name not in PARAMETERS:
+                raise ValueError(
+                    f"{name} is no parameter.{did_you_mean(name, PARAMETERS)} There are: "
+                    f"{', '.join(PARAMETERS)}"
+                )
+        for name, value in params.items():
+            setattr(self, name, value)
+        return self
+
+    def fit(self, measurement: SetOrFolder, y: None = None) -> Self:
+        """Fit the model to a set; the result is ``result_``.
+
+        Parameters
+        ----------
+        measurement : MeasurementSet, Path or str
+            The set, or the name of its folder.
+        y : None, optional
+            Is not used: a set holds what was measured.
+
+        Returns
+        -------
+        FitEstimator
+            The same object.
+        """
+        self.result_: FitResult = fit(
+            measurement, self.model, fix=self.fix, bounds=self.bounds, tie=self.tie
+        )
+        return self
+
+    def predict(self, angle: ArrayLike, conditions: Mapping[str, ArrayLike] | None = None) -> Any:
+        """Predict the error of head 1, as :meth:`FitResult.predict`.
+
+        Parameters
+        ----------
+        angle : array_like, shape (n,)
+            Angle of the table, degrees.
+        conditions : mapping of str to array_like, shape (n,) or (), optional
+            Direction, temperature and others that the effects need.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Predicted error, arcseconds.
+
+        Raises
+        ------
+        ValueError
+            Nothing was fitted yet, or an effect needs a condition that is not given.
+        """
+        if not hasattr(self, "result_"):
+            raise ValueError("this FitEstimator is not fitted yet: call fit with a set first")
+        return self.result_.predict(angle, conditions)
+
+    def __repr__(self) -> str:
+        """The parameters that are given."""
+        given = {name: value for name, value in self.get_params().items() if value is not None}
+        return f"FitEstimator({', '.join(f'{name}={value!r}' for name, value in given.items())})"

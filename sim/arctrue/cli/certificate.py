@@ -1,0 +1,152 @@
+"""arctrue certificate: a Digital Calibration Certificate of a set, and the same to print."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import click
+import numpy as np
+
+from arctrue.base.whole_file import write_whole_text
+from arctrue.cli._loaded_set import console, for_people, load
+from arctrue.cli._numbers import Finite
+from arctrue.cli._outputs import OutputFile
+from arctrue.cli._progress import Progress
+from arctrue.measurement import MeasurementSet
+from arctrue.measurement.digest import set_digest
+from arctrue.metrology.certificate import certified_error
+from arctrue.metrology.certificate_details import CertificateDetails, read_details
+
+FULL_TURN_DEG = 360.0
+
+
+@click.command("certificate", short_help="Digital Calibration Certificate (DCC) of a set.")
+@click.argument("measurement_set", metavar="SET", type=click.Path(path_type=Path))
+@click.option(
+    "--details",
+    "details_file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    required=True,
+    help="Item, laboratory, customer and persons (TOML).",
+)
+@click.option("--out", type=OutputFile(".xml"), required=True, help="File of the certificate.")
+@click.option(
+    "--step",
+    type=Finite(min=0.1, max=180.0),
+    default=15.0,
+    show_default=True,
+    help="Angle from one stated value to the next, degrees.",
+)
+@click.option("--direction", type=click.Choice(["1", "-1"]), help="For a model with hysteresis.")
+@click.option("--temperature", type=Finite(), help="For a model with temperature, °C.")
+@click.option(
+    "--schema",
+    "schema_file",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    help="Official dcc.xsd, with the schemas that it imports in the same folder.",
+)
+@click.option("--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML).")
+@click.option(
+    "--effects", "folders", type=click.Path(path_type=Path), multiple=True,
+    help="Folder of own effects.",
+)  # fmt: skip
+@for_people
+def certificate(
+    measurement_set: Path,
+    details_file: Path,
+    out: Path,
+    step: float,
+    direction: str | None,
+    temperature: float | None,
+    schema_file: Path | None,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+) -> None:
+    """Write the certificate of SET: its error function with expanded uncertainty (k = 2).
+
+    The model of --model, or the paper's, is fitted to SET. The printable page stands next to the
+    XML file with the ending .html. Nothing about item, laboratory or persons is invented: what is
+    missing in --details, or in SET, is named, and no file is written.
+    """
+    if measurement_set.is_file():
+        raise ValueError(
+            f"{measurement_set}: is a file; a model alone has no covariance, which the uncertainty "
+            f"needs. Give its measurement set: arctrue certificate SET --model {measurement_set}"
+        )
+    details = read_details(details_file)
+    loaded = load(measurement_set, model_file, folders)
+    measured = loaded.measurement_set
+    if measured.date is None:
+        raise ValueError(
+            f"{measurement_set}: states no date; a certificate needs it. Add a line such as "
+            "date = 2026-03-12 at the top of its measurement.toml"
+        )
+    temperature_c = _temperature(measured, details, details_file)
+    conditions: dict[str, float] = {}
+    if direction is not None:
+        conditions["direction"] = float(direction)
+    if temperature is not None:
+        conditions["temperature_c"] = temperature
+    with Progress("fitting the set"):
+        found = certified_error(
+            measured,
+            loaded.model,
+            loaded.effects,
+            np.arange(0.0, FULL_TURN_DEG, step),
+            conditions,
+        )
+    # The import of matplotlib takes longer than the rest.
+    from arctrue.report.certificate_page import certificate_page
+    from arctrue.report.certificate_xml import CertificateFacts, certificate_xml
+
+    facts = CertificateFacts(
+        measured=measured.date.date(),
+        issued=datetime.now(UTC).date(),
+        sha256=set_digest(measurement_set),
+        title=loaded.measurement,
+        version=version("arctrue"),
+        method=_method(measured),
+        temperature_c=temperature_c,
+    )
+    content = certificate_xml(found, details, facts)
+    if schema_file is not None:
+        from arctrue.report.certificate_check import check_schema
+
+        check_schema(content, schema_file)
+        console.print(f"{schema_file}: the certificate is valid", soft_wrap=True)
+    write_whole_text(out, content.decode())
+    page = out.with_suffix(".html")
+    write_whole_text(page, certificate_page(found, details, facts))
+    console.print(
+        f"U (k = 2) from {found.expanded_arcsec.min():.4f}″ to {found.expanded_arcsec.max():.4f}″"
+    )
+    console.print(f"wrote {out} and {page}", soft_wrap=True)
+
+
+def _method(measured: MeasurementSet) -> str:
+    ways = []
+    if measured.capture is not None:
+        ways.append("self-calibration with two read heads")
+    if measured.reference is not None:
+        instrument = measured.reference.instrument
+        ways.append("comparison with " + (instrument or "a reference"))
+    return " and ".join(ways).capitalize() if len(ways) == 1 else " and ".join(ways)
+
+
+def _temperature(measured: MeasurementSet, details: CertificateDetails, file: Path) -> float:
+    """Mean of the recorded temperatures, else that of the file. Raises ValueError without."""
+    rows = [
+        part.temperature_c
+        for part in (measured.capture, measured.reference)
+        if part is not None and part.temperature_c is not None
+    ]
+    if rows:
+        return float(np.mean(np.concatenate(rows)))
+    if details.temperature_c is None:
+        raise ValueError(
+            f"{file}: temperature_c: is missing; the set records no temperature, and a certificate "
+            "states that of the measurement"
+        )
+    return details.temperature_c

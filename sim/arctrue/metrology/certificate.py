@@ -1,0 +1,193 @@
+"""The error function of a set at stated angles with its expanded uncertainty, for a certificate.
+
+U = k·u with k = 2. u² is the sum of xᵀ·C·x, where C is the covariance of the fitted coefficients
+and x their columns at the angle, and of the squares of the contributions that the fit does not
+contain (JCGM 100:2008, equations 10 and 13). The sensitivity to the head separation is that of the
+whole fit, by a second fit at another separation (JCGM 100:2008, clause 5.1.4).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.calibration.head_separation import NOMINAL_TOLERANCE_ARCSEC
+from arctrue.measurement import MeasurementSet, Table
+from arctrue.metrology.budget import (
+    CONFIDENCE,
+    COVERAGE,
+    REVERSAL,
+    Contribution,
+    count_lines,
+    reversal_lines,
+)
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.left import left_by
+from arctrue.workbench.inference.solution import Solution, joint_uncertainty
+from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.model import Model
+from arctrue.workbench.model.predicted import table_rows, term_values
+from arctrue.workbench.observations.build import observations_of
+
+Float = NDArray[np.float64]
+
+SHIFT_ARCSEC = 10.0
+"""By which the head separation is changed: small against the mounting, large against rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class CertifiedError:
+    """ε of head 1, reading less angle, without its mean over the turn, at stated angles."""
+
+    angle_deg: Float
+    """(angles,)."""
+    error_arcsec: Float
+    """(angles,)."""
+    u_fit_arcsec: Float
+    """(angles,), from the covariance of the fit."""
+    u_separation_arcsec: Float
+    """(angles,), from the head separation; 0 for a reference run alone."""
+    contributions: tuple[Contribution, ...]
+    """Those that are the same at every angle."""
+    solution: Solution
+    effects: tuple[str, ...]
+    conditions: Mapping[str, float]
+    """Under which the error function holds, as ``direction``."""
+
+    @property
+    def u_arcsec(self) -> Float:
+        """Combined standard uncertainty, (angles,)."""
+        square = self.u_fit_arcsec**2 + self.u_separation_arcsec**2
+        return np.asarray(np.sqrt(square + sum(one.u_arcsec**2 for one in self.contributions)))
+
+    @property
+    def expanded_arcsec(self) -> Float:
+        """U with k = 2, (angles,)."""
+        return COVERAGE * self.u_arcsec
+
+    @property
+    def coverage_probability(self) -> float:
+        """Of a normal distribution within k = 2."""
+        return CONFIDENCE
+
+
+def certified_error(
+    measurement: MeasurementSet,
+    model: Model,
+    effects: Mapping[str, type[Effect]],
+    angle_deg: Float,
+    conditions: Mapping[str, float],
+) -> CertifiedError:
+    """Fit ``model`` to the set and state its error at angles (n,), with uncertainty.
+
+    ``conditions``: ``direction``, ``temperature_c`` and others that the model's effects need.
+    Raises ValueError where the set does not state what U needs, or a condition is missing.
+    """
+    reference = measurement.reference
+    if reference is not None and reference.standard_uncertainty_arcsec is None:
+        raise ValueError(
+            "reference.standard_uncertainty_arcsec is not stated in measurement.toml: the "
+            "uncertainty of a certificate needs that of the reference"
+        )
+    if measurement.table.counts_per_rev is None:
+        raise ValueError(
+            "table.counts_per_rev is not stated in measurement.toml: the uncertainty of a "
+            "certificate needs the resolution of the reading"
+        )
+    solution = _fit(measurement, model, effects)
+    error, u_fit = _error_at(solution, angle_deg, conditions)
+    separation = np.zeros(angle_deg.size)
+    has_separation = "head_angle_error" in model.names()
+    if measurement.capture is not None and not has_separation:
+        moved = _fit(replace(measurement, table=_shifted(measurement.table)), model, effects)
+        slope = (_error_at(moved, angle_deg, conditions)[0] - error) / SHIFT_ARCSEC
+        separation = np.abs(slope) * NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
+    return CertifiedError(
+        angle_deg,
+        error,
+        u_fit,
+        separation,
+        tuple(_contributions(measurement, model, solution)),
+        solution,
+        tuple(model.names()),
+        dict(conditions),
+    )
+
+
+def _fit(
+    measurement: MeasurementSet, model: Model, effects: Mapping[str, type[Effect]]
+) -> Solution:
+    observations = observations_of(
+        measurement, reference_temperature_c=model.reference_temperature_c
+    )
+    return fitted(model, observations, effects)[1]
+
+
+def _error_at(
+    solution: Solution, angle_deg: Float, conditions: Mapping[str, float]
+) -> tuple[Float, Float]:
+    """ε and its standard uncertainty from the covariance, (angles,) each.
+
+    Raises ValueError where an effect needs a condition that is not given.
+    """
+    rows = table_rows(solution.observations, angle_deg, conditions)
+    columns = np.zeros((angle_deg.size, sum(solution.widths)))
+    for number, term in enumerate(solution.terms):
+        found = term_values(term, rows, solution.context, conditions)
+        if found is not None:
+            columns[:, solution.part(number)] = found
+    covariance, _ = joint_uncertainty(solution)
+    variance = np.einsum("ij,jk,ik->i", columns, covariance, columns)
+    return columns @ solution.coefficients, np.sqrt(np.maximum(variance, 0.0))
+
+
+def _shifted(table: Table) -> Table:
+    """The table with head 2 farther from head 1 by ``SHIFT_ARCSEC``."""
+    shift_deg = SHIFT_ARCSEC / 3600.0
+    if table.head_places_deg is not None:
+        first, second, *further = table.head_places_deg
+        places = (first, second + shift_deg, *further)
+        return replace(table, head_separation_deg=None, head_places_deg=places)
+    assert table.head_separation_deg is not None
+    return replace(table, head_separation_deg=table.head_separation_deg + shift_deg)
+
+
+def _contributions(
+    measurement: MeasurementSet, model: Model, solution: Solution
+) -> list[Contribution]:
+    """What adds to the fit and the head separation, the same at every angle."""
+    left = left_by(solution)
+    channel = "reference" if "reference" in left.rms_arcsec else "capture"
+    rms, noise = left.rms_arcsec[channel], left.noise_arcsec[channel]
+    found = [
+        Contribution(
+            "error that the model leaves",
+            f"{channel}: RMS of the residual above the scatter of the repeats",
+            "A",
+            "normal",
+            math.sqrt(max(rms**2 - noise**2, 0.0)),
+        )
+    ]
+    reference = measurement.reference
+    if reference is not None:
+        assert reference.standard_uncertainty_arcsec is not None
+        found.append(
+            Contribution(
+                "reference instrument",
+                reference.instrument or "reference.standard_uncertainty_arcsec",
+                "B",
+                "normal",
+                reference.standard_uncertainty_arcsec,
+            )
+        )
+        if "hysteresis" not in model.names():
+            found += [
+                one
+                for one in reversal_lines(reference, reference.error_arcsec)
+                if one.quantity == REVERSAL
+            ]
+    return [*found, *count_lines(measurement.table)]
