@@ -97,14 +97,16 @@ def test_c_header_compiles_and_places_the_registers() -> None:
     )
 
 
-@pytest.mark.parametrize("heads", [2, 3, 4])
-def test_windows_of_the_mean_and_of_further_heads(heads: int) -> None:
+@pytest.mark.parametrize(
+    ("heads", "failover"), [(2, False), (3, False), (4, False), (3, True), (4, True)]
+)
+def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) -> None:
     """Every address is answered or refused as the map says for the heads that are built."""
     for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
         simulate(
             "arctrue_registers_harness",
             "tb.registers.arctrue_registers_bench",
-            generics={"HEADS": heads, "MEAN": "true"},
+            generics={"HEADS": heads, "MEAN": "true", "FAILOVER": str(failover).lower()},
             testcase=testcase,
-            environment={"HEADS": str(heads)},
+            environment={"HEADS": str(heads), **({"FAILOVER": "yes"} if failover else {})},
         )
