@@ -9,11 +9,12 @@ import click
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import say, tell_error
+from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.load import (
     DEVICE_LOADS,
     LoadRefusedError,
+    heads_without_sets,
     send_coefficients,
     wait_until_judged,
 )
@@ -52,6 +53,13 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
     """
     try:
         coefficients = read_coefficient_file(file, DEVICE_LOADS)
+        missing = heads_without_sets(coefficients)
+        if missing:
+            note(
+                f"warning: {file}: the sets without head {', '.join(map(str, missing))} stay in "
+                "the file: the firmware has no command for them, so that no head that fails is "
+                "left out"
+            )
         console = Console(port)
         click.get_current_context().call_on_close(console.close)
         with Progress(f"{file.name}: sending") as progress:

@@ -102,7 +102,8 @@ class MissingEdges:
     def clock(self, steps: NDArray[np.int64], limit: int, *, watching: bool) -> NDArray[np.bool_]:
         """Give the heads that ``dead`` shows after this clock; ``steps`` of -1, 0 or 1 (heads,)."""
         reached = (np.abs(self.ahead) >= limit) | np.eye(self.heads, dtype=bool)
-        dead = reached.all(axis=1) & watching & (limit > 0)
+        looks = watching and limit > 0
+        dead: NDArray[np.bool_] = np.logical_and(reached.all(axis=1), looks)
         self.ahead = np.clip(self.ahead + steps, -MISSING_MOST, MISSING_MOST)
         self.ahead[(steps != 0) | (not watching)] = 0
         return dead

@@ -20,7 +20,8 @@ def parity_sum(differences: ArrayLike, weights: ArrayLike) -> NDArray[np.int64]:
     ``differences`` (clocks, heads) in 1/16 count, ``weights`` (heads,) in 2⁻¹⁶.
     """
     products = np.asarray(differences, dtype=np.int64) * np.asarray(weights, dtype=np.int64)
-    return products.sum(axis=-1) >> (MEAN_TERM_FRACTION - CORRECTION_FRACTION)
+    parity: NDArray[np.int64] = products.sum(axis=-1) >> MEAN_TERM_FRACTION - CORRECTION_FRACTION
+    return parity
 
 
 def parity_weights(places_rad: ArrayLike) -> NDArray[np.int64]:
@@ -37,6 +38,6 @@ def parity_weights(places_rad: ArrayLike) -> NDArray[np.int64]:
     rows = np.array([np.ones(4), np.cos(places), np.sin(places)])
     direction = np.linalg.svd(rows)[2][-1]
     direction = direction / np.abs(direction).max() * np.sign(direction[0])
-    words = np.rint(direction * WEIGHT_ONE).astype(np.int64)
+    words: NDArray[np.int64] = np.rint(direction * WEIGHT_ONE).astype(np.int64)
     words[int(np.argmax(np.abs(words)))] -= words.sum()
     return words
