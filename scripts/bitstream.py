@@ -84,6 +84,11 @@ def _parser() -> argparse.ArgumentParser:
         choices=("true", "false"),
         help="amplitudes of lanes follow direction, speed or a word",
     )
+    parser.add_argument(
+        "--failover",
+        choices=("true", "false"),
+        help="a head of three or four that fails is left out of the mean",
+    )
     parser.add_argument("--heads", type=int, choices=(2, 3, 4), default=2, help="read heads (2)")
     parser.add_argument(
         "--mean",
@@ -109,6 +114,8 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"--heads: {chosen.top} has two heads; more have {', '.join(HEADS_TOPS)}")
     if chosen.heads > 2 and chosen.mean == "false":
         parser.error("--mean: more than two heads always have their mean; leave MEAN out")
+    if chosen.failover == "true" and chosen.heads == 2:
+        parser.error("--failover: two heads have no mean without one of them; give HEADS=3 or 4")
     pins = chosen.pins or CONSTRAINTS / f"{chosen.board}.xdc"
     folder = (chosen.output or ROOT / "build" / "bitstream" / chosen.board).resolve()
     generics = {
@@ -117,6 +124,7 @@ def main(arguments: list[str] | None = None) -> int:
         "FOLD": chosen.fold or fold_of(chosen.flow, lanes),
         "ROTATION": chosen.rotation,
         "MODULATORS": True if chosen.modulators == "true" else None,
+        "FAILOVER": True if chosen.failover == "true" else None,
         "HEADS": chosen.heads if chosen.heads > 2 else None,
         "MEAN": True if chosen.mean == "true" and chosen.heads == 2 else None,
     }

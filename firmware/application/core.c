@@ -283,8 +283,29 @@ struct core_status core_status(const struct core_access *core) {
     };
 }
 
+uint32_t core_left_out(const struct core_access *core) {
+    return core_heads(core) > HEADS
+               ? FIELD(core_read(core, AT(heads_status)), HEADS_STATUS__LEFT_OUT)
+               : 0;
+}
+
+/* Further heads are not awaited once head 1 has made a whole turn: one without an index would hold up all else. */
+static bool core_further_indices_seen(const struct core_access *core) {
+    uint32_t heads = core_heads(core);
+    if (heads == HEADS) {
+        return true;
+    }
+    uint32_t word = core_read(core, AT(heads_status));
+    uint32_t found = FIELD(word, HEADS_STATUS__INDEX_SEEN) | FIELD(word, HEADS_STATUS__LEFT_OUT);
+    uint32_t all = (1U << heads) - 1U;
+    return (found & all) == all || core_read_wide(core, AT(head1.index)) >> 32 != 0;
+}
+
 bool core_indices_seen(const struct core_access *core) {
-    return core_read(core, AT(head1.flags)) & core_read(core, AT(head2.flags)) & INDEX_SEEN;
+    uint32_t left_out = core_left_out(core);
+    bool head1 = (left_out & 1U) != 0 || (core_read(core, AT(head1.flags)) & INDEX_SEEN) != 0;
+    bool head2 = (left_out & 2U) != 0 || (core_read(core, AT(head2.flags)) & INDEX_SEEN) != 0;
+    return head1 && head2 && core_further_indices_seen(core);
 }
 
 bool core_head_index_error(const struct core_access *core, uint32_t head) {

@@ -193,6 +193,10 @@ void core_hold(const struct core_access *core);
 /* False in a core that was set up: it was reset since. */
 bool core_output_enabled(const struct core_access *core);
 struct core_status core_status(const struct core_access *core);
+/* A bit a head: the gateware has left it out of the mean. */
+uint32_t core_left_out(const struct core_access *core);
+
+/* Of all heads that are not left out. */
 bool core_indices_seen(const struct core_access *core);
 /* An index of a head was in the wrong place since the faults were cleared. */
 bool core_index_error(const struct core_access *core);

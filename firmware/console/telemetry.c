@@ -128,8 +128,12 @@ static void estimate_part(const struct text_sink *sink, const struct application
          estimate->separation_choice == SEPARATION_MEASURED ? "measured" : "nominal");
     fixed(sink, "residual_arcsec", estimate->residual_rms_arcsec);
     fixed(sink, "noise_arcsec", estimate->noise_arcsec);
-    fixed(sink, "active_arcsec", application->report.prediction.active_arcsec);
-    fixed(sink, "candidate_arcsec", application->report.prediction.candidate_arcsec);
+    /* Both are of head 1. What the lanes leave of a mean needs more than two heads' algebra: it is not known here. */
+    const struct coefficients *active = state_active(application);
+    if (active == NULL || active->mean.heads == 0) {
+        fixed(sink, "active_arcsec", application->report.prediction.active_arcsec);
+        fixed(sink, "candidate_arcsec", application->report.prediction.candidate_arcsec);
+    }
 }
 
 /* Prints the residual of the loaded orders, and those orders that no turn could judge. */
@@ -166,6 +170,20 @@ static void mean_part(const struct text_sink *sink, const struct application *ap
     number(sink, "carrier", active->mean.carrier + 1);
     if (off >= 0.0) {
         fixed(sink, "mean_off_arcsec", off);
+    }
+    uint32_t left_out = core_left_out(&application->core);
+    if (left_out != 0) {
+        key(sink, "left_out");
+        text_word(sink, "[");
+        bool first = true;
+        for (uint32_t head = 0; head < HEADS_MOST; head++) {
+            if ((left_out >> head & 1U) != 0) {
+                text_word(sink, first ? "" : ",");
+                text_unsigned(sink, head + 1);
+                first = false;
+            }
+        }
+        text_word(sink, "]");
     }
 }
 

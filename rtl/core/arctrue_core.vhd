@@ -23,6 +23,8 @@
 -- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
 -- (table_conditions); the pipeline is as long. The register `capability` shows it.
 --
+-- **Failover.** With FAILOVER a head of three or four that fails is left out of the mean by a prepared set of words (head_failover).
+--
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen its index. The
 -- position that is corrected is the one that no index changes, so the output makes no step when
 -- the index is found; the difference of the correction decays at the ramp rate.
@@ -52,7 +54,8 @@ entity arctrue_core is
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- correct the mean of two heads; of more it is in any case
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
-    MODULATORS    : boolean                       := false                  -- amplitudes of lanes follow conditions
+    MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
+    FAILOVER      : boolean                       := false                  -- a head of three or four that fails is left out
   );
   port (
     clock           : in    std_ulogic;
@@ -183,6 +186,23 @@ architecture rtl of arctrue_core is
   signal word_a           : modulator;
   signal word_b           : modulator;
   signal speed_squared    : modulator;
+  signal sets_read        : std_ulogic;
+  signal sets_write       : std_ulogic;
+  signal sets_done        : std_ulogic;
+  signal sets_data        : std_ulogic_vector(31 downto 0);
+  -- What is written to the idle bank and swaps it: the processor, or a prepared set.
+  signal lane_write       : std_ulogic;
+  signal constant_write   : std_ulogic;
+  signal mean_word_write  : std_ulogic;
+  signal bank_address     : u_unsigned(7 downto 0);
+  signal mean_place       : u_unsigned(3 downto 0);
+  signal bank_data        : std_ulogic_vector(31 downto 0);
+  signal bank_swap        : std_ulogic;
+  signal lane_written     : std_ulogic;
+  signal rearm_heads      : std_ulogic_vector(1 to HEADS) := (others => '0');
+  signal left_out         : std_ulogic_vector(1 to HEADS_MAX) := (others => '0');
+  signal parity_beyond    : std_ulogic;
+  signal failover_changed : std_ulogic;
   signal further_pins   : std_ulogic_vector(31 downto 0);
   signal further_clear  : std_ulogic_vector(1 downto 0);
   signal head_delays    : std_ulogic_vector(31 downto 0);
@@ -250,6 +270,10 @@ architecture rtl of arctrue_core is
   signal compare_strobe     : std_ulogic;
 
 begin
+
+  assert not FAILOVER or HEADS > 2
+    report "arctrue_core: FAILOVER needs HEADS = 3 or 4; two heads have no mean without one of them"
+    severity failure;
 
   -- Pins to positions ------------------------------------------------------------------------
 
@@ -335,7 +359,7 @@ begin
         index_tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
         timestamp            => timestamp,
         clear                => clear_head(number),
-        rearm                => rearm,
+        rearm                => rearm or rearm_heads(number),
         zero_again           => zero_again(number),
         heal                 => heal(number),
         other_head_agrees    => agrees(number),
@@ -352,7 +376,7 @@ begin
         port map (
           clock          => clock,
           reset          => reset,
-          rearm          => rearm,
+          rearm          => rearm or rearm_heads(number),
           index_strobe   => decoded(number).index_strobe,
           trusted        => decoded(number).index_trusted,
           other_position => decoded(number mod HEADS + 1).position,
@@ -383,6 +407,10 @@ begin
     signal hold_writes  : std_ulogic;
     signal used_seen    : std_ulogic;
     signal used         : std_ulogic_vector(HEADS - 1 downto 0);
+    signal differences  : std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0);
+    signal mean_acknowledged : std_ulogic;
+    signal heads_answer      : std_ulogic_vector(31 downto 0);
+    signal failover_answer   : std_ulogic_vector(31 downto 0);
 
   begin
 
@@ -401,7 +429,7 @@ begin
 
     end generate every_head;
 
-    hold_writes <= hwif_out.command.swap.value or swap_busy;
+    hold_writes <= bank_swap or swap_busy;
 
     mean : entity work.head_mean
       generic map (
@@ -419,10 +447,10 @@ begin
         unsettle          => rearm,
         counts_per_rev    => counts_per_rev,
         compensate        => hwif_out.control.compensate.value,
-        write_enable      => mean_write,
-        write_address     => u_unsigned(access_address(5 downto 2)),
-        write_data        => access_data,
-        write_acknowledge => mean_written,
+        write_enable      => mean_word_write,
+        write_address     => mean_place,
+        write_data        => bank_data,
+        write_acknowledge => mean_acknowledged,
         hold_writes       => hold_writes,
         read_address      => u_unsigned(access_address(5 downto 2)),
         read_data         => mean_data,
@@ -437,6 +465,7 @@ begin
         apply             => apply,
         carrier           => carrier,
         used              => used,
+        differences       => differences,
         mean_term         => mean_term,
         limited           => mean_limited,
         jumped            => jumped,
@@ -452,7 +481,7 @@ begin
         address            => u_unsigned(access_address(7 downto 2)),
         write_data         => access_data,
         done               => heads_done,
-        read_data          => heads_data,
+        read_data          => heads_answer,
         take_snapshot      => take_snapshot,
         head3              => decoded(minimum(3, HEADS)),
         head4              => decoded(minimum(4, HEADS)),
@@ -463,6 +492,141 @@ begin
         clear_heads        => further_clear,
         delays             => head_delays
       );
+
+    heads_data <= heads_answer or failover_answer;
+
+    leaves_out : if FAILOVER generate
+
+      signal steps              : std_ulogic_vector(HEADS - 1 downto 0);
+      signal steps_up           : std_ulogic_vector(HEADS - 1 downto 0);
+      signal illegals           : std_ulogic_vector(HEADS - 1 downto 0);
+      signal illegal_counts     : std_ulogic_vector(HEADS - 1 downto 0);
+      signal overspeeds         : std_ulogic_vector(HEADS - 1 downto 0);
+      signal overspeed_counts   : std_ulogic_vector(HEADS - 1 downto 0);
+      signal swallowed          : std_ulogic_vector(HEADS - 1 downto 0);
+      signal index_errors       : std_ulogic_vector(HEADS - 1 downto 0);
+      signal index_error_counts : std_ulogic_vector(HEADS - 1 downto 0);
+      signal rearmed            : std_ulogic_vector(HEADS - 1 downto 0);
+      signal missing            : std_ulogic_vector(HEADS - 1 downto 0);
+      signal acknowledged       : std_ulogic;
+      signal load_set           : std_ulogic;
+      signal set_number         : u_unsigned(2 downto 0);
+      signal set_busy           : std_ulogic;
+      signal set_loaded         : std_ulogic;
+
+    begin
+
+      every_decoder : for head in 0 to HEADS - 1 generate
+
+        steps(head)              <= decoded(head + 1).step;
+        steps_up(head)           <= decoded(head + 1).step_up;
+        illegals(head)           <= decoded(head + 1).illegal;
+        illegal_counts(head)     <= decoded(head + 1).illegal_count(0);
+        overspeeds(head)         <= decoded(head + 1).overspeed;
+        overspeed_counts(head)   <= decoded(head + 1).overspeed_count(0);
+        swallowed(head)          <= decoded(head + 1).swallowed;
+        index_errors(head)       <= decoded(head + 1).index_error;
+        index_error_counts(head) <= decoded(head + 1).index_error_count(0);
+        rearm_heads(head + 1)    <= rearmed(head);
+        left_out(head + 1)       <= missing(head);
+
+      end generate every_decoder;
+
+      acknowledged <= write_acknowledge or mean_acknowledged;
+      mean_place   <= bank_address(3 downto 0);
+
+      sets : entity work.prepared_sets
+        generic map (
+          LANES => LANES,
+          HEADS => HEADS
+        )
+        port map (
+          clock            => clock,
+          reset            => reset,
+          access_read      => sets_read,
+          access_write     => sets_write,
+          access_set       => u_unsigned(access_address(14 downto 12)),
+          access_word      => u_unsigned(access_address(11 downto 2)),
+          access_data      => access_data,
+          access_done      => sets_done,
+          access_answer    => sets_data,
+          write_lane       => coefficient_write,
+          write_offset     => offset_write,
+          write_mean       => mean_write,
+          write_address    => u_unsigned(access_address(9 downto 2)),
+          write_data       => access_data,
+          acknowledge_lane => lane_written,
+          acknowledge_mean => mean_written,
+          swap             => hwif_out.command.swap.value,
+          load             => load_set,
+          number           => set_number,
+          busy             => set_busy,
+          loaded           => set_loaded,
+          lane_out         => lane_write,
+          offset_out       => constant_write,
+          mean_out         => mean_word_write,
+          address_out      => bank_address,
+          data_out         => bank_data,
+          acknowledged     => acknowledged,
+          swap_out         => bank_swap,
+          swap_comes       => swap_comes
+        );
+
+      failing_heads : entity work.head_failover
+        generic map (
+          LANES => LANES,
+          HEADS => HEADS
+        )
+        port map (
+          clock              => clock,
+          reset              => reset,
+          read_enable        => heads_read,
+          write_enable       => heads_write,
+          address            => u_unsigned(access_address(7 downto 2)),
+          write_data         => access_data,
+          read_data          => failover_answer,
+          take_snapshot      => take_snapshot,
+          clear              => hwif_out.command.clear_output.value,
+          steps              => steps,
+          steps_up           => steps_up,
+          illegals           => illegals,
+          illegal_counts     => illegal_counts,
+          overspeeds         => overspeeds,
+          overspeed_counts   => overspeed_counts,
+          swallowed          => swallowed,
+          index_errors       => index_errors,
+          index_error_counts => index_error_counts,
+          indices_seen       => indices_seen,
+          used               => used,
+          differences        => differences,
+          is_settled         => may_swap,
+          swap_comes         => swap_comes,
+          busy               => set_busy,
+          loaded             => set_loaded,
+          load               => load_set,
+          number             => set_number,
+          rearm_heads        => rearmed,
+          left_out           => missing,
+          parity_beyond      => parity_beyond,
+          changed            => failover_changed
+        );
+
+    else generate
+      lane_write        <= coefficient_write;
+      constant_write    <= offset_write;
+      mean_word_write   <= mean_write;
+      bank_address      <= u_unsigned(access_address(9 downto 2));
+      mean_place        <= u_unsigned(access_address(5 downto 2));
+      bank_data         <= access_data;
+      bank_swap         <= hwif_out.command.swap.value;
+      lane_written      <= write_acknowledge;
+      mean_written      <= mean_acknowledged;
+      failover_answer   <= (others => '0');
+      sets_done         <= '0';
+      sets_data         <= (others => '0');
+      parity_beyond     <= '0';
+      failover_changed  <= '0';
+    end generate leaves_out;
 
     -- The carrier's turns are captured, while every used head has its index. Another carrier begins another turn.
     used_seen <= and (indices_seen or not used);
@@ -494,6 +658,18 @@ begin
     jumped       <= '0';
     jump         <= (others => '0');
     mean_written <= '0';
+    lane_write       <= coefficient_write;
+    constant_write   <= offset_write;
+    mean_word_write  <= '0';
+    bank_address     <= u_unsigned(access_address(9 downto 2));
+    mean_place       <= (others => '0');
+    bank_data        <= access_data;
+    bank_swap        <= hwif_out.command.swap.value;
+    lane_written     <= write_acknowledge;
+    sets_done        <= '0';
+    sets_data        <= (others => '0');
+    parity_beyond    <= '0';
+    failover_changed <= '0';
     heads_done    <= '0';
     heads_data    <= (others => '0');
     further_pins  <= (others => '0');
@@ -621,15 +797,15 @@ begin
       counts_per_rev     => counts_per_rev,
       ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
       ramp_acceleration  => u_unsigned(hwif_out.ramp_acceleration.value.value),
-      write_enable       => coefficient_write,
-      write_offset       => offset_write,
-      write_address      => u_unsigned(access_address(9 downto 2)),
-      write_data         => access_data,
+      write_enable       => lane_write,
+      write_offset       => constant_write,
+      write_address      => bank_address,
+      write_data         => bank_data,
       write_acknowledge  => write_acknowledge,
       read_address       => u_unsigned(access_address(9 downto 2)),
       read_data          => coefficient_data,
       idle_offset        => idle_offset,
-      swap               => hwif_out.command.swap.value,
+      swap               => bank_swap,
       swap_allowed       => may_swap,
       swap_comes         => swap_comes,
       swap_busy          => swap_busy,
@@ -720,15 +896,15 @@ begin
       silent => processor_silent
     );
 
-  faults(5 downto 0) <= decoded(1).swallowed & processor_silent & (correction_limited or mean_limited) & cannot_keep_up
-            & (decoded(2).index_error or decoded(2).illegal or decoded(2).overspeed)
-            & (decoded(1).index_error or decoded(1).illegal or decoded(1).overspeed);
+  faults(5 downto 0) <= decoded(1).swallowed & processor_silent & (correction_limited or mean_limited or parity_beyond) & cannot_keep_up
+            & (decoded(2).index_error or decoded(2).illegal or decoded(2).overspeed or left_out(2))
+            & (decoded(1).index_error or decoded(1).illegal or decoded(1).overspeed or left_out(1));
 
   faults_of_further_heads : for number in 3 to HEADS_MAX generate
 
     decoded_here : if number <= HEADS generate
 
-      faults(3 + number) <= decoded(number).index_error or decoded(number).illegal or decoded(number).overspeed;
+      faults(3 + number) <= decoded(number).index_error or decoded(number).illegal or decoded(number).overspeed or left_out(number);
       further_index(number) <= decoded(number).index_strobe;
 
     else generate
@@ -837,7 +1013,8 @@ begin
       CAPTURE_DEPTH => CAPTURE_DEPTH,
       HEADS         => HEADS,
       MEAN          => HAS_MEAN,
-      MODULATORS    => MODULATORS
+      MODULATORS    => MODULATORS,
+      FAILOVER      => FAILOVER
     )
     port map (
       clock             => clock,
@@ -864,6 +1041,10 @@ begin
       heads_write       => heads_write,
       heads_done        => heads_done,
       heads_data        => heads_data,
+      sets_read         => sets_read,
+      sets_write        => sets_write,
+      sets_done         => sets_done,
+      sets_data         => sets_data,
       conditions_read   => conditions_read,
       conditions_write  => conditions_write,
       conditions_done   => conditions_done,
@@ -901,7 +1082,7 @@ begin
 
   offset_data      <= std_ulogic_vector(resize(idle_offset, 32));
   mean_done        <= mean_read_then or mean_written;
-  coefficient_done <= read_under_way(1) or offset_read or write_acknowledge;
+  coefficient_done <= read_under_way(1) or offset_read or lane_written;
 
   hwif_in.core_configuration.lanes.next_q         <= std_ulogic_vector(to_unsigned(LANES, 7));
   hwif_in.core_configuration.cosine_width.next_q  <= std_ulogic_vector(to_unsigned(COSINE_WIDTH, 5));
@@ -914,6 +1095,8 @@ begin
   hwif_in.capability.rotation.next_q              <= '1' when IS_TABLE else
                                                      '0';
   hwif_in.capability.modulators.next_q            <= '1' when MODULATORS else
+                                                     '0';
+  hwif_in.capability.failover.next_q              <= '1' when FAILOVER else
                                                      '0';
   hwif_in.chip_dna_low.value.next_q               <= chip_dna(31 downto 0);
   hwif_in.chip_dna_high.value.next_q              <= chip_dna(56 downto 32);
@@ -958,6 +1141,7 @@ begin
   hwif_in.interrupt_status.head4_index.next_q        <= further_index(4);
   hwif_in.interrupt_status.head3_fault.next_q        <= faults(6);
   hwif_in.interrupt_status.head4_fault.next_q        <= faults(7);
+  hwif_in.interrupt_status.failover.next_q           <= failover_changed;
   hwif_in.interrupt_status.swap_done.next_q          <= swap_done;
   hwif_in.interrupt_status.ramp_done.next_q          <= ramp_busy_before and not ramp_busy;
   hwif_in.interrupt_status.correction_limited.next_q <= correction_limited;

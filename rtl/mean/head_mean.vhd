@@ -24,7 +24,8 @@
 -- more, in which the offsets are taken off. MEAN_LATENCY from these to `mean_term`, `limited`, `jumped` and `jump`.
 --
 -- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0 counts modulo
--- 2¹⁶; mean_term s19.20 counts; jump s15.0 counts. Flat ports carry head 1 in the low bits.
+-- 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0
+-- counts. Flat ports carry head 1 in the low bits.
 --
 -- **Reset.** The base is 0. The words stay.
 
@@ -71,6 +72,7 @@ entity head_mean is
     apply             : out   std_ulogic;                                                   -- correct this reading
     carrier           : out   u_unsigned(1 downto 0);                                       -- number of the head - 1
     used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads whose index is waited for
+    differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, to the carrier
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
     limited           : out   std_ulogic;                                                   -- of this term
     jumped            : out   std_ulogic;                                                   -- the first angle of other words
@@ -285,6 +287,7 @@ begin
       weights          => active_words(USED_FIRST - 1 downto WEIGHTS_FIRST),
       used             => used,
       counts_per_rev   => counts_per_rev,
+      fine_differences => differences,
       mean_term        => mean_term,
       limited          => limited
     );

@@ -19,10 +19,11 @@
 -- **Rounding.** None: products and their sum have all their bits.
 --
 -- **Latency.** MEAN_LATENCY = 10 clocks from the readings and words to `mean_term` and `limited`, one set of
--- readings a clock; DIFFERENCE_LATENCY = 3 clocks to `differences`.
+-- readings a clock; DIFFERENCE_LATENCY = 3 clocks to `differences`, 2 more to `fine_differences`, which have the fractions of the offsets
+-- and the limit.
 --
 -- **Number formats.** readings u24.0 counts below counts_per_rev; fractions u0.4 counts; weights s1.16; differences
--- s24.0 counts; mean_term s19.20 counts. Flat ports carry head 1 in the low bits.
+-- s24.0 counts; fine_differences s16.4 counts; mean_term s19.20 counts. Flat ports carry head 1 in the low bits.
 --
 -- There is no reset: terms follow their readings.
 
@@ -46,6 +47,7 @@ entity weighted_mean is
     used             : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- a bit a head
     counts_per_rev   : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
     differences      : out   std_ulogic_vector(HEADS * (ANGLE_WIDTH + 1) - 1 downto 0);    -- counts, s24.0
+    fine_differences : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0) := (others => '0'); -- counts, s16.4
     mean_term        : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.20
     limited          : out   std_ulogic                             := '0'                 -- of this term
   );
@@ -131,6 +133,7 @@ begin
           limited_5                 := (others => not sign);
           limited_5(limited_5'high) := sign;
         end if;
+        fine_differences((head + 1) * HEAD_DIFFERENCE_WIDTH - 1 downto head * HEAD_DIFFERENCE_WIDTH) <= std_ulogic_vector(limited_5);
         limited_heads_5(head) <= is_beyond and used_1_to_4(4);
 
         -- Fourth clock.

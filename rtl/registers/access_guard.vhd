@@ -3,9 +3,10 @@
 -- # access_guard
 --
 -- Says whose an access is: the generated register block's, a coefficient of a lane, the coefficient
--- offset, a word of the mean, of the further heads, of the conditions or of the capture; and refuses what is nobody's or
--- illegal for this core's generics or state: a coefficient word of a lane that is not built, a write of a coefficient, of the offset or of the mean
--- without all four bytes, a word of a head or of the conditions that are not built, a capture word beyond the two words of every sample of a bank, any capture
+-- offset, a word of the mean, of the further heads, of a prepared set, of the conditions or of the capture; and refuses what is
+-- nobody's or illegal for this core's generics or state: a coefficient word of a lane that is not built, a write of a coefficient, of
+-- the offset, of the mean or of a prepared set without all four bytes, a word of a head, of a prepared set or of the conditions that
+-- are not built, a capture word beyond the two words of every sample of a bank, any capture
 -- word while no bank is ready, a write of a capture word, and what the register map does not let a register's
 -- word be read or written.
 --
@@ -31,7 +32,8 @@ entity access_guard is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT;
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;
-    MODULATORS    : boolean                       := false
+    MODULATORS    : boolean                       := false;
+    FAILOVER      : boolean                       := false
   );
   port (
     clock           : in    std_ulogic;
@@ -46,6 +48,7 @@ entity access_guard is
     to_mean         : out   std_ulogic;
     to_heads        : out   std_ulogic;
     to_conditions   : out   std_ulogic;
+    to_sets         : out   std_ulogic;
     to_capture      : out   std_ulogic;
     refused         : out   std_ulogic;
     -- Pulses in the first clock of the verdict
@@ -58,6 +61,8 @@ entity access_guard is
     write_mean        : out   std_ulogic := '0';
     read_heads        : out   std_ulogic := '0';
     write_heads       : out   std_ulogic := '0';
+    read_set          : out   std_ulogic := '0';
+    write_set         : out   std_ulogic := '0';
     read_conditions   : out   std_ulogic := '0';
     write_conditions  : out   std_ulogic := '0';
     read_capture      : out   std_ulogic := '0'
@@ -74,6 +79,7 @@ architecture rtl of access_guard is
   constant MEAN_FIRST         : byte_address := to_unsigned(MEAN_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant HEADS_FIRST        : byte_address := to_unsigned(HEAD3_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant CONDITIONS_FIRST   : byte_address := to_unsigned(CONDITIONS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant SETS_FIRST         : byte_address := to_unsigned(PREPARED_SETS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
   -- The bit of a table, chosen half by half: an index would become a memory, whose contents a proof by induction
@@ -105,6 +111,7 @@ begin
 
   assert CAPTURE_ADDRESS = 16#20000# and FURTHER_CAPTURE_ADDRESS = 16#40000# and COEFFICIENTS_ADDRESS mod 1024 = 0
          and MEAN_ADDRESS mod 64 = 0 and HEAD3_ADDRESS mod 256 = 0 and CONDITIONS_ADDRESS mod 64 = 0
+         and PREPARED_SETS_ADDRESS = 16#8000#
     report "access_guard: the windows of the register map have moved; adapt the decoding"
     severity failure;
 
@@ -125,8 +132,10 @@ begin
     variable of_mean      : boolean;
     variable head_word    : natural range 0 to 63;
     variable of_head      : boolean;
+    variable of_failover  : boolean;
     variable of_heads     : boolean;
     variable conditions   : boolean;
+    variable of_set       : boolean;
 
   begin
 
@@ -155,16 +164,25 @@ begin
       head_word    := to_integer(place(7 downto 2));
       of_head      := (head_word < 16 and HEADS > 2) or (head_word >= 16 and head_word < 32 and HEADS > 3);
       of_head      := of_head and (head_word mod 16 < 9 or head_word mod 16 = 10 or head_word mod 16 = 11);
+      -- Settings of the failover, weights of the parity, its value, and both limits.
+      of_failover  := head_word = 35 or head_word = 36 or (head_word >= 40 and head_word < 40 + HEADS)
+                      or (head_word >= 44 and head_word < 47);
       if is_write = '1' then
         of_head := (of_head and head_word mod 16 = 0) or head_word = 32 or (head_word = 33 and HEADS > 2);
+        of_head := of_head or (FAILOVER and of_failover and head_word /= 44);
       else
-        of_head := of_head or head_word = 32 or head_word = 34;
+        of_head := of_head or head_word = 32 or head_word = 34 or (FAILOVER and of_failover);
       end if;
       of_heads     := MEAN and of_head and not partial and place(place'high downto 8) = HEADS_FIRST(place'high downto 8);
       -- Words 0 to 8, of which the first six may be written.
       conditions   := MODULATORS and not partial
                       and place(place'high downto 6) = CONDITIONS_FIRST(place'high downto 6)
                       and (is_at_most(place(5 downto 2), 5) or (is_write = '0' and is_at_most(place(5 downto 2), 8)));
+      -- A set is laid out as the windows from 0x1000 on: coefficients, mean, and as its last word the coefficient offset.
+      of_set       := FAILOVER and not partial and place(place'high downto 15) = SETS_FIRST(place'high downto 15)
+                      and is_at_most(place(14 downto 12), HEADS)
+                      and ((place(11 downto 10) = "00" and is_at_most(lane, LANES - 1))
+                           or (place(11 downto 6) = "100000" and (mean_word or place(5 downto 2) = "1111")));
       capture      := (place(place'high downto 17) = CAPTURE_FIRST(place'high downto 17)
                        or (HEADS > 2 and place(place'high downto 17) = FURTHER_FIRST(place'high downto 17)
                            and (HEADS > 3 or place(2) = '0')))
@@ -179,6 +197,8 @@ begin
       write_mean        <= '0';
       read_heads        <= '0';
       write_heads       <= '0';
+      read_set          <= '0';
+      write_set         <= '0';
       read_conditions   <= '0';
       write_conditions  <= '0';
       read_capture      <= '0';
@@ -192,6 +212,8 @@ begin
         write_mean        <= is_write when of_mean else '0';
         read_heads        <= not is_write when of_heads else '0';
         write_heads       <= is_write when of_heads else '0';
+        read_set          <= not is_write when of_set else '0';
+        write_set         <= is_write when of_set else '0';
         read_conditions   <= not is_write when conditions else '0';
         write_conditions  <= is_write when conditions else '0';
         read_capture      <= '1' when capture else '0';
@@ -200,9 +222,10 @@ begin
         to_offset       <= '1' when offset else '0';
         to_mean         <= '1' when of_mean else '0';
         to_heads        <= '1' when of_heads else '0';
+        to_sets         <= '1' when of_set else '0';
         to_conditions   <= '1' when conditions else '0';
         to_capture      <= '1' when capture else '0';
-        refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or conditions or capture else '1';
+        refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or of_set or conditions or capture else '1';
       end if;
     end if;
 

@@ -32,7 +32,8 @@ entity register_access is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false; -- the mean of the heads is built
-    MODULATORS    : boolean                       := false  -- amplitudes follow conditions
+    MODULATORS    : boolean                       := false; -- amplitudes follow conditions
+    FAILOVER      : boolean                       := false  -- a head that fails is left out
   );
   port (
     clock             : in    std_ulogic;
@@ -62,6 +63,10 @@ entity register_access is
     heads_write       : out   std_ulogic;                     -- pulse
     heads_done        : in    std_ulogic := '0';              -- pulse
     heads_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
+    sets_read         : out   std_ulogic;                     -- pulse
+    sets_write        : out   std_ulogic;                     -- pulse
+    sets_done         : in    std_ulogic := '0';              -- pulse
+    sets_data         : in    std_ulogic_vector(31 downto 0) := (others => '0');
     conditions_read   : out   std_ulogic;                     -- pulse
     conditions_write  : out   std_ulogic;                     -- pulse
     conditions_done   : in    std_ulogic := '0';              -- pulse
@@ -88,6 +93,7 @@ architecture rtl of register_access is
   signal to_mean         : std_ulogic;
   signal to_heads        : std_ulogic;
   signal to_conditions   : std_ulogic;
+  signal to_sets         : std_ulogic;
   signal to_capture      : std_ulogic;
 
   signal judge            : std_ulogic;
@@ -143,7 +149,8 @@ begin
       CAPTURE_DEPTH => CAPTURE_DEPTH,
       HEADS         => HEADS,
       MEAN          => MEAN,
-      MODULATORS    => MODULATORS
+      MODULATORS    => MODULATORS,
+      FAILOVER      => FAILOVER
     )
     port map (
       clock           => clock,
@@ -158,6 +165,7 @@ begin
       to_mean         => to_mean,
       to_heads        => to_heads,
       to_conditions   => to_conditions,
+      to_sets         => to_sets,
       to_capture      => to_capture,
       refused         => refused,
       ask_registers   => register_request,
@@ -169,6 +177,8 @@ begin
       write_mean        => mean_write,
       read_heads        => heads_read,
       write_heads       => heads_write,
+      read_set          => sets_read,
+      write_set         => sets_write,
       read_conditions   => conditions_read,
       write_conditions  => conditions_write,
       read_capture      => capture_read
@@ -216,13 +226,15 @@ begin
 
   end process hold_for_registers;
 
-  answered <= register_read or register_written or coefficient_done or mean_done or heads_done or conditions_done or capture_done;
+  answered <= register_read or register_written or coefficient_done or mean_done or heads_done or conditions_done or sets_done
+              or capture_done;
   data     <= (register_data and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)
               or (mean_data and to_mean)
               or (heads_data and to_heads)
               or (conditions_data and to_conditions)
+              or (sets_data and to_sets)
               or (capture_data and to_capture);
 
 end architecture rtl;

@@ -32,6 +32,7 @@ entity arctrue_device is
     MEAN          : boolean                       := false;                 -- the mean of two heads; of more it is in any case
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
+    FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
@@ -119,7 +120,8 @@ begin
       HEADS         => HEADS,
       MEAN          => MEAN,
       ROTATION      => ROTATION,
-      MODULATORS    => MODULATORS
+      MODULATORS    => MODULATORS,
+      FAILOVER      => FAILOVER
     )
     port map (
       clock               => clock,

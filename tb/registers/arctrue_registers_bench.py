@@ -19,6 +19,7 @@ LANES = 4
 CAPTURE_DEPTH = 100
 HEADS = int(os.environ.get("HEADS", "2"))
 HAS_MEAN = "HEADS" in os.environ
+HAS_FAILOVER = "FAILOVER" in os.environ
 
 ADDRESSES = sorted(
     {
@@ -40,7 +41,7 @@ async def prepared(
     bus = await start(dut)
     if stall:
         bus.stall(generator, stall)
-    model = RegisterModel(LANES, CAPTURE_DEPTH, inputs, HEADS, HAS_MEAN)
+    model = RegisterModel(LANES, CAPTURE_DEPTH, inputs, HEADS, HAS_MEAN, HAS_FAILOVER)
     for latching in (
         *model_map.GROUPS,
         *model_map.WIDE,
@@ -55,6 +56,9 @@ async def prepared(
             await bus.write(model_map.MEAN + 4 * word, 0)
     for address in model.heads_words(write=True):
         await bus.write(address, 0)
+    for address in set_places():
+        if model.set_word_exists(address):
+            await bus.write(address, 0)
     return bus, model
 
 
@@ -64,9 +68,19 @@ def change_inputs(dut, generator: random.Random, model: RegisterModel) -> None:
         getattr(dut, port).value = model.inputs[port]
 
 
+def set_places() -> list[int]:
+    """Words of every prepared set and beside them, and of a set too many."""
+    words = [*range(4 * LANES + 2), 0x100, *range(0x1FE, 0x212), 0x3FF]
+    return [
+        model_map.PREPARED_SETS + model_map.SET_BYTES * number + 4 * word
+        for number in range(6)
+        for word in words
+    ]
+
+
 def random_address(generator: random.Random) -> int:
     """Every kind of place: registers, holes beside them, both windows and beyond their ends."""
-    kind = generator.randrange(12)
+    kind = generator.randrange(13)
     if kind < 5:
         return generator.choice(ADDRESSES)
     if kind == 5:
@@ -83,6 +97,8 @@ def random_address(generator: random.Random) -> int:
         )
     if kind == 10:
         return model_map.FURTHER_CAPTURE + 4 * generator.randrange(2 * CAPTURE_DEPTH + 20)
+    if kind == 11:
+        return generator.choice(set_places())
     return 4 * generator.randrange(1 << 17)
 
 
@@ -135,6 +151,7 @@ async def every_word_of_the_map(dut):
     places += [model_map.MEAN + 4 * word for word in range(-1, 17)]
     places += [model_map.CONDITIONS + 4 * word for word in range(17)]
     places += [model_map.HEADS + 4 * word for word in range(-1, 65)]
+    places += set_places()
     places += [model_map.FURTHER_CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH)]
     for address in places:
         expected, word = model.read(address)
@@ -286,7 +303,7 @@ async def answers_after_their_clocks_in_turn(dut):
 async def interrupts_set_enable_and_clear(dut):
     bus, _ = await prepared(dut, random.Random(16))
     # Bits whose source is a level count its rising edge only; the others are strobes.
-    for bit in range(15):
+    for bit in range(16):
         dut.interrupt_status.value = 1 << bit
         await ClockCycles(dut.clock, 1)
         if bit not in (4, 5, 8, 9, 13, 14):

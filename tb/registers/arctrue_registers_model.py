@@ -34,7 +34,7 @@ READ_WRITE = {
     0x070: (0xFFFF, 0x3F, "alarm"),
     0x074: (WORD, 100 << 16 | 100, "pulse_widths"),
     0x078: (0xFF03, 0x100, "pulse_inputs"),
-    0x0A0: (0x7FFF, 0, None),
+    0x0A0: (0xFFFF, 0, None),
     0x180: (WORD, 0, "compare_first"),
     0x184: (0xFFFFFF, 0, "compare_interval"),
 }
@@ -43,7 +43,7 @@ READ_WRITE = {
 COMMAND = 0x024
 OFFSET = 0x04C
 INTERRUPT_STATUS = 0x0A4
-INTERRUPT_MASK = 0x7FFF
+INTERRUPT_MASK = 0xFFFF
 
 READ_ONLY = {
     0x008: (0x7FFF1F7F, "core_configuration"),
@@ -59,7 +59,7 @@ READ_ONLY = {
     0x090: (0xFFFF, "zero"),
     0x094: (WORD, "zero_slip"),
     0x098: (WORD, "put_back"),
-    0x0A8: (0x3F, "capability"),
+    0x0A8: (0x13F, "capability"),
     0x0C0: (0x7F, "head1_flags"),
     0x0C4: (WORD, "head1_faults"),
     0x0C8: (0xFFFF, "head1_overspeeds"),
@@ -121,6 +121,11 @@ FURTHER_HEAD_READ = {*range(9), 10, 11}
 """Words of a further head that may be read; only the first may be written."""
 DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
 """Words of the window of the heads."""
+FAILOVER = {35, 36, *range(40, 47)}
+PARITY_VALUE = 44
+"""More of them with the failover; weights of heads that are not built are refused."""
+PREPARED_SETS = 0x08000
+SET_BYTES = 0x1000
 CAPTURE_WORDS = 32_768
 
 CAPTURE_READY = 1 << 2
@@ -145,6 +150,7 @@ class RegisterModel:
     inputs: dict[str, int]
     heads: int = 2
     has_mean: bool = False
+    has_failover: bool = False
     values: dict[int, int] = field(
         default_factory=lambda: {address: reset for address, (_, reset, _) in READ_WRITE.items()}
     )
@@ -152,6 +158,7 @@ class RegisterModel:
     coefficients: dict[int, int] = field(default_factory=dict)
     mean: dict[int, int] = field(default_factory=dict)
     of_heads: dict[int, int] = field(default_factory=dict)
+    sets: dict[int, int] = field(default_factory=dict)
     offset: int = 0
     interrupts: int = 0
 
@@ -186,6 +193,8 @@ class RegisterModel:
             return True, self.mean.get(address, 0)
         if address in self.heads_words(write=False):
             return True, self.of_heads.get(address, 0)
+        if self.set_word_exists(address):
+            return True, self.sets.get(address, 0)
         word = (address & 0x1FFFF) // 4
         windows = (CAPTURE,) if self.heads == 2 else (CAPTURE, FURTHER_CAPTURE)
         if address & ~0x1FFFF in windows and word < 2 * self.capture_depth:
@@ -206,7 +215,22 @@ class RegisterModel:
         words = {DELAYS, *([HEADS_COMMAND] * (self.heads > 2) if write else [HEADS_STATUS])}
         for head in range(3, self.heads + 1):
             words |= {16 * (head - 3) + word for word in ({0} if write else FURTHER_HEAD_READ)}
+        if self.has_failover:
+            words |= FAILOVER - {40 + head for head in range(self.heads, 4)}
+            words -= {PARITY_VALUE} if write else set()
         return {HEADS + 4 * word for word in words}
+
+    def set_word_exists(self, address: int) -> bool:
+        """Whether ``address`` is a word of a prepared set for lanes and heads that are built."""
+        number, place = divmod(address - PREPARED_SETS, SET_BYTES)
+        mean_word = (place - 0x800) // 4
+        return (
+            self.has_failover
+            and 0 <= number <= self.heads
+            and (
+                place < 16 * self.lanes or mean_word == 15 or self.mean_exists(MEAN + 4 * mean_word)
+            )
+        )
 
     def mean_exists(self, address: int) -> bool:
         """Whether ``address`` is a word of the mean for a head that is built, or the choice."""
@@ -240,5 +264,8 @@ class RegisterModel:
             return True
         if address in self.heads_words(write=True):
             self.of_heads[address] = word
+            return True
+        if self.set_word_exists(address):
+            self.sets[address] = word
             return True
         return False

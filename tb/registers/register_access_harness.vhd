@@ -16,7 +16,8 @@ entity register_access_harness is
     LANES         : positive := 4;
     CAPTURE_DEPTH : positive := 100;
     HEADS         : positive := 2;
-    MEAN          : boolean  := false
+    MEAN          : boolean  := false;
+    FAILOVER      : boolean  := false
   );
   port (
     clock           : in    std_ulogic;
@@ -51,6 +52,10 @@ architecture simulation of register_access_harness is
   signal heads_write       : std_ulogic;
   signal heads_done        : std_ulogic := '0';
   signal heads_data        : std_ulogic_vector(31 downto 0);
+  signal sets_read         : std_ulogic;
+  signal sets_write        : std_ulogic;
+  signal sets_done         : std_ulogic := '0';
+  signal sets_data         : std_ulogic_vector(31 downto 0);
   signal capture_read      : std_ulogic;
   signal capture_done      : std_ulogic := '0';
   signal capture_data      : std_ulogic_vector(31 downto 0);
@@ -62,7 +67,8 @@ begin
       LANES         => LANES,
       CAPTURE_DEPTH => CAPTURE_DEPTH,
       HEADS         => HEADS,
-      MEAN          => MEAN
+      MEAN          => MEAN,
+      FAILOVER      => FAILOVER
     )
     port map (
       clock             => clock,
@@ -89,6 +95,10 @@ begin
       heads_write       => heads_write,
       heads_done        => heads_done,
       heads_data        => heads_data,
+      sets_read         => sets_read,
+      sets_write        => sets_write,
+      sets_done         => sets_done,
+      sets_data         => sets_data,
       take_snapshot     => open,
       capture_read      => capture_read,
       capture_done      => capture_done,
@@ -105,13 +115,14 @@ begin
     variable word         : natural range 0 to 32767       := 0;
     variable mean_words   : words(0 to 15)                 := (others => (others => '0'));
     variable head_words   : words(0 to 63)                 := (others => (others => '0'));
-    variable window       : std_ulogic_vector(4 downto 0)  := "00000";
-    variable answer       : std_ulogic_vector(4 downto 0);
+    variable set_words    : words(0 to 8191)               := (others => (others => '0'));
+    variable window       : std_ulogic_vector(5 downto 0)  := "000000";
+    variable answer       : std_ulogic_vector(5 downto 0);
 
   begin
 
     if rising_edge(clock) then
-      answer := "00000";
+      answer := "000000";
       if waiting = 1 then
         answer := window;
       end if;
@@ -120,12 +131,12 @@ begin
       end if;
 
       if (coefficient_read or coefficient_write or offset_read or offset_write
-          or mean_read or mean_write or heads_read or heads_write or capture_read) = '1' then
+          or mean_read or mean_write or heads_read or heads_write or sets_read or sets_write or capture_read) = '1' then
         assert waiting = 0
           report "a request before the answer to the last one"
           severity failure;
         waiting  := to_integer(memory_latency);
-        window   := (heads_read or heads_write) & (mean_read or mean_write) & capture_read
+        window   := (sets_read or sets_write) & (heads_read or heads_write) & (mean_read or mean_write) & capture_read
                     & (offset_read or offset_write) & (coefficient_read or coefficient_write);
         word     := to_integer(u_unsigned(access_address(16 downto 2)));
         if window(0) = '1' then
@@ -139,6 +150,8 @@ begin
           mean_words(word mod 16) := access_data;
         elsif heads_write = '1' then
           head_words(word mod 64) := access_data;
+        elsif sets_write = '1' then
+          set_words(word mod 8192) := access_data;
         end if;
       end if;
 
@@ -149,6 +162,8 @@ begin
       mean_data        <= mean_words(word mod 16);
       heads_done       <= answer(4);
       heads_data       <= head_words(word mod 64);
+      sets_done        <= answer(5);
+      sets_data        <= set_words(word mod 8192);
       capture_done     <= answer(2);
       capture_data     <= not std_ulogic_vector(to_unsigned(word, 16)) & std_ulogic_vector(to_unsigned(word, 16));
     end if;

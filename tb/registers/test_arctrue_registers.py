@@ -97,14 +97,23 @@ def test_c_header_compiles_and_places_the_registers() -> None:
     )
 
 
-@pytest.mark.parametrize("heads", [2, pytest.param(3, marks=pytest.mark.large), 4])
-def test_windows_of_the_mean_and_of_further_heads(heads: int) -> None:
+@pytest.mark.parametrize(
+    ("heads", "failover"),
+    [
+        (2, False),
+        pytest.param(3, False, marks=pytest.mark.large),
+        (4, False),
+        pytest.param(3, True, marks=pytest.mark.large),
+        (4, True),
+    ],
+)
+def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) -> None:
     """Every address is answered or refused as the map says for the heads that are built."""
     for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
         simulate(
             "arctrue_registers_harness",
             "tb.registers.arctrue_registers_bench",
-            generics={"HEADS": heads, "MEAN": "true"},
+            generics={"HEADS": heads, "MEAN": "true", "FAILOVER": str(failover).lower()},
             testcase=testcase,
-            environment={"HEADS": str(heads)},
+            environment={"HEADS": str(heads), **({"FAILOVER": "yes"} if failover else {})},
         )

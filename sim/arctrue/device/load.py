@@ -56,6 +56,15 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
     return extension.mean
 
 
+def heads_without_sets(coefficients: Coefficients) -> tuple[int, ...]:
+    """Give the heads whose prepared sets are in the file and are not sent."""
+    if coefficients.extension is None:
+        return ()
+    sets = (entry.extension for entry in coefficients.extension.without)
+    means = (extension.mean for extension in sets if extension is not None)
+    return tuple(mean.missing for mean in means if mean is not None)
+
+
 def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
     """Names and numbers of the frames of a mean; the sets of missing heads stay on the host."""
     used = sum(1 << head for head, is_used in enumerate(mean.used) if is_used)

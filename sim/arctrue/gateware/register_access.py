@@ -29,6 +29,11 @@ WriteWords = Callable[[int, Sequence[int]], Awaitable[None]]
 
 IDENTIFICATION: Final = 0x41524354
 
+SET_BYTES: Final = 0x1000
+"""Of the window of one prepared set, laid out as the map from 0x1000 on."""
+SET_MEAN: Final = 0x800
+SET_OFFSET: Final = 0x83C
+
 _BY_PATH: Final = {register.path: register for register in registers.REGISTERS}
 _WORD: Final = 0xFFFF_FFFF
 
@@ -224,6 +229,20 @@ class RegisterMap:
             if number >= 2 * HEADS_MOST or number % HEADS_MOST < mean.heads:
                 address = self._base + registers.MEAN_ADDRESS + 4 * number
                 await self._write_words(address, [word])
+
+    async def write_set(self, number: int, coefficients: CoefficientSet, mean: MeanSet) -> None:
+        """Write prepared set ``number``: 0 with all heads, else without that head."""
+        first = self._base + registers.PREPARED_SETS_ADDRESS + SET_BYTES * number
+        await self._write_words(first, coefficient_words(coefficients))
+        for place, word in enumerate(mean.words()):
+            if place >= 2 * HEADS_MOST or place % HEADS_MOST < mean.heads:
+                await self._write_words(first + SET_MEAN + 4 * place, [word])
+        await self._write_words(first + SET_OFFSET, [coefficients.offset & _WORD])
+
+    async def write_parity_weights(self, weights: Sequence[int]) -> None:
+        """Write the weights of the parity, one a head; they act at once."""
+        for head, weight in enumerate(weights, start=1):
+            await self.write(f"parity.weight{head}", int(weight))
 
 
 def coefficient_words(coefficients: CoefficientSet) -> list[int]:

@@ -5,6 +5,49 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+FAULT_TABLE = (
+    "## A head that fails",
+    "",
+    "With the generic `FAILOVER` the gateware leaves a failed head out: it loads the prepared set "
+    "without that head, carrier, weights, offsets and",
+    "lanes, and swaps under the ramp ([head_failover](entities/head_failover.md)). All sets of "
+    "four heads and 32 lanes fill one block RAM; loading one",
+    "takes 4 · (4 · 32 + 10) + 4 clocks, 5.6 µs at 100 MHz. The first five rows are benches "
+    "of `tb/core/failover_core_bench.py`, with four lanes and a short turn: no clock",
+    "steps the output by more than 2 counts, which the table's own motion explains, and the mean "
+    "of the three others is right afterwards. Figures are for 2²⁴ counts;",
+    "w is the weight of the head, 0.28 at most at these places; a count is 0.077″.",
+    "",
+    "| Fault of a head | Found by | Within, with the loading | Output error until then |",
+    "|---|---|---|---|",
+    "| illegal step | its decoder | 20 clocks; 6 µs | w · 2 counts: 0.04″ |",
+    "| too fast, or the filter swallows counts | its decoder | 20 clocks; 6 µs | w · 1 count a "
+    "clock |",
+    "| dead: stands while all others move | `missing_edges`, 48 counts | 48 counts and 5.6 µs: 17 "
+    "µs at 90°/s, 5 ms at 0.2°/s; never at standstill | w · 72 counts: 1.5″ at 90°/s |",
+    "| slips by 64 counts or more within 1.1 ms | `step_limit`, 32 counts, against all others | 20 "
+    "clocks after the slip; 6 µs | w · slip |",
+    "| slips by less | its index, or the parity over its limit (alarm only) | one turn | w · 63 "
+    "counts: 1.4″ |",
+    "| slips by up to the `index_tolerance` | not found | – | w · tolerance |",
+    "| a second head fails | its decoder (alarm only); only sets without one head are prepared | – "
+    "| not bounded |",
+    "",
+    "No place of a head is needed to tell a step from a motion of the axis: head k is "
+    "named if the others agree within the limit without it, and",
+    "without no other head. An axis that moves by 0.5 µm changes the difference of two heads on a "
+    "radius of 100 mm by 26.8 counts; the eccentricity adds 3.8 in 1.31 ms at 90°/s. So a limit of "
+    "32",
+    "never names a wrong head, and a slip of 2 · 32 counts is always found; between 32 and 64 it "
+    "depends on the motion. Faster tables and larger motions need a larger limit.",
+    "",
+    "A head comes back after its next index, on request or after `failover.return_after`, under "
+    "the ramp; its index repeats to ± 1 count. A dead head shows no index and stays out.",
+    "The parity Σcᵢ·rᵢ is read with a snapshot; on three heads it does not exist.",
+    "",
+)
+"""The faults of a head, as the benches of the gateware show them."""
+
 
 def heads_page(found: Mapping[str, Any]) -> str:
     """Compose the page in Markdown."""
@@ -66,10 +109,9 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "| A head moves by 100″ between two turns, the axis by 2 µm: the zero is off by | "
             f"{wrong:.0f}″ until the head is found | {zero:.3f}″ after | ≤ 0.05″ |",
             "",
-            "Rows of the gateware (a head that fails, sticks or slips in motion; the revolution in "
-            "half-degree means of all edges) need its build with four",
-            "heads and are not part of this page.",
+            "The revolution in half-degree means of all edges is not part of this page.",
             "",
+            *FAULT_TABLE,
             "## One head missing",
             "",
             "One new turn, evaluated with the weights of all heads and with those that leave one "

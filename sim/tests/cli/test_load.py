@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,8 @@ from sim.tests.firmware.emulator import PATIENCE_S
 from arctrue.cli import main
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.extension import Extension
+from arctrue.gateware.mean_set import MeanSet
 
 COUNTS_PER_REV = 1 << 24
 
@@ -134,3 +137,22 @@ def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:
     done = run(device, path)
     assert done.exit_code == 2
     assert "offset.word is 2048; expected 0" in done.output
+
+
+def test_sets_for_a_missing_head_are_named_as_not_loaded(
+    tmp_path: Path,
+) -> None:
+    """The warning names the heads before anything is sent; here no device answers."""
+    heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
+    without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
+    plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)
+    three = dataclasses.replace(plain, extension=Extension(mean=without))
+    four = dataclasses.replace(plain, extension=Extension(mean=heads, without=(three,)))
+    path = tmp_path / "four.toml"
+    write_coefficient_file(path, four)
+    done = CliRunner().invoke(main, ["load", str(tmp_path / "no_port"), str(path)])
+    assert done.exit_code == 2, done.output
+    assert "the sets without head 3 stay in the file" in done.output
+    write_coefficient_file(path, dataclasses.replace(plain, extension=Extension(mean=heads)))
+    done = CliRunner().invoke(main, ["load", str(tmp_path / "no_port"), str(path)])
+    assert "stay in the file" not in done.output

@@ -662,3 +662,60 @@ def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase:
     running.core.see_index()
     running.step()
     assert running.turn(turn(seed=2))["result"] == "applied"
+
+
+def four_heads() -> Firmware:
+    """The firmware at a core with four heads, which has found its own two indices."""
+    core = ModelCore()
+    core.set("version", 0x000800)
+    core.set("capability", 4 | 1 << 3)
+    core.access.further_capture = core.access.capture
+    found = Firmware(core)
+    found.library.application_start(found.application)
+    core.set("head1.flags", 1)
+    core.set("head2.flags", 1)
+    return found
+
+
+def test_it_waits_for_the_index_of_further_heads() -> None:
+    """A turn in which head 4 has no zero can judge no mean; one that is left out is not awaited."""
+    firmware = four_heads()
+    firmware.core.set("heads_status", 0b0111 << 8)
+    firmware.step(3)
+    assert firmware.phase == "wait_for_index"
+    firmware.core.set("heads_status", 0b1111 << 8)
+    firmware.step()
+    assert firmware.phase == "capture"
+
+    without = four_heads()
+    without.core.set("heads_status", 0b0111 << 8 | 0b1000)
+    without.step(3)
+    assert without.phase == "capture"
+
+
+def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
+    """Once head 1 has made a whole turn, head 1 alone is corrected as with two heads."""
+    firmware = four_heads()
+    firmware.core.set("heads_status", 0b0011 << 8)
+    firmware.step(3)
+    assert firmware.phase == "wait_for_index"
+    firmware.core.words[address("head1.index") + 4] = 1 << 24
+    firmware.step()
+    assert firmware.phase == "capture"
+
+
+def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
+    """0 would look like a perfect mean; a head that the gateware left out is named."""
+    assert running.turn(counts_of(DISC))["active_arcsec"] > 100
+    running.turn(counts_of(DISC))
+    running.core.set("version", 0x000800)
+    running.core.set("capability", 4 | 1 << 3)
+    running.application.core.further_capture = running.core.access.capture
+    running.core.set("heads_status", 0b1111 << 8 | 0b0100)
+    assert running.application.has_active
+    running.application.active.mean.heads = 4
+    told = running.turn(counts_of(DISC))
+    assert told["mean_of_heads"] == 4
+    assert "active_arcsec" not in told
+    assert "candidate_arcsec" not in told
+    assert told["left_out"] == [3]

@@ -78,6 +78,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     # The largest place's error: the calibration's of 1,600 counts of 5″, twice.
     assert mean["mean_off_arcsec"] < 0.5
     assert mean["alarms"] == []
+    assert "active_arcsec" in first
+    assert "active_arcsec" not in mean, "it is of head 1; 0 would look like a perfect mean"
     before, head1_before = device.record()
     assert abs(before.line(BALLS.order)) < LINE_ARCSEC
     assert abs(head1_before.line(BALLS.order)) == pytest.approx(balls_arcsec, abs=LINE_ARCSEC)

@@ -1,0 +1,327 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # head_failover
+--
+-- Leaves a failed head out of the mean, and takes it in again: head_watch finds the head, prepared_sets makes the set without it
+-- active, parity_sum watches what no single head may change. It answers the registers of all three.
+--
+-- **Failure.** While `failover.enable` is set, the active words use all heads and none is left out, the first head that fails has
+-- its set loaded; no other head fails meanwhile, since only sets with one missing head are prepared. With the first
+-- angle of the new set the head is left out and its index forgotten (`rearm_heads`), so that its next index defines its zero anew.
+--
+-- **Return.** A head that is left out comes back after that index, on request (`heads_command.come_back`) or once
+-- `failover.return_after` is over: the set of all heads is loaded. A dead head shows no index and stays out.
+--
+-- **Processor.** `heads_command.take_set` loads any set. A swap of the processor's own words makes `heads_status.set` 7, and no head
+-- is left out then.
+--
+-- **Latency.** From a failure of head_watch to the first angle of the set that of prepared_sets and 3 clocks. 1 clock from `read_enable` to
+-- `read_data`, which is 0 for words of other units in the window; head_registers answers for both.
+--
+-- **Number formats.** Those of the registers; differences s16.4 counts, head 1 in the low bits.
+--
+-- **Reset.** No set is in force, no head left out, every setting 0.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity head_failover is
+  generic (
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;
+    HEADS         : positive range 3 to HEADS_MAX := 4;
+    INTERVAL_BITS : positive range 5 to 20        := 14 -- of head_watch; return_after counts in 2**(INTERVAL_BITS + 3) clocks
+  );
+  port (
+    clock            : in    std_ulogic;
+    reset            : in    std_ulogic;
+    -- Registers of the window of the heads
+    read_enable      : in    std_ulogic;                                                -- pulse
+    write_enable     : in    std_ulogic;                                                -- pulse
+    address          : in    u_unsigned(5 downto 0);                                    -- the word's number in the window
+    write_data       : in    std_ulogic_vector(31 downto 0);                            -- the word
+    read_data        : out   std_ulogic_vector(31 downto 0) := (others => '0');         -- the word
+    take_snapshot    : in    std_ulogic;                                                -- pulse
+    clear            : in    std_ulogic;                                                -- pulse: clears the sticky flag of the parity
+    -- Of the decoders, a bit a head, see head_watch
+    steps            : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
+    steps_up         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
+    illegals         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
+    illegal_counts   : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- lowest bit
+    overspeeds       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
+    overspeed_counts : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- lowest bit
+    swallowed        : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
+    index_errors     : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
+    index_error_counts : in    std_ulogic_vector(HEADS - 1 downto 0);                   -- lowest bit
+    indices_seen     : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level
+    -- Of the mean
+    used             : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level
+    differences      : in    std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4
+    is_settled       : in    std_ulogic;                                                -- level: readings do not jump
+    -- The banks
+    swap_comes       : in    std_ulogic;                                                -- pulse
+    busy             : in    std_ulogic;                                                -- level: a set is being loaded
+    loaded           : in    std_ulogic;                                                -- pulse
+    load             : out   std_ulogic                     := '0';                     -- pulse
+    number           : out   u_unsigned(2 downto 0)         := "000";                   -- of the set
+    -- What follows
+    rearm_heads      : out   std_ulogic_vector(HEADS - 1 downto 0);                     -- level
+    left_out         : out   std_ulogic_vector(HEADS - 1 downto 0) := (others => '0');  -- level
+    parity_beyond    : out   std_ulogic                     := '0';                     -- sticky
+    changed          : out   std_ulogic                     := '0'                      -- pulse: a head was left out, or came back
+  );
+end entity head_failover;
+
+architecture rtl of head_failover is
+
+  constant COMMAND_WORD      : natural  := 33;
+  constant STATUS_WORD       : natural  := 34;
+  constant FAILOVER_WORD     : natural  := 35;
+  constant MISSING_WORD      : natural  := 36;
+  constant PARITY_WORD       : natural  := 40;
+  constant VALUE_WORD        : natural  := 44;
+  constant STEP_LIMIT_WORD   : natural  := 45;
+  constant PARITY_LIMIT_WORD : natural  := 46;
+  constant WRITTEN_BY_HAND   : natural  := 7;
+  constant REARM_CLOCKS      : positive := 8;
+  constant WHOLE_WIDTH       : positive := HEAD_DIFFERENCE_WIDTH - HEAD_OFFSET_FRACTION;
+
+  subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
+
+  signal enabled        : std_ulogic                                                := '0';
+  signal causes_wanted  : std_ulogic_vector(5 downto 0)                             := (others => '0');
+  signal return_after   : u_unsigned(15 downto 0)                                   := (others => '0');
+  signal missing_counts : u_unsigned(7 downto 0)                                    := (others => '0');
+  signal step_limit     : u_unsigned(15 downto 0)                                   := (others => '0');
+  signal parity_limit   : u_unsigned(15 downto 0)                                   := (others => '0');
+  signal weights        : std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0) := (others => '0');
+  signal parity         : u_signed(CORRECTION_WIDTH - 1 downto 0);
+  signal latched        : u_signed(CORRECTION_WIDTH - 1 downto 0)                   := (others => '0');
+  signal beyond         : std_ulogic;
+
+  signal wholes         : std_ulogic_vector(HEADS * WHOLE_WIDTH - 1 downto 0);
+  signal watching       : std_ulogic                     := '0';
+  signal restart        : std_ulogic                     := '1';
+  signal failed         : heads_bits;
+  signal causes         : std_ulogic_vector(5 downto 0);
+  signal last_causes    : std_ulogic_vector(5 downto 0)  := (others => '0');
+  signal set_in_force   : u_unsigned(2 downto 0)         := to_unsigned(WRITTEN_BY_HAND, 3);
+  signal wants_set      : std_ulogic                     := '0';
+  signal wanted_set     : u_unsigned(2 downto 0)         := "000";
+  signal wants_return   : heads_bits                     := (others => '0');
+  signal waited         : u_unsigned(15 downto 0)        := (others => '0');
+  signal tick           : u_unsigned(INTERVAL_BITS + 2 downto 0) := (others => '0');
+  signal rearming       : natural range 0 to REARM_CLOCKS := 0;
+
+begin
+
+  whole_counts : for head in 0 to HEADS - 1 generate
+
+    wholes((head + 1) * WHOLE_WIDTH - 1 downto head * WHOLE_WIDTH)
+    <= differences((head + 1) * HEAD_DIFFERENCE_WIDTH - 1 downto head * HEAD_DIFFERENCE_WIDTH + HEAD_OFFSET_FRACTION);
+
+  end generate whole_counts;
+
+  watch : entity work.head_watch
+    generic map (
+      HEADS         => HEADS,
+      INTERVAL_BITS => INTERVAL_BITS
+    )
+    port map (
+      clock              => clock,
+      reset              => reset,
+      watching           => watching,
+      causes_wanted      => causes_wanted,
+      steps              => steps,
+      steps_up           => steps_up,
+      illegals           => illegals,
+      illegal_counts     => illegal_counts,
+      overspeeds         => overspeeds,
+      overspeed_counts   => overspeed_counts,
+      swallowed          => swallowed,
+      index_errors       => index_errors,
+      index_error_counts => index_error_counts,
+      differences        => wholes,
+      restart            => restart,
+      missing_counts     => missing_counts,
+      step_limit         => step_limit,
+      failed             => failed,
+      causes             => causes
+    );
+
+  sum : entity work.parity_sum
+    generic map (
+      HEADS => HEADS
+    )
+    port map (
+      clock       => clock,
+      differences => differences,
+      weights     => weights,
+      limit       => parity_limit,
+      parity      => parity,
+      beyond      => beyond
+    );
+
+  rearm_heads <= left_out when rearming > 0 else
+                 (others => '0');
+
+  decide : process (clock) is
+
+    variable may_return : std_ulogic;
+
+  begin
+
+    if rising_edge(clock) then
+      load     <= '0';
+      changed  <= '0';
+      watching <= enabled and (and used) and not (or left_out) and not busy and not load and not wants_set;
+      restart  <= not is_settled or not (and indices_seen);
+      tick     <= tick + 1;
+
+      if rearming > 0 then
+        rearming <= rearming - 1;
+      end if;
+      if (and tick) = '1' and (and waited) = '0' then
+        waited <= waited + 1;
+      end if;
+
+      may_return := '1' when (or left_out) = '1' and rearming = 0 and (indices_seen and left_out) = left_out
+                             and ((or (wants_return and left_out)) = '1' or ((or return_after) = '1' and waited >= return_after)) else
+                    '0';
+
+      if busy = '0' and load = '0' then
+        if wants_set = '1' then
+          load      <= '1';
+          number    <= wanted_set;
+          wants_set <= '0';
+        elsif (or failed) = '1' and watching = '1' then
+          load        <= '1';
+          last_causes <= causes;
+
+          for head in HEADS - 1 downto 0 loop
+            if failed(head) = '1' then
+              number <= to_unsigned(head + 1, 3);
+            end if;
+          end loop;
+
+        elsif may_return = '1' then
+          load   <= '1';
+          number <= "000";
+        end if;
+      end if;
+
+      if loaded = '1' then
+        set_in_force <= number;
+        changed      <= '1';
+        waited       <= (others => '0');
+        tick         <= (others => '0');
+        wants_return <= (others => '0');
+        rearming     <= REARM_CLOCKS;
+
+        for head in 0 to HEADS - 1 loop
+          left_out(head) <= '1' when number = head + 1 else '0';
+        end loop;
+
+      elsif swap_comes = '1' then
+        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);
+        left_out     <= (others => '0');
+      end if;
+
+      if write_enable = '1' and address = COMMAND_WORD then
+        wants_return <= wants_return or write_data(HEADS + 7 downto 8);
+        if write_data(7) = '1' and u_unsigned(write_data(6 downto 4)) <= HEADS then
+          wants_set  <= '1';
+          wanted_set <= u_unsigned(write_data(6 downto 4));
+        end if;
+      end if;
+
+      if reset = '1' then
+        load         <= '0';
+        watching     <= '0';
+        restart      <= '1';
+        changed      <= '0';
+        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);
+        left_out     <= (others => '0');
+        last_causes  <= (others => '0');
+        wants_set    <= '0';
+        wants_return <= (others => '0');
+        waited       <= (others => '0');
+        rearming     <= 0;
+      end if;
+    end if;
+
+  end process decide;
+
+  registers : process (clock) is
+
+    variable chosen : std_ulogic_vector(31 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      chosen := (others => '0');
+      if address = STATUS_WORD then
+        chosen(HEADS - 1 downto 0) := left_out;
+        chosen(6 downto 4)         := std_ulogic_vector(set_in_force);
+        chosen(13)                 := busy;
+        chosen(14)                 := parity_beyond;
+        chosen(21 downto 16)       := last_causes;
+      elsif address = FAILOVER_WORD then
+        chosen := std_ulogic_vector(return_after) & "000000" & causes_wanted & "000" & enabled;
+      elsif address = MISSING_WORD then
+        chosen(7 downto 0) := std_ulogic_vector(missing_counts);
+      elsif address = VALUE_WORD then
+        chosen := std_ulogic_vector(resize(latched, 32));
+      elsif address = STEP_LIMIT_WORD then
+        chosen(15 downto 0) := std_ulogic_vector(step_limit);
+      elsif address = PARITY_LIMIT_WORD then
+        chosen(15 downto 0) := std_ulogic_vector(parity_limit);
+      end if;
+
+      for head in 0 to HEADS - 1 loop
+        if address = PARITY_WORD + head then
+          chosen := std_ulogic_vector(resize(u_signed(
+            weights((head + 1) * HEAD_WEIGHT_WIDTH - 1 downto head * HEAD_WEIGHT_WIDTH)
+          ), 32));
+          if write_enable = '1' then
+            weights((head + 1) * HEAD_WEIGHT_WIDTH - 1 downto head * HEAD_WEIGHT_WIDTH) <= write_data(HEAD_WEIGHT_WIDTH - 1 downto 0);
+          end if;
+        end if;
+      end loop;
+
+      read_data <= chosen and (31 downto 0 => read_enable);
+
+      parity_beyond <= (parity_beyond and not clear) or (beyond and is_settled and (and indices_seen) and not (or left_out));
+      if take_snapshot = '1' then
+        latched <= parity;
+      end if;
+
+      if write_enable = '1' and address = FAILOVER_WORD then
+        enabled       <= write_data(0);
+        causes_wanted <= write_data(9 downto 4);
+        return_after  <= u_unsigned(write_data(31 downto 16));
+      elsif write_enable = '1' and address = MISSING_WORD then
+        missing_counts <= u_unsigned(write_data(7 downto 0));
+      elsif write_enable = '1' and address = STEP_LIMIT_WORD then
+        step_limit <= u_unsigned(write_data(15 downto 0));
+      elsif write_enable = '1' and address = PARITY_LIMIT_WORD then
+        parity_limit <= u_unsigned(write_data(15 downto 0));
+      end if;
+
+      if reset = '1' then
+        enabled        <= '0';
+        causes_wanted  <= (others => '0');
+        return_after   <= (others => '0');
+        missing_counts <= (others => '0');
+        step_limit     <= (others => '0');
+        parity_limit   <= (others => '0');
+        weights        <= (others => '0');
+        parity_beyond  <= '0';
+      end if;
+    end if;
+
+  end process registers;
+
+end architecture rtl;

@@ -1,0 +1,319 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # head_watch
+--
+-- Finds the head that has failed, while the mean uses all of them: by a fault that its decoder reports, by edges that are
+-- missing, or by a step of its reading that no other head shows.
+--
+-- **Faults of a decoder.** A head fails with the clock in which its flag `illegal`, `overspeed`, `swallowed` or `index_error`
+-- rises or its counter increments; the lowest bit of the counter shows that. A counter that is full shows no more:
+-- clear it. Flags from before `watching` do not count.
+--
+-- **Missing edges.** Since its last edge every other head has moved by `missing_counts` counts or more, up and down taken
+-- together: the head is dead. No head is found dead while the table stands. 0 turns this off.
+--
+-- **Step.** Each reading less that of the carrier is compared with the one 7 to 8 intervals of 2**INTERVAL_BITS clocks
+-- earlier (1.15 to 1.31 ms at 100 MHz). Head k has stepped if the changes of all others agree within less than `step_limit`
+-- counts, and this is so for no other choice of k. A motion of the axis that changes no difference of two heads by
+-- step_limit counts in that time is never taken for a step, nor does it make the entity name a wrong head; a step of
+-- one head by 2 * step_limit counts is then always found, whatever the others do within that limit: without head k they agree,
+-- and with it they differ by more than step_limit. 0 turns this off. A step of two heads names neither.
+--
+-- **Restart.** While `restart` is high, and for 16 clocks, no step is looked for; then the comparison begins anew with
+-- the readings of that clock. Hold it high where readings jump without a fault: another set of words, a moved zero.
+--
+-- **Latency.** A fault of a decoder: 2 clocks to `failed`. Missing edges: 3 clocks after the last of the counted steps. A step:
+-- at most 20 clocks.
+--
+-- **Number formats.** differences s16.0 counts, head 1 in the low bits; missing_counts u8.0 counts; step_limit u16.0 counts.
+-- `failed` has a bit a head, `causes` those of the register `failover`: illegal, overspeed, swallowed, missing_edges,
+-- step, index, from bit 0 on. Both are high for one clock.
+--
+-- **Reset** forgets the readings and what was counted.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity head_watch is
+  generic (
+    HEADS         : positive range 3 to HEADS_MAX := 4;
+    INTERVAL_BITS : positive range 5 to 20        := 14 -- the readings are stored every 2**INTERVAL_BITS clocks
+  );
+  port (
+    clock          : in    std_ulogic;
+    reset          : in    std_ulogic;
+    watching       : in    std_ulogic;                                                -- level: all heads are in the mean
+    causes_wanted  : in    std_ulogic_vector(5 downto 0);                             -- a bit a cause
+    -- Of the decoders, a bit a head
+    steps          : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe: a count
+    steps_up       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe: upwards
+    illegals       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
+    illegal_counts : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- lowest bit of the counter
+    overspeeds     : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
+    overspeed_counts : in    std_ulogic_vector(HEADS - 1 downto 0);                   -- lowest bit of the counter
+    swallowed      : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
+    index_errors   : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
+    index_error_counts : in    std_ulogic_vector(HEADS - 1 downto 0);                 -- lowest bit of the counter
+    -- Of the mean
+    differences    : in    std_ulogic_vector(HEADS * (HEAD_DIFFERENCE_WIDTH - HEAD_OFFSET_FRACTION) - 1 downto 0); -- counts, s16.0
+    restart        : in    std_ulogic;                                                -- level: readings jump
+    -- Settings
+    missing_counts : in    u_unsigned(7 downto 0);                                    -- counts, 0: off
+    step_limit     : in    u_unsigned(15 downto 0);                                   -- counts, 0: off
+    failed         : out   std_ulogic_vector(HEADS - 1 downto 0) := (others => '0');  -- pulse, a bit a head
+    causes         : out   std_ulogic_vector(5 downto 0)         := (others => '0')   -- pulse, a bit a cause
+  );
+end entity head_watch;
+
+architecture rtl of head_watch is
+
+  constant READING_WIDTH : positive := HEAD_DIFFERENCE_WIDTH - HEAD_OFFSET_FRACTION;
+  constant MOVED_WIDTH   : positive := READING_WIDTH + 2;
+  constant SETTLE_CLOCKS : positive := 16;
+  constant RING          : positive := 8;
+  constant AHEAD_MOST    : positive := 255;
+  constant PAIRS         : positive := HEADS * (HEADS - 1) / 2;
+
+  subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
+
+  subtype moved_count is u_signed(MOVED_WIDTH - 1 downto 0);
+
+  type moved_counts is array (0 to HEADS - 1) of moved_count;
+
+  type stored_readings is array (0 to RING - 1) of std_ulogic_vector(HEADS * READING_WIDTH - 1 downto 0);
+
+  type pair is record
+    first  : natural range 0 to HEADS - 1;
+    second : natural range 0 to HEADS - 1;
+  end record pair;
+
+  type pairs_of_heads is array (0 to PAIRS - 1) of pair;
+
+  function every_pair return pairs_of_heads is
+
+    variable result : pairs_of_heads;
+    variable place  : natural := 0;
+
+  begin
+
+    for first in 0 to HEADS - 2 loop
+
+      for second in first + 1 to HEADS - 1 loop
+        result(place) := (first => first, second => second);
+        place         := place + 1;
+      end loop;
+
+    end loop;
+
+    return result;
+
+  end function every_pair;
+
+  constant PAIR_LIST : pairs_of_heads := every_pair;
+
+  signal dead    : heads_bits := (others => '0');
+  signal stepped : heads_bits := (others => '0');
+  signal faulty  : heads_bits := (others => '0');
+  signal faults  : std_ulogic_vector(5 downto 0) := (others => '0');
+
+begin
+
+  decoders : process (clock) is
+
+    type heads_bits_of_causes is array (0 to 3) of heads_bits;
+
+    -- Flags and lowest bits of their counters, a clock ago
+    variable flags_before  : heads_bits_of_causes := (others => (others => '0'));
+    variable counts_before : heads_bits_of_causes := (others => (others => '0'));
+
+    variable flags         : heads_bits_of_causes;
+    variable counts        : heads_bits_of_causes;
+    variable new_faults    : heads_bits_of_causes;
+
+  begin
+
+    if rising_edge(clock) then
+      flags  := (illegals, overspeeds, swallowed, index_errors);
+      counts := (illegal_counts, overspeed_counts, (others => '0'), index_error_counts);
+
+      for cause in flags'range loop
+        new_faults(cause) := flags(cause) and (not flags_before(cause) or (counts(cause) xor counts_before(cause)));
+      end loop;
+
+      faulty <= (new_faults(0) and (faulty'range => causes_wanted(0)))
+                or (new_faults(1) and (faulty'range => causes_wanted(1)))
+                or (new_faults(2) and (faulty'range => causes_wanted(2)))
+                or (new_faults(3) and (faulty'range => causes_wanted(5)));
+      faults <= ((or new_faults(3)) & "00" & (or new_faults(2)) & (or new_faults(1)) & (or new_faults(0))) and causes_wanted;
+
+      flags_before  := flags;
+      counts_before := counts;
+      if watching = '0' then
+        faulty <= (others => '0');
+        faults <= (others => '0');
+      end if;
+    end if;
+
+  end process decoders;
+
+  missing_edges : process (clock) is
+
+    subtype way is integer range -AHEAD_MOST to AHEAD_MOST;
+
+    type ways is array (0 to HEADS - 1) of way;
+
+    type ways_of_heads is array (0 to HEADS - 1) of ways;
+
+    -- ahead(i)(j): counts that head j has moved since the last edge of head i
+    variable ahead   : ways_of_heads := (others => (others => 0));
+    variable reached : heads_bits;
+
+  begin
+
+    if rising_edge(clock) then
+      dead <= (others => '0');
+
+      for head in 0 to HEADS - 1 loop
+        reached := (others => '0');
+
+        for other in 0 to HEADS - 1 loop
+          reached(other) := '1' when other = head or ahead(head)(other) >= to_integer(missing_counts)
+                                     or -ahead(head)(other) >= to_integer(missing_counts) else '0';
+          if steps(head) = '1' or watching = '0' then
+            ahead(head)(other) := 0;
+          elsif steps(other) = '1' and steps_up(other) = '1' then
+            if ahead(head)(other) /= AHEAD_MOST then
+              ahead(head)(other) := ahead(head)(other) + 1;
+            end if;
+          elsif steps(other) = '1' then
+            if ahead(head)(other) /= -AHEAD_MOST then
+              ahead(head)(other) := ahead(head)(other) - 1;
+            end if;
+          end if;
+        end loop;
+
+        dead(head) <= (and reached) and causes_wanted(3) and watching and (or missing_counts);
+      end loop;
+
+      if reset = '1' then
+        ahead := (others => (others => 0));
+        dead  <= (others => '0');
+      end if;
+    end if;
+
+  end process missing_edges;
+
+  steps_of_readings : process (clock) is
+
+    variable stored      : stored_readings                    := (others => (others => '0'));
+    variable place       : u_unsigned(2 downto 0)             := "000";
+    variable is_full     : std_ulogic                         := '0';
+    variable is_begun    : std_ulogic                         := '0';
+    variable elapsed     : u_unsigned(INTERVAL_BITS - 1 downto 0) := (others => '0');
+    variable settling    : natural range 0 to SETTLE_CLOCKS   := SETTLE_CLOCKS;
+    -- Comparison: clock in it, changes of the readings, and without which heads all others agree
+    variable phase       : natural range 0 to PAIRS + 1       := 0;
+    variable moved       : moved_counts                       := (others => (others => '0'));
+    variable agree       : heads_bits                         := (others => '0');
+
+    variable oldest      : std_ulogic_vector(differences'range);
+    variable apart       : moved_count;
+    variable is_apart    : boolean;
+    variable alone       : heads_bits;
+
+  begin
+
+    if rising_edge(clock) then
+      stepped <= (others => '0');
+      oldest  := stored(to_integer(place)) when is_full = '1' else
+                 stored(0);
+
+      if phase = 0 then
+        agree := (others => '1');
+
+        for head in 0 to HEADS - 1 loop
+          moved(head) := resize(u_signed(differences((head + 1) * READING_WIDTH - 1 downto head * READING_WIDTH)), MOVED_WIDTH)
+                         - resize(u_signed(oldest((head + 1) * READING_WIDTH - 1 downto head * READING_WIDTH)), MOVED_WIDTH);
+        end loop;
+
+        phase := 1 when is_begun = '1' else 0;
+      elsif phase <= PAIRS then
+        is_apart := false;
+
+        for number in PAIR_LIST'range loop
+          if phase = number + 1 then
+            apart    := moved(PAIR_LIST(number).first) - moved(PAIR_LIST(number).second);
+            is_apart := abs (apart) >= signed('0' & step_limit);
+          end if;
+        end loop;
+
+        for head in 0 to HEADS - 1 loop
+
+          for number in PAIR_LIST'range loop
+            if is_apart and phase = number + 1 and head /= PAIR_LIST(number).first and head /= PAIR_LIST(number).second then
+              agree(head) := '0';
+            end if;
+          end loop;
+
+        end loop;
+
+        phase := phase + 1;
+      else
+
+        -- One bit alone.
+        for head in 0 to HEADS - 1 loop
+          alone       := (others => '0');
+          alone(head) := '1';
+          if agree = alone and causes_wanted(4) = '1' and (or step_limit) = '1' then
+            stepped(head) <= '1';
+          end if;
+        end loop;
+
+        phase := 0;
+      end if;
+
+      -- Store the readings: the first of a new beginning, then one an interval.
+      if settling = 1 or (is_begun = '1' and (and elapsed) = '1') then
+        stored(to_integer(place)) := differences;
+        is_full  := is_full or (and place);
+        place    := place + 1;
+        is_begun := '1';
+      end if;
+      elapsed := elapsed + 1;
+
+      if settling > 0 then
+        settling := settling - 1;
+      end if;
+      if restart = '1' or watching = '0' or reset = '1' then
+        settling := SETTLE_CLOCKS;
+        place    := "000";
+        is_full  := '0';
+        is_begun := '0';
+        elapsed  := (others => '0');
+        phase    := 0;
+        stepped  <= (others => '0');
+      end if;
+    end if;
+
+  end process steps_of_readings;
+
+  report_head : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      failed    <= faulty or dead or stepped;
+      causes    <= faults;
+      causes(3) <= or dead;
+      causes(4) <= or stepped;
+      if watching = '0' or reset = '1' then
+        failed <= (others => '0');
+        causes <= (others => '0');
+      end if;
+    end if;
+
+  end process report_head;
+
+end architecture rtl;

@@ -1,0 +1,88 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # parity_sum
+--
+-- The parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads: neither the angle of
+-- the table nor a translation of the axis is in it, but every error of a single head. Since Σ cᵢ = 0 it is
+-- the same sum of the differences to the carrier, which the mean has anyway. One multiplier serves all heads in turn.
+--
+-- **Latency.** 7 clocks from `differences` to `parity`, which is renewed every 8 clocks; its readings are all of one clock.
+--
+-- **Number formats.** differences s16.4 counts, weights s1.16, parity s19.11 counts, rounded down; limit u16.0 counts, 0
+-- turns it off. `beyond` is high while the magnitude of the parity is `limit` or more.
+--
+-- **Reset.** None: the parity follows its readings.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity parity_sum is
+  generic (
+    HEADS : positive range 3 to HEADS_MAX := 4
+  );
+  port (
+    clock       : in    std_ulogic;
+    differences : in    std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, head 1 in the low bits
+    weights     : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);     -- s1.16
+    limit       : in    u_unsigned(15 downto 0);                                       -- counts, 0: off
+    parity      : out   u_signed(CORRECTION_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.11
+    beyond      : out   std_ulogic                              := '0'                 -- level
+  );
+end entity parity_sum;
+
+architecture rtl of parity_sum is
+
+  constant ROUNDED : positive := MEAN_TERM_FRACTION - CORRECTION_FRACTION;
+
+begin
+
+  one_after_the_other : process (clock) is
+
+    variable turn      : u_unsigned(2 downto 0)                                              := "000";
+    variable held      : std_ulogic_vector(differences'range)                                := (others => '0');
+    -- Registers; the number is the clock after that of their head in which they hold.
+    variable factor_1  : u_signed(HEAD_DIFFERENCE_WIDTH - 1 downto 0)                        := (others => '0');
+    variable weight_1  : u_signed(HEAD_WEIGHT_WIDTH - 1 downto 0)                            := (others => '0');
+    variable product_2 : u_signed(HEAD_DIFFERENCE_WIDTH + HEAD_WEIGHT_WIDTH - 1 downto 0)    := (others => '0');
+    variable sum_3     : u_signed(MEAN_TERM_WIDTH - 1 downto 0)                              := (others => '0');
+    variable head      : natural range 0 to 7;
+
+  begin
+
+    if rising_edge(clock) then
+      beyond <= (or limit) and (abs (resize(shift_right(parity, CORRECTION_FRACTION), CORRECTION_WIDTH)) ?>= signed('0' & limit));
+
+      -- Head h is taken in turn h, its product added in turn h + 2.
+      head := to_integer(turn);
+      if head = HEADS + 2 then
+        parity <= resize(shift_right(sum_3, ROUNDED), parity'length);
+      end if;
+      if head = 2 then
+        sum_3 := resize(product_2, sum_3'length);
+      else
+        sum_3 := sum_3 + resize(product_2, sum_3'length);
+      end if;
+      product_2 := factor_1 * weight_1;
+
+      factor_1 := (others => '0');
+      weight_1 := (others => '0');
+      if head = 0 then
+        held := differences;
+      end if;
+
+      for number in 0 to HEADS - 1 loop
+        if head = number then
+          factor_1 := u_signed(held((number + 1) * HEAD_DIFFERENCE_WIDTH - 1 downto number * HEAD_DIFFERENCE_WIDTH));
+          weight_1 := u_signed(weights((number + 1) * HEAD_WEIGHT_WIDTH - 1 downto number * HEAD_WEIGHT_WIDTH));
+        end if;
+      end loop;
+
+      turn := turn + 1;
+    end if;
+
+  end process one_after_the_other;
+
+end architecture rtl;

@@ -1,0 +1,301 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # prepared_sets
+--
+-- Stores complete sets of words, one for all heads and one for each missing head: those of the lanes, of the mean, and the
+-- coefficient offset. On request it writes one set into the idle bank, word by word, and swaps: the output changes over
+-- under the ramp, in the clock in which everything else of a bank changes. All sets of four heads and 32 lanes fill one block
+-- RAM of 36 Kbit.
+--
+-- **Words.** `access_word` is a word of a set as the register map lays it out, in units of 4 bytes: lane * 4 + word, and 512 + place in
+-- `mean`, of which place 15 is the coefficient offset. One word is accessed at a time; a word that is not stored reads as 0.
+--
+-- **Processor.** Its writes to the idle bank pass through here, since both write the same bank: while a set is being loaded
+-- they wait, then they are carried out. A `swap` of the processor in that time is the swap of the set: the words that it
+-- had written before are overwritten, and no mixture of words becomes active.
+--
+-- **Latency.** From `load` to `swap_out` 4 * (4 * LANES + 10) + 4 clocks at most, once no write of the processor is under way and
+-- coefficient_memory is not filling its idle bank: 5.6 µs with 32 lanes at 100 MHz. `loaded` comes with `swap_comes`.
+-- 2 clocks from an access to its answer while nothing is loaded.
+--
+-- **Number formats.** Those of the registers. There is no arithmetic.
+--
+-- **Reset** stops loading and drops writes that wait. It keeps the sets.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity prepared_sets is
+  generic (
+    LANES : positive range 1 to LANES_MAX := LANES_DEFAULT;
+    HEADS : positive range 3 to HEADS_MAX := 4
+  );
+  port (
+    clock             : in    std_ulogic;
+    reset             : in    std_ulogic;
+    -- The stored words; address and data stand until the answer
+    access_read       : in    std_ulogic;                     -- pulse
+    access_write      : in    std_ulogic;                     -- pulse
+    access_set        : in    u_unsigned(2 downto 0);         -- 0: all heads, k: head k is missing
+    access_word       : in    u_unsigned(9 downto 0);         -- the word in the set
+    access_data       : in    std_ulogic_vector(31 downto 0); -- to be written
+    access_done       : out   std_ulogic := '0';              -- pulse
+    access_answer     : out   std_ulogic_vector(31 downto 0); -- the word that was read
+    -- What the processor wants of the idle bank; address and data stand until `acknowledge`
+    write_lane        : in    std_ulogic;                     -- pulse
+    write_offset      : in    std_ulogic;                     -- pulse
+    write_mean        : in    std_ulogic;                     -- pulse
+    write_address     : in    u_unsigned(7 downto 0);         -- lane * 4 + word, or the place in the mean
+    write_data        : in    std_ulogic_vector(31 downto 0); -- the word
+    acknowledge_lane  : out   std_ulogic;                     -- pulse: written, a lane's word or the offset
+    acknowledge_mean  : out   std_ulogic;                     -- pulse: written
+    swap              : in    std_ulogic;                     -- pulse
+    -- Which set is loaded
+    load              : in    std_ulogic;                     -- pulse: load set `number` and swap; ignored while busy
+    number            : in    u_unsigned(2 downto 0);         -- of the set
+    busy              : out   std_ulogic;                     -- level: from the clock after `load` until `loaded`
+    loaded            : out   std_ulogic;                     -- pulse: the next angle is the first of the set
+    -- To the banks
+    lane_out          : out   std_ulogic := '0';              -- pulse
+    offset_out        : out   std_ulogic := '0';              -- pulse
+    mean_out          : out   std_ulogic := '0';              -- pulse
+    address_out       : out   u_unsigned(7 downto 0) := (others => '0');
+    data_out          : out   std_ulogic_vector(31 downto 0) := (others => '0');
+    acknowledged      : in    std_ulogic;                     -- pulse: written, whatever it was
+    swap_out          : out   std_ulogic;                     -- pulse
+    swap_comes        : in    std_ulogic                      -- the next angle is the first of the new bank
+  );
+end entity prepared_sets;
+
+architecture rtl of prepared_sets is
+
+  constant LANE_WORDS   : positive := 4 * LANES;
+  constant MEAN_WORDS   : positive := 16;
+  constant SET_WORDS    : positive := LANE_WORDS + MEAN_WORDS;
+  constant STORED_WORDS : positive := (HEADS + 1) * SET_WORDS;
+  constant OFFSET_PLACE : natural  := SET_WORDS - 1;
+  -- The words of the mean end with its choice; between that and the offset nothing is stored.
+  constant LAST_OF_MEAN : natural  := LANE_WORDS + 2 * HEADS_MAX;
+
+  subtype word is std_ulogic_vector(31 downto 0);
+
+  type words is array (0 to STORED_WORDS - 1) of word;
+
+  type stage is (IDLE, FETCH, HAND_OVER, WRITTEN, ASK_SWAP, WAIT_FOR_SWAP);
+
+  type kind is (NOTHING, OF_LANE, OF_OFFSET, OF_MEAN);
+
+  -- Where the words of a set begin.
+  function first_word (set : u_unsigned(2 downto 0)) return natural is
+  begin
+
+    for place in 1 to HEADS loop
+      if set = place then
+        return place * SET_WORDS;
+      end if;
+    end loop;
+
+    return 0;
+
+  end function first_word;
+
+  signal stored     : words := (others => (others => '0'));
+  signal ram_place  : natural range 0 to STORED_WORDS - 1;
+  signal ram_word   : word := (others => '0');
+  signal ram_writes : std_ulogic;
+
+  signal now        : stage := IDLE;
+  signal base       : natural range 0 to STORED_WORDS - 1 := 0;
+  signal place      : natural range 0 to SET_WORDS - 1    := 0;
+  signal waiting    : kind := NOTHING;
+  signal in_flight  : kind := NOTHING;
+  signal own_write  : std_ulogic := '0';
+  signal asked      : std_ulogic := '0';
+  signal writes     : std_ulogic := '0';
+  signal is_read    : std_ulogic := '0';
+  signal exists     : std_ulogic;
+  signal is_stored  : std_ulogic := '0';
+
+begin
+
+  busy     <= '0' when now = IDLE else
+ '1';
+  swap_out <= '1' when now = ASK_SWAP else
+              swap when now = IDLE else
+              '0';
+  loaded   <= swap_comes when now = ASK_SWAP or now = WAIT_FOR_SWAP else
+ '0';
+
+  acknowledge_lane <= acknowledged when (in_flight = OF_LANE or in_flight = OF_OFFSET) and own_write = '0' else
+ '0';
+  acknowledge_mean <= acknowledged when in_flight = OF_MEAN and own_write = '0' else
+ '0';
+
+  exists <= '1' when (access_word(9) = '0' and access_word < LANE_WORDS)
+                     or (access_word(9) = '1' and access_word(8 downto 0) < MEAN_WORDS) else
+ '0';
+
+  -- One port: of the set that is loaded, else of the access.
+  choose_word : process (all) is
+  begin
+
+    ram_place <= base + place;
+    if now = IDLE then
+      ram_place <= 0;
+      if exists = '1' and access_word(9) = '1' then
+        ram_place <= first_word(access_set) + LANE_WORDS + to_integer(access_word(3 downto 0));
+      elsif exists = '1' then
+        ram_place <= first_word(access_set) + to_integer(access_word(7 downto 0));
+      end if;
+    end if;
+
+  end process choose_word;
+
+  ram_writes <= asked and writes and exists when now = IDLE else
+ '0';
+
+  memory : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      ram_word <= stored(ram_place);
+      if ram_writes = '1' then
+        stored(ram_place) <= access_data;
+      end if;
+    end if;
+
+  end process memory;
+
+  -- An access waits while a set is loaded.
+  answer : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      access_done <= '0';
+      is_read     <= '0';
+      if asked = '1' and now = IDLE then
+        asked       <= '0';
+        access_done <= '1';
+        is_read     <= not writes and exists;
+      end if;
+      if access_read = '1' or access_write = '1' then
+        asked  <= '1';
+        writes <= access_write;
+      end if;
+      if reset = '1' then
+        asked       <= '0';
+        access_done <= '0';
+      end if;
+    end if;
+
+  end process answer;
+
+  access_answer <= ram_word when is_read = '1' else
+                   (others => '0');
+
+  write_bank : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      lane_out   <= '0';
+      offset_out <= '0';
+      mean_out   <= '0';
+
+      if acknowledged = '1' then
+        in_flight <= NOTHING;
+      end if;
+
+      case now is
+
+        when IDLE =>
+
+          if load = '1' then
+            now   <= FETCH;
+            base  <= first_word(number);
+            place <= 0;
+          elsif waiting /= NOTHING and in_flight = NOTHING then
+            lane_out    <= '1' when waiting = OF_LANE else '0';
+            offset_out  <= '1' when waiting = OF_OFFSET else '0';
+            mean_out    <= '1' when waiting = OF_MEAN else '0';
+            address_out <= write_address;
+            data_out    <= write_data;
+            in_flight   <= waiting;
+            own_write   <= '0';
+            waiting     <= NOTHING;
+          end if;
+
+        when FETCH =>
+
+          -- The memory's register takes the word; a write of the processor that is under way ends.
+          if in_flight = NOTHING then
+            now <= HAND_OVER;
+          end if;
+
+        when HAND_OVER =>
+
+          if in_flight = NOTHING or acknowledged = '1' then
+            own_write   <= '1';
+            address_out <= to_unsigned(place, 8) when place < LANE_WORDS else to_unsigned(place - LANE_WORDS, 8);
+            data_out    <= ram_word;
+            if place = OFFSET_PLACE then
+              now        <= WRITTEN;
+              offset_out <= '1';
+              in_flight  <= OF_OFFSET;
+            elsif place >= LANE_WORDS then
+              mean_out  <= '1';
+              in_flight <= OF_MEAN;
+            else
+              lane_out  <= '1';
+              in_flight <= OF_LANE;
+            end if;
+            if place = LAST_OF_MEAN then
+              place <= OFFSET_PLACE;
+            elsif place /= OFFSET_PLACE then
+              place <= place + 1;
+            end if;
+          end if;
+
+        when WRITTEN =>
+
+          if acknowledged = '1' then
+            now <= ASK_SWAP;
+          end if;
+
+        when ASK_SWAP =>
+
+          now <= IDLE when swap_comes = '1' else
+                 WAIT_FOR_SWAP;
+
+        when WAIT_FOR_SWAP =>
+
+          if swap_comes = '1' then
+            now <= IDLE;
+          end if;
+
+      end case;
+
+      if write_lane = '1' then
+        waiting <= OF_LANE;
+      elsif write_offset = '1' then
+        waiting <= OF_OFFSET;
+      elsif write_mean = '1' then
+        waiting <= OF_MEAN;
+      end if;
+
+      if reset = '1' then
+        now        <= IDLE;
+        waiting    <= NOTHING;
+        in_flight  <= NOTHING;
+        own_write  <= '0';
+        lane_out   <= '0';
+        offset_out <= '0';
+        mean_out   <= '0';
+      end if;
+    end if;
+
+  end process write_bank;
+
+end architecture rtl;

@@ -1,0 +1,109 @@
+"""Model of the entity ``head_watch``: which head has failed, clock by clock."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+SETTLE_CLOCKS: Final = 16
+"""Without a search for steps after readings jumped."""
+STORED: Final = 8
+"""Stored readings: a step is compared over 7 to 8 intervals."""
+MISSING_MOST: Final = 255
+STEP_COUNTS: Final = 32
+"""Step limit for heads on a radius of 100 mm at 2²⁴ counts: an axis that moves by 0.5 µm changes a
+reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, a difference of two by 26.8; eccentricity of 142″
+adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s; and rounding 1."""
+MISSING_COUNTS: Final = 48
+"""More than such differences, and 11.5 µs at 90°/s (4.19 million counts a second)."""
+
+
+class Cause(IntEnum):
+    """Bits of ``causes``, in the order of the register ``failover``."""
+
+    ILLEGAL = 0
+    OVERSPEED = 1
+    SWALLOWED = 2
+    MISSING_EDGES = 3
+    STEP = 4
+    INDEX = 5
+
+
+def stepped_head(moved: NDArray[np.int64], limit: int) -> int | None:
+    """Find the head (from 0 on) without which all others moved alike.
+
+    ``moved`` (heads,): changes of the readings against any common one. None where no head, or more
+    than one, may be left out for the others to agree within less than ``limit`` counts.
+    """
+    candidates = [
+        head
+        for head in range(len(moved))
+        if all(
+            abs(int(moved[first] - moved[second])) < limit
+            for first, second in itertools.combinations(range(len(moved)), 2)
+            if head not in (first, second)
+        )
+    ]
+    return candidates[0] if limit and len(candidates) == 1 else None
+
+
+@dataclass
+class StepSearch:
+    """The comparison of readings with those of 7 to 8 intervals earlier; one call a clock."""
+
+    heads: int
+    interval_bits: int = 14
+    stored: list[NDArray[np.int64]] = field(default_factory=list)
+    elapsed: int = 0
+    settling: int = SETTLE_CLOCKS
+    phase: int = 0
+    moved: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def clock(self, differences: NDArray[np.int64], limit: int, *, restart: bool) -> int | None:
+        """Give the head that ``stepped`` shows after this clock."""
+        found = None
+        pairs = self.heads * (self.heads - 1) // 2
+        begun = bool(self.stored)
+        if self.phase == 0:
+            if begun:
+                self.moved = differences - self.stored[0]
+                self.phase = 1
+        elif self.phase <= pairs:
+            self.phase += 1
+        else:
+            found = stepped_head(self.moved, limit)
+            self.phase = 0
+        if self.settling == 1 or (begun and self.elapsed == (1 << self.interval_bits) - 1):
+            self.stored = [*self.stored, differences.copy()][-STORED:]
+        self.elapsed = (self.elapsed + 1) % (1 << self.interval_bits)
+        self.settling = max(self.settling - 1, 0)
+        if restart:
+            self.stored, self.settling, self.elapsed, self.phase = [], SETTLE_CLOCKS, 0, 0
+            return None
+        return found
+
+
+@dataclass
+class MissingEdges:
+    """Counts that every head has moved since the last edge of each; one call a clock."""
+
+    heads: int
+    ahead: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
+
+    def __post_init__(self) -> None:
+        """Begin with no motion."""
+        self.ahead = np.zeros((self.heads, self.heads), dtype=np.int64)
+
+    def clock(self, steps: NDArray[np.int64], limit: int, *, watching: bool) -> NDArray[np.bool_]:
+        """Give the heads that ``dead`` shows after this clock; ``steps`` of -1, 0 or 1 (heads,)."""
+        reached = (np.abs(self.ahead) >= limit) | np.eye(self.heads, dtype=bool)
+        looks = watching and limit > 0
+        dead: NDArray[np.bool_] = np.logical_and(reached.all(axis=1), looks)
+        self.ahead = np.clip(self.ahead + steps, -MISSING_MOST, MISSING_MOST)
+        self.ahead[(steps != 0) | (not watching)] = 0
+        return dead

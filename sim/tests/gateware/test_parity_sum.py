@@ -1,0 +1,49 @@
+"""Weights of the parity, and the head that a step is ascribed to, by their definitions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.gateware.head_watch import STEP_COUNTS, stepped_head
+from arctrue.gateware.mean_set import WEIGHT_ONE
+from arctrue.gateware.parity_sum import PARITY_LSB_COUNTS, parity_sum, parity_weights
+
+PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
+
+
+def test_parity_holds_no_motion() -> None:
+    """Of table or axis: what remains of 2 µm (54 counts) is the rounding of weights and counts."""
+    weights = parity_weights(PLACES)
+    assert weights.sum() == 0
+    assert np.abs(weights).max() <= WEIGHT_ONE
+    rng = np.random.default_rng(1)
+    x, y = rng.normal(0.0, 54.0, (2, 500, 1))
+    readings = np.rint(16.0 * (x * np.cos(PLACES) + y * np.sin(PLACES)))
+    counts = parity_sum(readings - readings[:, [0]], weights) * PARITY_LSB_COUNTS
+    rounding = np.abs(weights).sum() / WEIGHT_ONE * 0.5 / 16.0
+    assert np.abs(counts).max() <= rounding + 4 * 4 * 54.0 * 0.5 / WEIGHT_ONE + PARITY_LSB_COUNTS
+    assert np.abs(counts).max() > 0
+
+
+def test_three_heads_have_no_parity() -> None:
+    with pytest.raises(ValueError, match="three have no parity"):
+        parity_weights(PLACES[:3])
+
+
+def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
+    """Over random directions of the motion: 13.4 counts of a reading, 3.8 of eccentricity."""
+    rng = np.random.default_rng(2)
+    for _ in range(2000):
+        way = rng.uniform(0.0, 2.0 * np.pi)
+        moved = 13.4 * np.cos(PLACES - way)
+        moved += 1.9 * np.cos(PLACES - rng.uniform(0.0, 2.0 * np.pi))
+        rounded = np.rint(moved).astype(np.int64)
+        assert stepped_head(rounded, STEP_COUNTS) is None
+        head = int(rng.integers(0, 4))
+        rounded[head] += int(rng.choice([-1, 1])) * (2 * STEP_COUNTS + int(rng.integers(0, 4000)))
+        assert stepped_head(rounded, STEP_COUNTS) == head
+        # Between the limit and its double perhaps nobody, but nobody else.
+        small = np.rint(moved).astype(np.int64)
+        small[head] += int(rng.integers(STEP_COUNTS, 2 * STEP_COUNTS))
+        assert stepped_head(small, STEP_COUNTS) in (None, head)

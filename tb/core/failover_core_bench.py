@@ -1,0 +1,285 @@
+"""cocotb tests of the core with FAILOVER: each way in which a head fails, and its return.
+
+One row of the table in docs/heads.md a test: what finds the fault, within which time, what the
+output is off by until then; no clock may see a step, and the set without the head is right.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from arctrue.gateware.mean_set import WEIGHT_ONE, MeanSet
+from arctrue.gateware.parity_sum import PARITY_LSB_COUNTS, parity_weights
+from arctrue.gateware.register_access import RegisterMap
+from tb.core.mean_core_bench import (
+    CLOCKS_PER_COUNT,
+    COUNTS,
+    HEADS,
+    LANES,
+    LARGEST_STEP,
+    LATENCY,
+    PLACES,
+    POSITION_CLOCKS,
+    Table,
+    check_mean,
+    lanes_of,
+    mean_of,
+    prepared,
+    turn_rad,
+)
+
+STEP_LIMIT = 40
+"""The axis of this table changes a difference of two heads by 36 counts at most (MOTION)."""
+MISSING = 24
+"""Less than STEP_LIMIT, so that a dead head is found by its missing edges."""
+LOAD_CLOCKS = 4 * (4 * LANES + 10) + 4
+"""From a failure to the swap, by the head of prepared_sets."""
+DECODER_CLOCKS = 20
+"""From the pins to a fault, from there to the load, and from the first angle to the interrupt."""
+SWAP_WAITS = 12
+"""A swap waits for the filling of the idle bank or the zero of a head: not in these tests."""
+CARRIERS = {0: 1, 1: 2, 2: 1, 3: 1, 4: 1}
+LANES_ERROR = 2.0
+"""Counts by which E differs between the sets of this table, at most: two harmonics of 2.1."""
+EVERYONE = tuple(range(1, HEADS + 1))
+
+
+def set_of(missing: int) -> MeanSet:
+    """The mean without head ``missing``; that of two heads is not blind to the axis."""
+    heads = tuple(head for head in EVERYONE if head != missing)
+    return mean_of(heads, CARRIERS[missing])
+
+
+async def guarded(dut: Any, **settings: int) -> Table:
+    """The table turns, all sets are loaded, set 0 is active, and failures are looked for."""
+    machine = await prepared(dut)
+    names = machine.registers
+    assert await names.read("capability.failover") == 1
+    cocotb.start_soon(machine.run())
+    await names.update("control", compensate=1, output_enable=1)
+    for missing in range(HEADS + 1):
+        mean = set_of(missing)
+        await names.write_set(missing, lanes_of(mean), mean)
+    await machine.turn(COUNTS + 150)
+    await names.write("missing_edges", MISSING)
+    await names.write("parity.step_limit", STEP_LIMIT)
+    await names.write("index_tolerance", 2)
+    await take(names, 0)
+    await machine.turn(150)
+    await names.clear_interrupts()
+    await names.update("interrupt_enable", failover=1)
+    causes = dict.fromkeys(
+        ("illegal", "overspeed", "swallowed", "missing_edges", "step", "index"), 1
+    )
+    await names.update("failover", **{"enable": 1, **causes, **settings})
+    return machine
+
+
+async def take(names: RegisterMap, number: int) -> None:
+    await names.write_raw("heads_command", 1 << 7 | number << 4)
+    while await names.read("heads_status.busy"):
+        pass
+    status = await names.read_fields("heads_status")
+    assert (status["set"], status["left_out"]) == (number, 1 << number >> 1)
+
+
+async def until_changed(machine: Table, most: float) -> int:
+    """Clocks until a prepared set became active; fails after ``most``."""
+    for clocks in range(round(most) + 1):
+        if machine.dut.interrupt.value == 1:
+            return clocks
+        await RisingEdge(machine.dut.clock)
+    raise AssertionError(f"no failover within {most:g} clocks")
+
+
+async def left_out(
+    machine: Table, head: int, cause: str, began: int, most: float, off: float
+) -> None:
+    """Head ``head`` is found for ``cause`` within ``most`` clocks; the output stays right.
+
+    ``off``: counts by which the output may be wrong until then, besides what it is at any time.
+    """
+    names = machine.registers
+    clocks = await until_changed(machine, most)
+    status = await names.read_fields("heads_status")
+    order = ["illegal", "overspeed", "swallowed", "missing_edges", "step", "index"]
+    assert (status["left_out"], status["set"]) == (1 << (head - 1), head)
+    assert status["cause"] >> order.index(cause) & 1, f"causes {status['cause']:06b}"
+    assert await names.read(f"interrupt_status.head{head}_fault") == 1
+    assert machine.dut.status_fault.value == 1
+    await machine.turn(150)
+    error = machine.error(began, LATENCY + POSITION_CLOCKS)
+    error -= round(float(np.median(error)) / COUNTS) * COUNTS
+    before = machine.error(began - 3000, LATENCY + POSITION_CLOCKS)[:3000]
+    before -= round(float(np.median(before)) / COUNTS) * COUNTS
+    worst = np.abs(error - np.median(before)).max()
+    machine.dut._log.info(f"{cause}: head {head} after {clocks} clocks, off by {worst:.2f} counts")
+    assert worst <= off + LANES_ERROR + 1.5
+    assert np.abs(np.diff(machine.corrected[began:])).max() <= LARGEST_STEP
+    first = len(machine.corrected)
+    await machine.turn(COUNTS)
+    if HEADS > 3:
+        check_mean(machine, first, set_of(head))
+
+
+async def illegal_step(machine: Table, head: int) -> None:
+    """A and B change in one clock, in which the head does not count."""
+    before = machine.shown[head - 1]
+    while machine.shown[head - 1] == before:
+        await RisingEdge(machine.dut.clock)
+    machine.slips[head - 1] += 2
+
+
+def share(head: int) -> float:
+    """Weight of a head in the mean of all; of the carrier it is what the others leave."""
+    return abs(set_of(0).weights[head - 1]) / WEIGHT_ONE
+
+
+@cocotb.test()
+async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
+    """At once: A and B of a head change in one clock, which costs it two counts."""
+    machine = await guarded(dut)
+    head = HEADS
+    began = len(machine.corrected)
+    await illegal_step(machine, head)
+    await left_out(
+        machine, head, "illegal", began, DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS, 2 * share(head)
+    )
+
+
+@cocotb.test()
+async def a_dead_carrier_is_left_out(dut: Any) -> None:
+    """Once all others have moved by the counts of `missing_edges`; not while the table stands."""
+    machine = await guarded(dut)
+    machine.moves = False
+    await ClockCycles(dut.clock, 50)
+    machine.stands = {1}
+    await ClockCycles(dut.clock, 600)
+    assert dut.interrupt.value == 0, "found at standstill"
+    machine.moves = True
+    began = len(machine.corrected)
+    # The slowest of the others may lag by the motion of the axis, 18 counts to each side.
+    counts = MISSING + 18
+    most = counts * CLOCKS_PER_COUNT + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
+    off = share(1) * (counts + (LOAD_CLOCKS + DECODER_CLOCKS) / CLOCKS_PER_COUNT)
+    await left_out(machine, 1, "missing_edges", began, most, off)
+
+
+@cocotb.test()
+async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
+    """With the first two edges that are nearer than `minimum_edge_spacing`."""
+    machine = await guarded(dut)
+    await machine.registers.write("minimum_edge_spacing", 4)
+    head = 2
+    began = len(machine.corrected)
+    machine.bursts[head - 1] = 4000
+    most = 6 + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
+    await left_out(machine, head, "overspeed", began, most, share(head) * most / 2)
+
+
+@cocotb.test()
+async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
+    """A slip by twice the limit, whatever the axis does; the burst takes two clocks a count."""
+    machine = await guarded(dut)
+    head = 3
+    slip = 2 * STEP_LIMIT
+    began = len(machine.corrected)
+    machine.bursts[head - 1] = -slip
+    most = 2 * slip + DECODER_CLOCKS + 20 + LOAD_CLOCKS + SWAP_WAITS
+    await left_out(machine, head, "step", began, most, share(head) * slip)
+
+
+@cocotb.test()
+async def a_small_slip_is_found_at_the_index(dut: Any) -> None:
+    """Below the limit of a step: wrong by the head's share of it until the index of that head."""
+    machine = await guarded(dut)
+    head = 2
+    began = len(machine.corrected)
+    machine.bursts[head - 1] = 12
+    most = (COUNTS + 30) * CLOCKS_PER_COUNT + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
+    await left_out(machine, head, "index", began, most, share(head) * 12)
+
+
+@cocotb.test(skip=HEADS < 4)
+async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
+    """Of 12 counts times the head's weight, though the axis moves; its limit raises the alarm."""
+    machine = await guarded(dut, index=0)
+    names = machine.registers
+    weights = parity_weights(turn_rad(PLACES))
+    await names.write_parity_weights(weights.tolist())
+    head = 3
+
+    machine.moves = False
+    await ClockCycles(dut.clock, 30)
+    await names.snapshot()
+    before = await names.read("parity.value")
+    limit = int(abs(before) * PARITY_LSB_COUNTS) + 4
+    await names.write("parity.limit", limit)
+    await names.command("clear_output")
+    await names.update("alarm", sources=0x08)
+    await ClockCycles(dut.clock, 20)
+    assert (await names.read("heads_status.parity_beyond"), int(dut.alarm.value)) == (0, 0)
+    # In the sense in which the magnitude of the parity grows.
+    slip = 12 if before * int(weights[head - 1]) >= 0 else -12
+    machine.bursts[head - 1] = slip
+    await ClockCycles(dut.clock, 100)
+    await names.snapshot()
+    changed = await names.read("parity.value") - before
+    expected = slip * int(weights[head - 1]) * 2.0 ** (11 - 16)
+    assert abs(changed - expected) <= 1, "rounded down before and after"
+    assert (await names.read("heads_status.parity_beyond"), int(dut.alarm.value)) == (1, 1)
+    assert dut.interrupt.value == 0, "below the limit of a step, and no index was passed"
+
+
+@cocotb.test()
+async def a_head_comes_back_after_its_index(dut: Any) -> None:
+    """On request, and not before its index; then the mean of all heads is right again."""
+    machine = await guarded(dut)
+    names = machine.registers
+    head = 2
+    await illegal_step(machine, head)
+    await until_changed(machine, DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS)
+    await names.clear_interrupts()
+    await names.write_raw("heads_command", 1 << (8 + head - 1))
+    assert await names.read("heads_status.index_seen") == (1 << HEADS) - 1 - (1 << (head - 1))
+    assert await names.read("heads_status.set") == head
+    began = len(machine.corrected)
+    await until_changed(machine, (COUNTS + 60) * CLOCKS_PER_COUNT + LOAD_CLOCKS)
+    status = await names.read_fields("heads_status")
+    assert (status["set"], status["left_out"]) == (0, 0)
+    await machine.turn(150)
+    assert np.abs(np.diff(machine.corrected[began:])).max() <= LARGEST_STEP
+    first = len(machine.corrected)
+    await machine.turn(COUNTS)
+    if HEADS > 3:
+        check_mean(machine, first, set_of(0))
+
+
+@cocotb.test()
+async def no_head_fails_without_a_fault(dut: Any) -> None:
+    """Two turns with the axis in motion; then a fault of a kind that is not asked for."""
+    machine = await guarded(dut, illegal=0)
+    await machine.turn(2 * COUNTS)
+    await illegal_step(machine, HEADS)
+    await machine.turn(60)
+    assert dut.interrupt.value == 0
+    assert await machine.registers.read("heads_status.left_out") == 0
+
+
+@cocotb.test()
+async def words_of_the_processor_end_a_failover(dut: Any) -> None:
+    """A swap of its own: no set is in force, no head is left out."""
+    machine = await guarded(dut)
+    names = machine.registers
+    await take(names, 2)
+    mean = set_of(0)
+    await names.write_coefficients(lanes_of(mean))
+    await names.write_mean(mean)
+    await names.command("swap")
+    await machine.turn(20)
+    status = await names.read_fields("heads_status")
+    assert (status["set"], status["left_out"]) == (7, 0)

@@ -1,0 +1,27 @@
+"""Which head failed, and the parity of all heads, in VHDL as in the models."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize("heads", [3, 4])
+def test_head_watch(heads: int) -> None:
+    simulate(
+        "head_watch",
+        "tb.mean.head_watch_bench",
+        generics={"HEADS": heads, "INTERVAL_BITS": 5},
+        environment={"HEADS": str(heads), "INTERVAL_BITS": "5"},
+    )
+
+
+@pytest.mark.parametrize("heads", [3, 4])
+def test_parity_sum(heads: int) -> None:
+    simulate(
+        "parity_sum",
+        "tb.mean.parity_sum_bench",
+        generics={"HEADS": heads},
+        environment={"HEADS": str(heads)},
+    )

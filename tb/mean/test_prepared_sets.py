@@ -1,0 +1,17 @@
+"""Complete sets of words in VHDL: stored, loaded whole, and swapped."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize(("heads", "lanes"), [(3, 3), (4, 4)])
+def test_prepared_sets(heads: int, lanes: int) -> None:
+    simulate(
+        "prepared_sets",
+        "tb.mean.prepared_sets_bench",
+        generics={"HEADS": heads, "LANES": lanes},
+        environment={"HEADS": str(heads), "LANES": str(lanes)},
+    )
