@@ -21,6 +21,7 @@ PACKAGES = (
     "arctrue.importing",
     "arctrue.calibration",
     "arctrue.workbench.model",
+    "arctrue.studies.campaign",
     "arctrue.table.instruments",
     "arctrue.metrology.controllers",
 )
