@@ -59,11 +59,12 @@ def calibration_sentence(history: LifeHistory) -> str:
     if not broken:
         return "Every calibration from these sets still holds: no change was found."
     last = broken[-1]
-    names = ", ".join(dict.fromkeys(change.series.name for change in last.broken_by))
-    since = day_name(min(change.day for change in last.broken_by))
+    changes = dict.fromkeys(change for one in broken for change in one.broken_by)
+    names = ", ".join(dict.fromkeys(change.series.name for change in changes))
+    since = day_name(min(change.day for change in changes))
     return (
-        f"Calibrations from sets until {day_name(last.of.day)} no longer hold since about {since}: "
-        f"{names}."
+        f"Calibrations from sets until {day_name(last.of.day)} no longer hold; {names} changed, "
+        f"first about {since}."
     )
 
 
@@ -137,7 +138,7 @@ def life_data(history: LifeHistory) -> dict[str, Any]:
                 "sha256": one.of.sha256,
                 "date": one.of.date.isoformat(),
                 "holds": not one.broken_by,
-                "since": day_name(one.broken_by[0].day) if one.broken_by else None,
+                "since": _date_or_none(one.broken_since_day),
                 "broken_by": [change.series.name for change in one.broken_by],
             }
             for one in history.calibrations

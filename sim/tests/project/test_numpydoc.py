@@ -21,6 +21,9 @@ PACKAGES = (
     "arctrue.importing",
     "arctrue.calibration",
     "arctrue.workbench.model",
+    "arctrue.studies.campaign",
+    "arctrue.table.instruments",
+    "arctrue.metrology.controllers",
 )
 """Their ``__all__`` is read."""
 SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
@@ -59,7 +62,7 @@ def public() -> Iterator[tuple[str, Any]]:
                     function = getattr(method, "__func__", method)
                     if not own.startswith("_") and inspect.isfunction(function):
                         yield f"{place}.{own}", function
-            elif callable(what):
+            elif inspect.isfunction(what):
                 yield place, what
 
 

@@ -19,7 +19,15 @@ GRID = 36_000
 
 @dataclass(frozen=True)
 class Left:
-    """What the controller leaves of the model's correction, arcseconds."""
+    """What the controller leaves of the model's correction.
+
+    Parameters
+    ----------
+    largest_arcsec : float
+        Largest size of the error, arcseconds.
+    rms_arcsec : float
+        Root mean square of the error, arcseconds.
+    """
 
     largest_arcsec: float
     rms_arcsec: float
@@ -40,19 +48,61 @@ class TableFormat(ABC):
 
     @abstractmethod
     def text(self, correction: Correction, points: int, title: str) -> str:
-        """The file's content, for ``points`` rows a turn; ``title`` is a comment where allowed."""
+        """Write the content of the file.
+
+        Parameters
+        ----------
+        correction : Correction
+            What the table corrects.
+        points : int
+            Rows over a turn.
+        title : str
+            A comment, in formats that have comments.
+
+        Returns
+        -------
+        str
+            The whole file.
+        """
 
     @abstractmethod
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
     ) -> Float:
-        """Angle less true angle that is left with the table, by ``angle_rad`` in [0, 2π).
+        """Calculate the error that is left with the table.
 
-        The table is taken from ``text``; the axis has exactly the error of ``correction``.
+        Parameters
+        ----------
+        text : str
+            Content of the file.
+        correction : Correction
+            The axis has exactly this error.
+        angle_rad : ndarray, shape (n,)
+            Angles in [0, 2π), radians.
+        direction : int
+            1 from below, −1 from above.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Angle less true angle, arcseconds.
         """
 
     def left(self, text: str, correction: Correction) -> Left:
-        """The error that is left on a fine grid, from below and from above."""
+        """Find the error that is left on a fine grid, from below and from above.
+
+        Parameters
+        ----------
+        text : str
+            Content of the file.
+        correction : Correction
+            The axis has exactly this error.
+
+        Returns
+        -------
+        Left
+            Largest error and root mean square.
+        """
         angle = np.radians(turn_deg(GRID)[:-1])
         error = np.concatenate(
             [self.angle_error_arcsec(text, correction, angle, way) for way in (1, -1)]

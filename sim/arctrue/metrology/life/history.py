@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from arctrue.base.similar import did_you_mean
-from arctrue.metrology.life.change import Change, find_changes, look_probability
+from arctrue.metrology.budget import COVERAGE
+from arctrue.metrology.life.change import Change, basis, find_changes, look_probability
 from arctrue.metrology.life.forecast import Forecast, forecast
 from arctrue.metrology.life.machine import FittedSet, Machine
 from arctrue.metrology.life.series import Series, series_of
@@ -25,7 +26,12 @@ class Calibration:
 
     of: FittedSet
     broken_by: tuple[Change, ...]
-    """Changes after it, earliest first; empty: it holds."""
+    """Changes after it, and drifts that went on after it, earliest first; empty: it holds."""
+
+    @property
+    def broken_since_day(self) -> float:
+        """Begin of the first of them, but not before the set; infinite: it holds."""
+        return max(min((one.day for one in self.broken_by), default=np.inf), self.of.day)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +84,8 @@ def history_of(
         if one.name in limited
     ]
     calibrations = [
-        Calibration(one, tuple(item for item in changes if item.latest_day > one.day))
-        for one in machine.sets
+        Calibration(one, tuple(item for item in changes if _breaks(item, number)))
+        for number, one in enumerate(machine.sets)
     ]
     return LifeHistory(
         machine,
@@ -90,6 +96,22 @@ def history_of(
         false_alarms_a_year,
         horizon_days,
     )
+
+
+def _breaks(change: Change, number: int) -> bool:
+    """True if the calibration from set ``number`` differs from the last set by this change.
+
+    That is if the change may be later than the set, or if a drift has gone on since by more than
+    ``COVERAGE`` standard uncertainties of the two fits.
+    """
+    series = change.series
+    if change.latest_day > float(series.days[number]):
+        return True
+    if change.kind == "step":
+        return False
+    best = max(change.places, key=lambda place: place.probability)
+    since = change.size * (1.0 - float(basis(series.days, *best.shape)[number]))
+    return since > COVERAGE * float(np.hypot(series.u[number], series.u[-1]))
 
 
 def limits_of(series: list[Series], limits: Mapping[str, float]) -> dict[str, float]:

@@ -12,7 +12,7 @@ from arctrue.metrology.life.series import Series
 from arctrue.report.charts.chart import COLOURS, QUIET, Axis, Chart, Curve, Layer, Level, Panel
 
 MOST_PANELS = 8
-TICKS = 5
+TICKS = 4
 COVERAGE = 2.0
 """Standard uncertainties of an error bar."""
 AHEAD = 0.5
@@ -70,7 +70,7 @@ def _panel(history: LifeHistory, series: Series, found: Forecast | None) -> Pane
         top = max(top, found.limit)
         end = min(found.day, last + AHEAD * span) if np.isfinite(found.day) else last
         if last < found.day <= last + AHEAD * span:
-            now = float(np.median(size[-3:]))
+            now = float(size[-1])
             layers.append(
                 Curve(
                     np.array([last, found.day]), np.array([now, found.limit]), "forecast",

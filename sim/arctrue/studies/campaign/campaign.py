@@ -53,12 +53,21 @@ class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """How far a campaign has come."""
+    """How far a campaign has come.
+
+    Parameters
+    ----------
+    done : int
+        Finished tasks.
+    total : int
+        All tasks.
+    tasks_per_s : float
+        Rate of this run.
+    """
 
     done: int
     total: int
     tasks_per_s: float
-    """Rate of this run."""
 
     @property
     def seconds_left(self) -> float:
@@ -71,21 +80,39 @@ class Speed:
 
 @dataclass(frozen=True)
 class Campaign:
-    """Tasks of one kind and the folder of their results."""
+    """Tasks of one kind and the folder of their results.
+
+    Parameters
+    ----------
+    work : str
+        ``module:function``, importable on every worker.
+    tasks : sequence of mapping
+        What the function is called with, one task each.
+    folder : Path
+        Folder of the results.
+    facts : mapping
+        Further facts in the header; a run with other facts may not use the same folder.
+    batch : int, optional
+        Number of tasks that a worker takes at once; use more for short tasks.
+    sources : Sources, optional
+        The sources on which the results depend.
+    """
 
     work: str
-    """``module:function``, importable on every worker."""
     tasks: Sequence[Task]
     folder: Path
     facts: Mapping[str, Any]
-    """Further facts in the header; a run with other facts may not use the same folder."""
     batch: int = 1
-    """Number of tasks that a worker takes at once; use more for short tasks."""
     sources: Sources = WHOLE_PACKAGE
-    """The sources on which the results depend."""
 
     def header(self) -> dict[str, Any]:
-        """Work, tasks, state and commit of the code, and the facts."""
+        """Collect what identifies the campaign.
+
+        Returns
+        -------
+        dict
+            Work, tasks, state and commit of the code, and the facts.
+        """
         return {
             "work": self.work,
             "tasks": len(self.tasks),
@@ -103,12 +130,34 @@ class Campaign:
         shard: tuple[int, int] | None = None,
         progress: Callable[[Speed], None] | None = None,
     ) -> int:
-        """Do all tasks without a result; return the number of finished tasks of this shard.
+        """Do all tasks without a result.
 
-        ``scheduler``: the address of a Dask scheduler, instead of a pool of ``workers``
-        processes. ``shard`` (i, n): every n-th task from the i-th on, 1 ≤ i ≤ n. Raises Interrupted
-        after Ctrl-C, CampaignError if workers die repeatedly or have other code, StoreError
-        for a folder of another campaign.
+        Parameters
+        ----------
+        workers : int, optional
+            Processes of the pool; one a core without it.
+        scheduler : str, optional
+            Address of a Dask scheduler, instead of a pool.
+        shard : (int, int), optional
+            (i, n): every n-th task from the i-th on, 1 ≤ i ≤ n.
+        progress : callable, optional
+            Is called with a :class:`Speed` after each batch.
+
+        Returns
+        -------
+        int
+            Number of finished tasks of this shard.
+
+        Raises
+        ------
+        ValueError
+            There is no such shard.
+        Interrupted
+            After Ctrl-C.
+        CampaignError
+            Workers die repeatedly or have other code.
+        StoreError
+            The folder is that of another campaign.
         """
         mine = list(self.tasks)
         name = ""

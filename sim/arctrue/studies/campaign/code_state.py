@@ -25,7 +25,18 @@ class Sources:
     """Numerical libraries that count, in addition to LIBRARIES."""
 
     def state(self, package: Path = PACKAGE) -> dict[str, str]:
-        """Give SHA-256 over the Python files, and the versions of the libraries."""
+        """Give SHA-256 over the Python files, and the versions of the libraries.
+
+        Parameters
+        ----------
+        package : Path, optional
+            Folder of the package.
+
+        Returns
+        -------
+        dict of str to str
+            The digest under ``arctrue``, and the version of each library.
+        """
         whole = hashlib.sha256()
         files = (
             import_closure(self.modules, package) if self.modules else sorted(package.rglob("*.py"))

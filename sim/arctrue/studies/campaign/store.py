@@ -25,14 +25,30 @@ class StoreError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One task and its result."""
+    """One task and its result.
+
+    Parameters
+    ----------
+    key : str
+        Of the task.
+    task : mapping
+        What the work was called with.
+    result : mapping
+        What it returned.
+    """
 
     key: str
     task: Task
     result: Mapping[str, Any]
 
     def line(self) -> str:
-        """Format as one line of a file."""
+        """Format as one line of a file.
+
+        Returns
+        -------
+        str
+            JSON without a line break.
+        """
         return canonical({"key": self.key, "task": self.task, "result": self.result})
 
 
@@ -67,7 +83,17 @@ class Store:
         self._timings.close()
 
     def add(self, task: Task, result: Mapping[str, Any], seconds: float) -> None:
-        """Write one result to the disk before returning; ignore a second result of a key."""
+        """Write one result to the disk before returning; ignore a second result of a key.
+
+        Parameters
+        ----------
+        task : mapping
+            The finished task.
+        result : mapping
+            What the work returned.
+        seconds : float
+            Time of the work.
+        """
         key = task_key(task)
         if key in self.done:
             return
@@ -137,7 +163,20 @@ def _open(path: Path) -> Any:
 def read_results(folders: Iterable[Path]) -> list[Result]:
     """Read all results of the folders (shards of one campaign), by key.
 
-    Raises StoreError where folders have different headers, or one key two results.
+    Parameters
+    ----------
+    folders : iterable of Path
+        Folders of one campaign.
+
+    Returns
+    -------
+    list of Result
+        In the order of their keys.
+
+    Raises
+    ------
+    StoreError
+        The folders have different headers, or one key has two results.
     """
     found: dict[str, Result] = {}
     first: tuple[Path, dict[str, Any]] | None = None

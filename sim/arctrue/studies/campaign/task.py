@@ -32,7 +32,18 @@ def digest(value: object) -> str:
 
 
 def task_key(task: Task) -> str:
-    """The key of a task: the first 24 hex digits of its content's digest."""
+    """Calculate the key of a task: the first 24 hex digits of its content's digest.
+
+    Parameters
+    ----------
+    task : mapping
+        The task.
+
+    Returns
+    -------
+    str
+        Its key.
+    """
     return digest(task)[:24]
 
 

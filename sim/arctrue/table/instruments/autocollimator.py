@@ -12,7 +12,15 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Autocollimator:
-    """Its own errors: one at each face's place in its field of view, and scatter."""
+    """Its own errors: one at each face's place in its field of view, and scatter.
+
+    Parameters
+    ----------
+    error_rad : ndarray, shape (faces,)
+        Error of the reading at the place of each face, radians.
+    scatter_rad : float
+        Standard deviation of a reading, radians.
+    """
 
     error_rad: Float
     scatter_rad: float
@@ -20,6 +28,21 @@ class Autocollimator:
     def reading_rad(
         self, face: NDArray[np.intp], direction_rad: Float, random: np.random.Generator
     ) -> Float:
-        """Readings of directions, shape ``(n,)``."""
+        """Read directions of faces.
+
+        Parameters
+        ----------
+        face : ndarray of int, shape (n,)
+            Number of the face at each reading.
+        direction_rad : ndarray, shape (n,)
+            True direction, radians.
+        random : numpy.random.Generator
+            Draws the scatter.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Readings, radians.
+        """
         scatter = random.normal(0.0, self.scatter_rad, direction_rad.shape)
         return np.asarray(direction_rad + self.error_rad[face] + scatter)

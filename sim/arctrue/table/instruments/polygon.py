@@ -29,10 +29,20 @@ def hollow_slope(flatness_m: float, sideways_m: Float, width_m: float) -> Float:
 class Polygon:
     """The true faces relative to the certificate.
 
-    ``normal_rad`` is the remaining error of each face's direction about the axis,
-    ``tilt_rad`` the angle of its normal to the plane of measurement, both ``(faces,)``.
-    Each face is hollow by ``flatness_m`` over ``width_m``; its centre is ``offset_m`` off the axis,
-    in the direction ``offset_phase_rad``, which turns with the table.
+    Parameters
+    ----------
+    normal_rad : ndarray, shape (faces,)
+        Remaining error of each face's direction about the axis, radians.
+    tilt_rad : ndarray, shape (faces,)
+        Angle of each face's normal to the plane of measurement, radians.
+    flatness_m : float
+        Depth of each hollow face over its width, metres.
+    width_m : float
+        Width of a face, metres.
+    offset_m : float
+        Distance of the polygon's centre from the axis, metres.
+    offset_phase_rad : float
+        Direction of that offset, radians; turns with the table.
     """
 
     normal_rad: Float
@@ -48,12 +58,24 @@ class Polygon:
         return int(self.normal_rad.size)
 
     def direction_rad(self, face: NDArray[np.intp], deviation_rad: Float) -> Float:
-        """Direction about the axis that a ray sees, with the table ``deviation_rad`` off nominal.
+        """Give the direction about the axis that a ray sees.
 
         The ray meets the face off its centre by the sideways part of the mounting offset, where a
         hollow mirror (a parabola of depth ``flatness_m``) has another slope. By the law of
         reflection in space, a tilted face reflects into another horizontal direction than an
-        upright one. Shapes ``(n,)``.
+        upright one.
+
+        Parameters
+        ----------
+        face : ndarray of int, shape (n,)
+            Number of the face.
+        deviation_rad : ndarray, shape (n,)
+            Angle of the table less the nominal angle of the face, radians.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Directions, radians.
         """
         angle = 2.0 * np.pi * face / self.faces
         sideways_m = self.offset_m * np.sin(angle + self.offset_phase_rad)
