@@ -107,6 +107,26 @@ def test_what_is_not_active_in_the_end_is_no_success(
     assert said in done.output
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("waits_for the_other_direction", "waiting for a turn in the other direction"),
+        ("waits_for another_speed", "waiting for a turn at another speed"),
+    ],
+)
+def test_the_condition_that_no_turn_has_shown_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, line: str, said: str
+) -> None:
+    monkeypatch.setattr(OtherEnd, "lines", ("load waiting", line))
+    made = OtherEnd()
+    with made.running(monkeypatch):
+        path = file_of(tmp_path, {1: (150.0, 0.4)})
+        done = CliRunner().invoke(main, ["load", made.port, str(path), "--timeout", "1"])
+    assert done.exit_code == 2, done.output
+    assert said in " ".join(done.output.split())
+    assert "--force" in done.output
+
+
 def test_an_order_that_two_heads_cannot_see_takes_force(device: Device, tmp_path: Path) -> None:
     path = file_of(tmp_path, {1: (150.0, 0.4), 120: (0.5, 0.0)})
     done = run(device, path)
