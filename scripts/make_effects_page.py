@@ -25,6 +25,7 @@ PAGE = Path("docs/effects.md")
 COMPENSATED = {
     "lanes": "by lanes",
     "offset": "by the offset",
+    "modulators": "by lanes of a bitstream with `MODULATORS`",
     "none": "no",
     "reference": "nothing to take away",
 }

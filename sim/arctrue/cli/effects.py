@@ -23,7 +23,13 @@ from arctrue.workbench.effects.new_effect import write_new_effect
 from arctrue.workbench.effects.registry import built_in, effect_class, from_file
 from arctrue.workbench.observations.build import observations_of
 
-CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing", "reference": "nothing"}
+CORRECTED_BY = {
+    "lanes": "lanes",
+    "offset": "offset",
+    "modulators": "lanes of a bitstream with MODULATORS",
+    "none": "nothing",
+    "reference": "nothing",
+}
 """The part of the gateware that can correct an effect, by its kind of compensation."""
 
 

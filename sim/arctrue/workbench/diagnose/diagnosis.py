@@ -22,7 +22,7 @@ from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.regular import Findings, findings_of
-from arctrue.workbench.diagnose.rules import decide, said_of
+from arctrue.workbench.diagnose.rules import LEAST_EXCESS, decide, said_of
 from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.base import Effect
@@ -168,11 +168,20 @@ def diagnose(
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}
     second = _second(found.decision, left) if found.verdict == "named" else None
-    if found.named is not None and findings.steps:
-        # What the effect makes at an instant, as a delay does where the speed changes, is no jump.
-        beside = findings_of(found.named.solution, effects)
-        findings = replace(findings, steps=beside.steps)
+    findings = _beside_the_found(findings, found, case)
     return replace(found, before=adding.before, left=left, second=second, findings=findings)
+
+
+def _beside_the_found(findings: Findings, found: Diagnosis, case: Case) -> Findings:
+    """The findings that remain with the named effect in the model.
+
+    An effect may show in the reference as a line at an alias, an oscillation or a step: these are
+    no findings of their own. A regular cause is a finding itself and stays in the list.
+    """
+    item = found.named
+    if item is None or item.regular is not None or findings.empty or case.with_best is None:
+        return findings
+    return findings.beside(item.name, case.with_best.survey.findings)
 
 
 def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
@@ -182,10 +191,17 @@ def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
     if found.first.name not in left or (further is not None and further.verdict == "named"):
         # Another name stands beside it.
         return None
-    unknown = further is not None and further.verdict == "unknown"
+    after = left[found.first.name]
     product = None if further is None else further.described
     words = None if product is None else product.effect.describe(product.parameters())
-    return second_finding(left[found.first.name], unknown=unknown, description=words)
+    unknown = further is not None and further.verdict == "unknown"
+    if unknown and further is not None and product is None and further.seen is None:
+        # What has neither a form nor a size is a matter of the noise, whose tests the JSON has.
+        unknown = any(
+            rms**2 > (1.0 + LEAST_EXCESS**2) * after.noise_arcsec[channel] ** 2
+            for channel, rms in after.rms_arcsec.items()
+        )
+    return second_finding(after, unknown=unknown, description=words)
 
 
 def _case_of(
@@ -206,6 +222,8 @@ def _case_of(
     def with_first(before: Survey, first: Candidate) -> Survey:
         progress(f"once more beside {first.name}")
         left = before.findings.without(first.regular)
+        if first.regular is None and not left.empty:
+            left = findings_of(first.at_maximum, effects)
         return survey(
             Residuals(first.at_maximum),
             effects,

@@ -21,7 +21,7 @@ from arctrue.workbench.diagnose.candidates import (
     with_regular,
 )
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
-from arctrue.workbench.diagnose.of_the_runs import leaves_the_index
+from arctrue.workbench.diagnose.of_the_runs import leaves_the_index, p_among_the_runs
 from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey, fit_of_channels
 from arctrue.workbench.effects.base import Effect
@@ -380,6 +380,12 @@ def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -
     solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
     size_arcsec = sizes_arcsec(found.base.solution, solution)
     rank, rows = found.score.rank, rows_moved(size_arcsec, tried.base)
+    p_value = corrected_p_value(
+        found.gain, rank, item.charged_trials, candidates * tried.looks, found.freedom
+    )
+    if found.index_share >= RUNS_ARE_THE_SAMPLE and tried.residuals.observations.runs:
+        among = p_among_the_runs(tried.residuals, item.effect, item.nonlinear)
+        p_value = max(p_value, min(1.0, among * candidates * tried.looks))
     return replace(
         item,
         evidence=found,
@@ -387,9 +393,7 @@ def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -
         rank=rank,
         solution=solution,
         size_arcsec=size_arcsec,
-        p_corrected=corrected_p_value(
-            found.gain, rank, item.charged_trials, candidates * tried.looks, found.freedom
-        ),
+        p_corrected=p_value,
         rows=rows,
         delta_bic=delta_bic(found.gain, rank, item.trials, rows),
     )

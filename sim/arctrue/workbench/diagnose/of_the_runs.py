@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scipy.special import chdtrc
+from scipy.special import chdtrc, fdtrc
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.effects.product_of_parts import ProductOfParts, recorded_conditions
@@ -25,6 +25,27 @@ def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> 
     free = offsets.size - score.rank
     square = float(offsets @ offsets) / known.solution.noise.index_variance
     return free >= LEAST_OFFSETS and float(chdtrc(free, square)) >= SIGNIFICANCE
+
+
+def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> float:
+    """p of an effect whose sample is the runs, where the index is worse than it is known to be; 0
+    where the index is as good as that, or too few offsets remain to tell.
+
+    The F test of the offsets of the runs with and without the effect: what was known beforehand of
+    the index does not count, since the offsets that remain with the effect contradict it.
+    """
+    known = with_index_as_known(residuals)
+    score = known.score(effect, nonlinear)
+    before = known.solution.run_offsets_arcsec
+    after = known.solution_with(effect, nonlinear, score).run_offsets_arcsec
+    free = after.size - score.rank
+    left = float(after @ after)
+    if score.rank == 0 or free < LEAST_OFFSETS or left <= 0.0:
+        return 0.0
+    if float(chdtrc(free, left / known.solution.noise.index_variance)) >= SIGNIFICANCE:
+        return 0.0
+    taken = max(float(before @ before) - left, 0.0)
+    return float(fdtrc(score.rank, free, taken / score.rank * free / left))
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:

@@ -134,11 +134,12 @@ class RegularCause:
     def words(self) -> str:
         """Its name, what it takes away and its lines, the largest first."""
         lines = ", ".join(
-            f"{line.amplitude_arcsec:.3g}″ at {self._where(line)}" for line in self.lines
+            f"{line.amplitude_arcsec:.3g}″ at {self.place_of(line)}" for line in self.lines
         )
         return f"{self.effect.name} {self.taken_arcsec:.3g}″ RMS ({lines})"
 
-    def _where(self, line: Line) -> str:
+    def place_of(self, line: Line) -> str:
+        """Period and order of one of its lines, in words."""
         period_s = self.period_s(line)
         seconds = None if period_s is None else f"{period_s:.4g} s"
         if self.in_time and seconds is not None:
@@ -163,6 +164,31 @@ class Findings:
     """In the noise of a log with times."""
     slow: SlowChange | None = None
     """Beside lines, steps and an even drift, in a reference with times."""
+    cause: str | None = None
+    """The named effect that these findings were searched with in the model."""
+    same: tuple[str, ...] = ()
+    """Lines and oscillations that vanish with this effect in the model: its aliases, in words."""
+
+    @property
+    def empty(self) -> bool:
+        """Nothing was found that an effect in the model could take away."""
+        lists = self.causes or self.steps or self.not_noise
+        return not lists and self.oscillation is None and self.slow is None
+
+    def beside(self, name: str, left: Findings) -> Findings:
+        """What is ``left`` with an effect in the model, and what of these findings it was."""
+        kept = [(cause, line) for cause in left.causes for line in cause.lines]
+        same = [
+            f"{line.amplitude_arcsec:.3g}″ at {cause.place_of(line)}"
+            for cause in self.causes
+            for line in cause.lines
+            if not any(
+                other.in_time == cause.in_time and _same_rate(line, found) for other, found in kept
+            )
+        ]
+        if self.oscillation is not None and left.oscillation is None:
+            same.append(self.oscillation.words())
+        return replace(left, cause=name, same=tuple(same))
 
     def without(self, one: RegularCause | None) -> Findings:
         """What is left with one of the causes in the model."""
@@ -199,11 +225,16 @@ class Findings:
             if self.slow is None
             else {"size_arcsec": self.slow.size_arcsec, "length_s": self.slow.length},
             "oscillation": None if self.oscillation is None else self.oscillation.data(),
+            "same_as_cause": {"cause": self.cause, "seen_as": list(self.same)},
         }
 
     def sentences(self) -> list[str]:
         """In words, a sentence each."""
         found = []
+        if self.same:
+            found.append(
+                f"The same as {self.cause}, as the reference sees it: {'; '.join(self.same)}."
+            )
         if self.causes:
             words = "; ".join(cause.words() for cause in self.causes)
             found.append(f"Regular in the reference, by the error that goes with it: {words}.")
@@ -265,6 +296,11 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         oscillation,
         slow,
     )
+
+
+def _same_rate(one: Line, other: Line) -> bool:
+    """Their rates differ by less than the record resolves."""
+    return abs(one.rate - other.rate) * one.periods < SAME_LINE * one.rate
 
 
 def _jump(step: Step, record: Record, *, timed: bool) -> Jump:

@@ -288,12 +288,16 @@ def _undecided(result: Diagnosis) -> list[str]:
     return said
 
 
+COMPENSATION_WORDS = {
+    "lanes": "The gateware can compensate it with lanes",
+    "offset": "The gateware can compensate it with its offset",
+    "modulators": "A bitstream with MODULATORS can compensate it",
+    "none": "The gateware cannot compensate it",
+    "reference": "There is nothing to compensate",
+}
+
+
 def _compensation(item: Candidate) -> str:
-    words = {
-        "lanes": "The gateware can compensate it with lanes",
-        "offset": "The gateware can compensate it with its offset",
-        "none": "The gateware cannot compensate it",
-        "reference": "There is nothing to compensate",
-    }[item.effect.compensation]
+    words = COMPENSATION_WORDS[item.effect.compensation]
     note = item.effect.compensation_note
     return f"{words}: {note}." if note else f"{words}."

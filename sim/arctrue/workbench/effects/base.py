@@ -28,7 +28,7 @@ Columns = NDArray[np.float64]
 Nonlinear = Mapping[str, float]
 """Values of the search parameters, by name."""
 
-Compensation = Literal["lanes", "offset", "none", "reference"]
+Compensation = Literal["lanes", "offset", "modulators", "none", "reference"]
 """What of an effect the gateware can correct: harmonics of the angle, a constant, or nothing; an
 error of the reference is none of the table's, and is taken out of every judgement of it."""
 

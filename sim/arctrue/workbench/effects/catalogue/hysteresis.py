@@ -29,9 +29,8 @@ class Hysteresis(ScalarEffect):
     next_measurement = "one more reference run in both directions"
     plausible = "0.1 to 5″"
     parameter_units = {"reversal_error": "arcsec"}
-    compensation_note = (
-        "depends on the direction of approach, which lanes follow with MODULATORS alone"
-    )
+    compensation = "modulators"
+    compensation_note = "its lanes follow the direction of approach; the default bitstream does not"
     parameter_name = "reversal_error"
     parameter_unit = "arcsec"
     in_parts = ("direction", "reference")

@@ -34,7 +34,8 @@ class Latency(ScalarEffect):
     next_measurement = "a reference run on the move at a speed that this set does not have"
     plausible = "0.3 to 100 µs"
     parameter_units = {"latency": "us"}
-    compensation_note = "depends on the speed, which lanes follow with MODULATORS alone"
+    compensation = "modulators"
+    compensation_note = "its lanes follow the speed; the default bitstream does not"
     depends_on_model = True
     parameter_name = "latency"
     parameter_unit = "us"

@@ -1,0 +1,41 @@
+"""An index that scatters more than it is known to does not make an effect of its offsets.
+
+±20 counts stand for a mark detection of ±1.5″; the prior of an index is ±1 count. With four runs,
+four offsets remain: what scatters so much alone is no proof of a mean, a speed or a warmth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet
+from sim.tests.workbench.base_diagnosis import diagnosis_of
+from sim.tests.workbench.small_sets import measurement_set
+
+OF_THE_RUNS = {"timing_skew", "head_angle_error", "thermal_head_drift"}
+
+
+def _scattered(offsets: list[int]) -> MeasurementSet:
+    """The plain set with these counts added to head 2 in each run."""
+    made = measurement_set(turns=2, cycles=4)
+    capture = made.capture
+    assert capture is not None
+    shift = np.array(offsets, dtype=np.int64)[capture.run]
+    return replace(made, capture=replace(capture, head2_counts=capture.head2_counts + shift))
+
+
+@pytest.mark.parametrize("offsets", [[-20, -15, -14, -5], [20, -14, 12, 18], [-5, -20, 19, -13]])
+def test_offsets_of_a_poor_index_have_no_name(offsets: list[int]) -> None:
+    found = diagnosis_of(_scattered(offsets))
+    assert found.named is None
+    assert not OF_THE_RUNS & set(found.effect_class)
+
+
+def test_a_skew_within_a_good_index_keeps_its_name() -> None:
+    """3 µs at 30, −30 and 90 °/s: 0.32, −0.32 and 0.97″, four to twelve counts; offsets fit."""
+    found = diagnosis_of(measurement_set(head2_only=lambda time, speed: 0 * time + 0.62 * speed))
+    assert found.named is not None
+    assert found.named.name == "timing_skew"

@@ -1,0 +1,25 @@
+"""What the workbench states of the gateware agrees with what ``arctrue export`` can write."""
+
+from __future__ import annotations
+
+from arctrue.cli.effects import CORRECTED_BY
+from arctrue.workbench.diagnose.report import COMPENSATION_WORDS
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.effects.scalar_effect import ScalarEffect
+
+
+def test_effects_with_lanes_by_condition_name_the_bitstream() -> None:
+    """Those that declare lanes by a condition, which only a bitstream with MODULATORS has."""
+    followed = {
+        name
+        for name, kind in built_in().items()
+        if any("conditioned_lanes" in vars(base) for base in kind.__mro__[:1])
+        and issubclass(kind, ScalarEffect)
+    }
+    said = {name for name, kind in built_in().items() if kind.compensation == "modulators"}
+    assert followed == said == {"hysteresis", "latency"}
+    assert "MODULATORS" in COMPENSATION_WORDS["modulators"]
+    assert "MODULATORS" in CORRECTED_BY["modulators"]
+    for name in said:
+        note = built_in()[name].compensation_note
+        assert "default bitstream does not" in note
