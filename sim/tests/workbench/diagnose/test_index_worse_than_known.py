@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from arctrue.measurement import MeasurementSet
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import measurement_set
+
+from arctrue.measurement import MeasurementSet
 
 OF_THE_RUNS = {"timing_skew", "head_angle_error", "thermal_head_drift"}
 
