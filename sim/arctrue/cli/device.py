@@ -12,6 +12,7 @@ from pathlib import Path
 import click
 
 from arctrue.base.extras import optional
+from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._group import Commands
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
@@ -210,10 +211,9 @@ def files(record: Path, folder: Path) -> None:
 def unit(folder: Path) -> None:
     """Write arctrue-device@.service and 70-arctrue.rules to FOLDER; each says where it belongs."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         for file in sorted(SHIPPED.iterdir()):
             text = file.read_text(encoding="utf-8").replace("@ARCTRUE@", _program())
-            (folder / file.name).write_text(text, encoding="utf-8")
+            write_whole_text(folder / file.name, text)
             say(str(folder / file.name))
     except OSError as error:
         tell_error(str(error))

@@ -95,7 +95,6 @@ class Records:
         if fields["result"] == "alarm":
             return  # a line between turns has alarms alone
         refused = {"severity": MINOR, "alarm": STATE} if fields["result"] == "refused" else {}
-        self._turn.set(int(fields["turn"]) % 2**31, **at)
         self._result.set(str(fields["result"])[:39], **at, **refused)
         self._reason.set(str(fields["reason"])[:39], **at, **refused)
         for field, record in self._numbers.items():
@@ -108,6 +107,8 @@ class Records:
         for name, place in ARRAYS.items():
             if harmonics:
                 self._arrays[name].set([float(h[place]) for h in harmonics], **at)
+        # Last: a client that waits for the next turn then reads the others of the same turn.
+        self._turn.set(int(fields["turn"]) % 2**31, **at)
 
     def connected(self, is_connected: bool, recorded_s: float) -> None:
         """Show whether the device can be reached; without it every value is INVALID."""

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.device.announcement import Announcement
 from arctrue.device.connection import Watch, ask
 from arctrue.device.console import ConsoleError
@@ -80,7 +81,7 @@ def serve_pvs(
     records = Records(prefix, capture)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "access.acf"
-        file.write_text(access_text(allow_control=allow_control), encoding="ascii")
+        write_whole_text(file, access_text(allow_control=allow_control))
         _use_access_file(file)
         softioc.iocInit(asyncio_dispatcher.AsyncioDispatcher())
     if interface in LOOPBACK:

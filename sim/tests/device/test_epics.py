@@ -83,19 +83,20 @@ def test_a_turn_becomes_pvs_with_unit_limits_severity_and_time(
         begin = time.time()
         replay.turn(7, harmonics=harmonics, separation_deg=33.25)
         shows("Turn", lambda found: found.data[0] == 7)
+        shows("HeadSeparation", lambda found: found.data[0] == 33.25)
         found = read("HeadSeparation")
-        assert found.data[0] == 33.25
         assert found.metadata.severity == 0
         assert begin - 1.0 < found.metadata.timestamp < time.time() + 1.0
-        assert read("Amplitudes").data.tolist() == [150.0, 6.25]
-        assert read("Uncertainties").data.tolist() == [0.01, 0.02]
-        assert read("TableTemperature").metadata.severity == 3, "the device did not send it"
+        shows("Amplitudes", lambda found: found.data.tolist() == [150.0, 6.25])
+        shows("Uncertainties", lambda found: found.data.tolist() == [0.01, 0.02])
+        # The device did not send it.
+        shows("TableTemperature", lambda found: found.metadata.severity == 3)
         limits = read("DieTemperature", "control").metadata
         assert limits.units == b"degC"
         assert (limits.upper_warning_limit, limits.upper_alarm_limit) == (85.0, 100.0)
         replay.turn(8, temperature_c=90.0, alarms=["temperature"])
         shows("Turn", lambda found: found.data[0] == 8)
-        assert read("DieTemperature").metadata.severity == 1
+        shows("DieTemperature", lambda found: found.metadata.severity == 1)
         shows("Alarms", lambda found: found.metadata.severity == 2)
         assert bytes(read("Alarms").data).rstrip(b"\0") == b"temperature"
         # Without the daemon no value is valid.
