@@ -16,7 +16,7 @@ from scripts.tests.image.test_image_store import OLD, Board, program, starts
 
 
 def _run(monkeypatch: pytest.MonkeyPatch, chip: Chip, file: Path) -> Result:
-    monkeypatch.setattr(command, "Console", lambda _port: Board(chip))
+    monkeypatch.setattr(command, "console_at", lambda _port: Board(chip))
     return CliRunner().invoke(main, ["flash", "board", str(file)])
 
 
@@ -41,6 +41,6 @@ def test_what_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pytest.Monk
     def absent(_port: str) -> Board:
         raise ConsoleError("board: cannot be opened")
 
-    monkeypatch.setattr(command, "Console", absent)
+    monkeypatch.setattr(command, "console_at", absent)
     file.write_bytes(flash_image(OLD, 0, None))
     assert CliRunner().invoke(main, ["flash", "board", str(file)]).exit_code == 2

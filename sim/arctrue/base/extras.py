@@ -17,6 +17,7 @@ EXTRA_OF: Mapping[str, str] = {
     "h5py": "files",
     "pyarrow": "files",
     "serial": "device",
+    "softioc": "epics",
     "sklearn": "studies",
     "distributed": "cluster",
     "xmlschema": "certificate",

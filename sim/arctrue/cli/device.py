@@ -12,6 +12,7 @@ from pathlib import Path
 import click
 
 from arctrue.base.extras import optional
+from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._group import Commands
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
@@ -210,10 +211,9 @@ def files(record: Path, folder: Path) -> None:
 def unit(folder: Path) -> None:
     """Write arctrue-device@.service and 70-arctrue.rules to FOLDER; each says where it belongs."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         for file in sorted(SHIPPED.iterdir()):
             text = file.read_text(encoding="utf-8").replace("@ARCTRUE@", _program())
-            (folder / file.name).write_text(text, encoding="utf-8")
+            write_whole_text(folder / file.name, text)
             say(str(folder / file.name))
     except OSError as error:
         tell_error(str(error))
@@ -223,3 +223,33 @@ def unit(folder: Path) -> None:
 def _program() -> str:
     """The command of this installation."""
     return str(Path(sys.executable).with_name("arctrue"))
+
+
+@device.command("epics", short_help="Serve a device as EPICS PVs.")
+@click.argument("port")
+@click.option("--prefix", default="ARCTRUE:", show_default=True, help="Beginning of every PV.")
+@click.option(
+    "--interface",
+    default="127.0.0.1",
+    show_default=True,
+    help="Address of the network interface; other machines reach any other than the default.",
+)
+@click.option("--allow-control", is_flag=True, help="Let every client write to the PV Capture.")
+def epics(port: str, prefix: str, interface: str, allow_control: bool) -> None:
+    """Serve the device at PORT, which arctrue device run owns, over Channel Access and PVAccess.
+
+    PVs have no tokens: whoever reaches the interface reads them. Until the daemon runs, and
+    whenever it ends, the PVs are INVALID. Exit code 2: softioc is missing.
+    """
+    optional("softioc")
+    from arctrue.device.epics_server import serve_pvs
+
+    if interface not in LOOPBACK:
+        tell_warning(f"{interface} can be reached by other machines, and PVs have no tokens")
+    try:
+        serve_pvs(lambda: daemon_of(port), prefix, interface, note, allow_control=allow_control)
+    except OSError as error:
+        tell_error(str(error))
+        sys.exit(NO_DEVICE)
+    except KeyboardInterrupt:
+        return

@@ -94,7 +94,7 @@ def lanes(objections: list[str]) -> dict[str, Any]:
 
 
 def test_lanes_are_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(device, "Console", FakeConsole)
+    monkeypatch.setattr(device, "open_console", lambda port, _: FakeConsole(port))
     said = device.load_into_device("/dev/fake", lanes([]), force=False)
     assert said == "2 orders are loaded and active."
     frames = [line for line in FakeConsole.lines if line.startswith("load lane")]

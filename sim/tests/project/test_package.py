@@ -276,6 +276,8 @@ def test_the_library_works_in_the_core(core: Installed) -> None:
     [
         (("serve",), "page"),
         (("monitor", "/dev/nowhere"), "device"),
+        (("device", "run", "/dev/nowhere"), "device"),
+        (("device", "epics", "/dev/nowhere"), "epics"),
         (("import", "log.csv", "out", "--counts-per-rev", "4096"), "files"),
         (("compare", "polygon", "--out", "pictures"), "page"),
     ],

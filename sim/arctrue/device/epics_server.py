@@ -1,0 +1,138 @@
+"""Serves the PVs of a device over Channel Access and PVAccess: a watcher of its daemon."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import socket
+import stat
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from arctrue.base.whole_file import write_whole_text
+from arctrue.device.announcement import Announcement
+from arctrue.device.connection import Watch, ask
+from arctrue.device.console import ConsoleError
+from arctrue.device.epics_records import Records, access_text
+
+_CAPTURE_S = 400.0
+_AGAIN_S = 1.0
+_EVENT_S = 5.0
+LOOPBACK = ("127.0.0.1", "localhost")
+_INTERNET = (socket.AF_INET, socket.AF_INET6)
+
+
+def bind_to(interface: str) -> None:
+    """Set the variables that bind every socket of EPICS to one interface; before softioc starts."""
+    for name in ("EPICS_CAS_INTF_ADDR_LIST", "EPICS_PVAS_INTF_ADDR_LIST"):
+        os.environ[name] = interface
+    for name in ("EPICS_CAS_BEACON_ADDR_LIST", "EPICS_PVAS_BEACON_ADDR_LIST"):
+        os.environ[name] = interface
+    for name in ("EPICS_CA_ADDR_LIST", "EPICS_PVA_ADDR_LIST", "EPICS_PVA_INTF_ADDR_LIST"):
+        os.environ[name] = interface
+    for name in ("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "EPICS_PVAS_AUTO_BEACON_ADDR_LIST"):
+        os.environ[name] = "NO"
+    for name in ("EPICS_CA_AUTO_ADDR_LIST", "EPICS_PVA_AUTO_ADDR_LIST"):
+        os.environ[name] = "NO"
+
+
+def confine_to_loopback() -> None:
+    """Bind this program's UDP sockets of all interfaces to the loopback device (Linux).
+
+    PVXS listens for searches at port 5076 of all interfaces, whatever its variables say. Elsewhere
+    than on Linux this cannot be changed. Raises OSError if the system refuses it.
+    """
+    if not sys.platform.startswith("linux"):
+        return
+    for name in os.listdir("/proc/self/fd"):  # noqa: PTH208, a folder of numbers
+        try:
+            if not stat.S_ISSOCK(os.fstat(int(name)).st_mode):
+                continue
+            copy = os.dup(int(name))
+        except OSError:
+            continue  # it has been closed meanwhile
+        with socket.socket(fileno=copy) as found:
+            if found.type == socket.SOCK_DGRAM and found.family in _INTERNET:
+                found.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"lo\0")
+
+
+def serve_pvs(
+    find: Callable[[], Announcement | None],
+    prefix: str,
+    interface: str,
+    report: Callable[[str], None],
+    *,
+    allow_control: bool,
+) -> None:
+    """Serve until the program is interrupted; wait for the daemon while it does not run.
+
+    ``find`` returns the daemon. Without ``allow_control`` EPICS refuses every write.
+    """
+    bind_to(interface)
+    from softioc import asyncio_dispatcher, softioc
+
+    def capture() -> None:
+        threading.Thread(target=_capture, args=(find, report), daemon=True).start()
+
+    records = Records(prefix, capture)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "access.acf"
+        write_whole_text(file, access_text(allow_control=allow_control))
+        _use_access_file(file)
+        softioc.iocInit(asyncio_dispatcher.AsyncioDispatcher())
+    if interface in LOOPBACK:
+        confine_to_loopback()
+    report(f"serving {prefix}Turn and others at {interface}")
+    records.connected(False, time.time())
+    while True:
+        daemon = find()
+        try:
+            if daemon is not None:
+                _follow(daemon, records)
+        except ConsoleError as error:
+            report(str(error))
+        records.connected(False, time.time())
+        time.sleep(_AGAIN_S)
+
+
+def _follow(daemon: Announcement, records: Records) -> None:
+    """Show the daemon's events until it ends. Raises ConsoleError."""
+    records.connected(bool(ask(daemon, "status")["connected"]), time.time())
+    watch = Watch(daemon, latest=1)
+    try:
+        while True:
+            event = watch.event(_EVENT_S)
+            if event is None:
+                continue
+            if event["event"] == "turn":
+                records.show(event["telemetry"], event["recorded_s"])
+            elif event["event"] == "port":
+                records.connected(bool(event["state"]["connected"]), event["recorded_s"])
+    finally:
+        watch.close()
+
+
+def _capture(find: Callable[[], Announcement | None], report: Callable[[str], None]) -> None:
+    daemon = find()
+    try:
+        if daemon is not None:
+            report(f"captured: {ask(daemon, 'capture', _CAPTURE_S)['capture']}")
+    except ConsoleError as error:
+        report(str(error))
+
+
+def _use_access_file(file: Path) -> None:
+    """Name the file of access security to EPICS, as asSetFilename of its shell does.
+
+    Raises RuntimeError if EPICS does not take it: the PVs must not be left open to writes.
+    """
+    from epicscorelibs import path
+
+    library = ctypes.CDLL(path.get_lib("dbCore"))
+    library.asSetFilename.argtypes = [ctypes.c_char_p]
+    if library.asSetFilename(str(file).encode()):
+        raise RuntimeError("EPICS refused the file of access security")
