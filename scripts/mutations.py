@@ -59,6 +59,22 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/mean/test_weighted_mean.py",
     ),
     Mutation(
+        "a_wrong_head_steps",
+        "a step names the first head without which others agree, though it is not the only one",
+        "rtl/mean/head_watch.vhd",
+        "if agree = alone and",
+        "if (agree and alone) = alone and",
+        "tb/mean/test_head_watch.py",
+    ),
+    Mutation(
+        "a_mixed_set_is_swapped",
+        "a swap of the processor passes while a prepared set is being loaded",
+        "rtl/mean/prepared_sets.vhd",
+        "              swap when now = IDLE else\n              '0';\n",
+        "              swap;\n",
+        "tb/mean/test_prepared_sets.py",
+    ),
+    Mutation(
         "reset_drops_the_drivers",
         "a reset of the core disables the line drivers at once",
         "rtl/signals/fault_outputs.vhd",

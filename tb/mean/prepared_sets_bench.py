@@ -185,6 +185,8 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
             getattr(dut, f"write_{name}").value = int(begins and kind == name)
         before = len(bank.swaps)
         await RisingEdge(dut.clock)
+        if dut.swap_out.value == 1 and dut.busy.value == 1:
+            assert bank.idle in sets.values(), "a set that is not whole is swapped"
         if under_way and (dut.acknowledge_lane.value == 1 or dut.acknowledge_mean.value == 1):
             assert (dut.acknowledge_mean.value == 1) == (under_way[0][0] == "mean")
             under_way = None
