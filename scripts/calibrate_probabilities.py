@@ -102,7 +102,14 @@ def data(learned: Calibration, answers: int) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, and write what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--collect", type=Path, action="append", default=[], metavar="FOLDER")
+    parser.add_argument(
+        "--collect",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="run of `arctrue benchmark` whose answers are stored first",
+    )
     parser.add_argument("--write", action="store_true", help="write the coefficients")
     given = parser.parse_args(arguments)
     if given.collect:

@@ -93,7 +93,11 @@ def page(text: str, stored: dict[str, Any]) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, write or compare; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=["measure", "page", "check"])
+    parser.add_argument(
+        "what",
+        choices=["measure", "page", "check"],
+        help="measure and store; write the table into the page; compare both",
+    )
     parser.add_argument("names", nargs="*", choices=[*ROWS, []], help="cases; default: all")
     wanted = parser.parse_args(arguments)
     stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}

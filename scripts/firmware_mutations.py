@@ -287,8 +287,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "what_no_turn_judges_passes",
         "an order that needs more turns is taken with the first",
         "firmware/application/judge.c",
-        "            answer = LOAD_NOT_YET;\n",
-        "",
+        "            load->undecided |= 1ULL << place;\n            answer = LOAD_NOT_YET;\n",
+        "            load->undecided |= 1ULL << place;\n",
         f"{_TESTS}/test_judged_orders.py::test_an_order_that_a_turn_cannot_judge_waits",
     ),
     Mutation(

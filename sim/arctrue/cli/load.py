@@ -10,7 +10,7 @@ import click
 from arctrue.cli._device import console_at
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import note, say, tell_error
+from arctrue.cli._terminal import say, tell_error, tell_warning
 from arctrue.device.console import ConsoleError
 from arctrue.device.load import (
     DEVICE_LOADS,
@@ -56,8 +56,8 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
         coefficients = read_coefficient_file(file, DEVICE_LOADS)
         missing = heads_without_sets(coefficients)
         if missing:
-            note(
-                f"warning: {file}: the sets without head {', '.join(map(str, missing))} stay in "
+            tell_warning(
+                f"{file}: the sets without head {', '.join(map(str, missing))} stay in "
                 "the file: the firmware has no command for them, so that no head that fails is "
                 "left out"
             )

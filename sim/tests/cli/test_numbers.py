@@ -23,6 +23,7 @@ SIGNED = {
     ("import", "clock_offset"),
     ("simulate", "sizes"),
     ("calibrate", "runs"),
+    ("certificate", "temperature"),
 }
 """Angles, °C, clocks, sizes of causes and numbers of runs may be negative."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import expit, log_expit
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.independent.world import independent_worlds
 from arctrue.studies.benchmark.outcome import Judged
 from arctrue.workbench.diagnose.calibrated import (
@@ -112,10 +114,11 @@ def _right(item: Judged, first: bool) -> bool:
 
 def write_stated(rows: Sequence[Stated], path: Path = FILE) -> None:
     """As CSV, in the order given."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, [item.name for item in fields(Stated)], lineterminator="\n")
-        table.writeheader()
-        table.writerows({**asdict(row), "right": int(row.right)} for row in rows)
+    text = StringIO()
+    table = csv.DictWriter(text, [item.name for item in fields(Stated)], lineterminator="\n")
+    table.writeheader()
+    table.writerows({**asdict(row), "right": int(row.right)} for row in rows)
+    write_whole_text(path, text.getvalue())
 
 
 def read_stated(path: Path = FILE) -> list[Stated]:

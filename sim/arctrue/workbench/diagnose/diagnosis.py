@@ -168,20 +168,27 @@ def diagnose(
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}
     second = _second(found.decision, left) if found.verdict == "named" else None
-    findings = _beside_the_found(findings, found, case)
+    findings = _beside_the_found(findings, found, case, effects)
     return replace(found, before=adding.before, left=left, second=second, findings=findings)
 
 
-def _beside_the_found(findings: Findings, found: Diagnosis, case: Case) -> Findings:
+def _beside_the_found(
+    findings: Findings, found: Diagnosis, case: Case, effects: Mapping[str, type[Effect]]
+) -> Findings:
     """The findings that remain with the named effect in the model.
 
     An effect may show in the reference as a line at an alias, an oscillation or a step: these are
-    no findings of their own. A regular cause is a finding itself and stays in the list.
+    no findings of their own. A regular cause is a finding itself and stays in the list; what its
+    plain line misses, as a phase that depends on the direction, may have looked like a resonance.
     """
     item = found.named
-    if item is None or item.regular is not None or findings.empty or case.with_best is None:
+    if item is None or findings.empty or case.with_best is None:
         return findings
-    return findings.beside(item.name, case.with_best.survey.findings)
+    if item.regular is None:
+        return findings.beside(item.name, case.with_best.survey.findings)
+    if findings.oscillation is None:
+        return findings
+    return replace(findings, oscillation=findings_of(item.at_maximum, effects).oscillation)
 
 
 def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:

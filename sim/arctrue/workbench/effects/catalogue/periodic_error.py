@@ -97,7 +97,9 @@ class PeriodicError(Effect):
                 for item in type(self).search
             )
             self.compensation = "none"  # type: ignore[misc, assignment]
-            self.compensation_note = "a lane knows no direction"  # type: ignore[misc]
+            self.compensation_note = (  # type: ignore[misc]
+                "export writes no lanes for a line that depends on the direction"
+            )
 
     @property
     def _by_direction(self) -> bool:
