@@ -21,15 +21,15 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.plan import TIERS, TierPlan
 from arctrue.studies.campaign import Campaign, Task, read_results
 from arctrue.studies.campaign.task import find_work
 from arctrue.studies.monte_carlo.plan import TrialPlan as MonteCarlo
 from scripts.bench_rows import Row, add_option, give_out
+from scripts.marked_section import MarkedSection
 
 PAGE = Path("docs/campaigns.md")
-BEGIN, END = "<!-- scaling: python -m scripts.bench_campaign --write -->\n", "<!-- end -->\n"
+SECTION = MarkedSection(PAGE, "<!-- scaling: python -m scripts.bench_campaign --write -->\n")
 WORKERS = (1, 2)
 CLUSTER_CORES, CLUSTER_SETS = 64, 10_000
 WORKS = {
@@ -180,9 +180,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     lines = table([few, *(median_run(runs) for runs in found)], os.getloadavg()[1])
     print("\n".join(lines))
     if given.write:
-        before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-        after = rest.split(END)[1]
-        write_whole_text(PAGE, before + BEGIN + "\n".join(lines) + "\n" + END + after)
+        SECTION.write("\n".join(lines) + "\n")
     return give_out([row(runs) for runs in found], given.rows)
 
 

@@ -24,6 +24,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from scripts.marked_section import MarkedSection
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 from scripts.resources import Design, Resources
 from scripts.timing_paths import Netlist, longest_paths
@@ -32,7 +33,7 @@ Integers = NDArray[np.int64]
 
 WORK: Final = ROOT / "build" / "cordic-comparison"
 PAGE: Final = ROOT / "docs" / "cordic-comparison.md"
-BEGIN, END = "<!-- written by make compare-lanes -->\n", "<!-- end -->\n"
+BEGIN = "<!-- written by make compare-lanes -->\n"
 AMPLITUDE: Final = 2.0**16
 """Units of the last bit of a cosine s1.16 at 1."""
 WIDTH: Final = 18
@@ -340,19 +341,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--page", type=Path, default=PAGE, help="page with the marks")
     page: Path = parser.parse_args(arguments).page
     try:
-        text = page.read_text(encoding="utf-8")
-        if BEGIN not in text or END not in text:
-            raise ToolError(f"{page} has no lines {BEGIN.strip()} and {END.strip()}")
+        section = MarkedSection(page, BEGIN)
+        section.inserted("")  # a page without its marks is refused before the synthesis
         table = table_of(
             {name: measure(make, WORK / make.__name__) for name, make in LANES.items()}
         )
-    except (ToolError, OSError) as error:
+    except (ToolError, OSError, ValueError) as error:
         print(f"compare_lanes: {error}", file=sys.stderr)
         return 2
     print(table)
-    before, _, rest = text.partition(BEGIN)
-    after = rest.partition(END)[2]
-    page.write_text(f"{before}{BEGIN}{table}{END}{after}", encoding="utf-8")
+    section.write(table)
     return 0
 
 

@@ -20,11 +20,12 @@ from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.hidden_effect.cases import CASES
 from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
 from arctrue.studies.hidden_effect.settings import HiddenSettings
+from scripts.marked_section import MarkedSection
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 STORED: Final = ROOT / "docs" / "data" / "conditions.json"
 PAGE: Final = ROOT / "docs" / "hidden-effect.md"
-BEGIN, END = "<!-- made by scripts/conditions_table.py -->\n", "<!-- end -->\n"
+SECTION: Final = MarkedSection(PAGE, "<!-- made by scripts/conditions_table.py -->\n")
 ROWS: Final = {
     "hysteresis": "polygon from both sides, up less down",
     "latency": "speed goes to a half and back, largest error",
@@ -78,16 +79,7 @@ def section(stored: dict[str, Any]) -> str:
                 f"| `{name}` | {words} | {lanes or 'of the temperature'} | {left['paper']:.2f}″ | "
                 f"{'' if without is None else f'{without:.2f}″'} | {left['corrected']:.2f}″ |"
             )
-    return BEGIN + "\n".join(lines) + "\n" + END
-
-
-def page(text: str, stored: dict[str, Any]) -> str:
-    """Insert the present table into the page. Raises ValueError if its place is missing."""
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{PAGE} has no place for the table: {BEGIN.strip()} … {END.strip()}")
-    return before + section(stored) + after
+    return "\n".join(lines) + "\n"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -104,17 +96,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if wanted.what == "measure":
         stored |= measure(wanted.names or list(ROWS))
         write_whole_text(STORED, json.dumps(stored, indent=1, ensure_ascii=False) + "\n")
-    text = PAGE.read_text(encoding="utf-8")
-    made = page(text, stored)
+    lines = section(stored)
     if wanted.what == "check":
-        if made == text:
+        if SECTION.is_current(lines):
             return 0
         print(
             f"{PAGE} is not what {STORED} says: python -m scripts.conditions_table page",
             file=sys.stderr,
         )
         return 1
-    write_whole_text(PAGE, made)
+    SECTION.write(lines)
     return 0
 
 

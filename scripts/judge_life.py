@@ -16,13 +16,13 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from arctrue.base.whole_file import write_whole_text
 from arctrue.metrology.life.history import FALSE_ALARMS_A_YEAR, HORIZON_DAYS
 from arctrue.studies.campaign import Campaign, read_results
 from arctrue.studies.life.judge import summary, tasks
+from scripts.marked_section import MarkedSection
 
 PAGE = Path("docs/life.md")
-BEGIN, END = "<!-- lives: python -m scripts.judge_life --write -->\n", "<!-- end -->\n"
+SECTION = MarkedSection(PAGE, "<!-- lives: python -m scripts.judge_life --write -->\n")
 IN_TIME, FALSE_A_YEAR = 0.95, 1.0
 """Required share of alarms before the limit, and permitted false alarms a machine-year."""
 HEADINGS = (
@@ -81,9 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     lines = table(rows, given.lives, given.seed)
     print("\n".join(lines))
     if given.write:
-        before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-        after = rest.split(END)[1]
-        write_whole_text(PAGE, before + BEGIN + "\n".join(lines) + "\n" + END + after)
+        SECTION.write("\n".join(lines) + "\n")
     whole = rows[-1]
     enough = whole["in_time"] >= IN_TIME * whole["passing"]
     return 0 if enough and whole["false_alarms"] <= FALSE_A_YEAR * whole["years"] else 1

@@ -21,11 +21,12 @@ from arctrue.studies.hidden_effect.cases import CASES
 from arctrue.studies.hidden_effect.experiment import run_hidden
 from arctrue.studies.hidden_effect.follow import BY_FIRMWARE, HELD, follow_warming
 from arctrue.studies.hidden_effect.settings import HiddenSettings
+from scripts.marked_section import MarkedSection
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 STORED: Final = ROOT / "docs" / "data" / "warming.json"
 PAGE: Final = ROOT / "docs" / "hidden-effect.md"
-BEGIN, END = "<!-- made by scripts/warming.py -->\n", "<!-- end -->\n"
+SECTION: Final = MarkedSection(PAGE, "<!-- made by scripts/warming.py -->\n")
 SCALES: Final = {
     "small": (1024, 256, 4, 1200),
     "full": (16384, 1024, 32, 12000),
@@ -76,16 +77,7 @@ def section(stored: dict[str, Any]) -> str:
         for run, words in RUNS.items():
             figures = " | ".join(f"{value:.2f}″" for value in row["order1_arcsec"][run])
             lines.append(f"| {words} | {figures} |")
-    return BEGIN + "\n".join(lines[1:]) + "\n" + END
-
-
-def page(text: str, stored: dict[str, Any]) -> str:
-    """Insert the present table into the page. Raises ValueError if its place is missing."""
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{PAGE} has no place for the table: {BEGIN.strip()} … {END.strip()}")
-    return before + section(stored) + after
+    return "\n".join(lines[1:]) + "\n"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -103,14 +95,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     stored |= measured
     if measured:
         write_whole_text(STORED, json.dumps(stored, indent=1, ensure_ascii=False) + "\n")
-    text = PAGE.read_text(encoding="utf-8")
-    made = page(text, stored)
+    lines = section(stored)
     if wanted == "check":
-        if made == text:
+        if SECTION.is_current(lines):
             return 0
         print(f"{PAGE} is not what {STORED} says: python -m scripts.warming page", file=sys.stderr)
         return 1
-    write_whole_text(PAGE, made)
+    SECTION.write(lines)
     return 0
 
 

@@ -14,7 +14,6 @@ from scripts import compare_lanes
 from scripts.compare_lanes import (
     AMPLITUDE,
     BEGIN,
-    END,
     LANES,
     LATENCIES,
     SWEEP_BITS,
@@ -24,6 +23,7 @@ from scripts.compare_lanes import (
     sweep,
     verilog_table,
 )
+from scripts.marked_section import END
 from scripts.netlist import ToolError
 from scripts.resources import Resources
 
@@ -132,7 +132,7 @@ def test_a_missing_tool_is_told(
     page = tmp_path / "page.md"
     for text, told in (
         (f"{BEGIN}{END}", "verilator is missing"),
-        ("page", "page.md has no lines <!--"),
+        ("page", "page.md lacks the lines <!--"),
     ):
         page.write_text(text, encoding="utf-8")
         assert compare_lanes.main(["--page", str(page)]) == 2

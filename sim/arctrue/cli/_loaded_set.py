@@ -83,6 +83,18 @@ def _remember_outliers(context: click.Context, _: click.Parameter, value: bool) 
     context.meta[KEEP_OUTLIERS] = value
 
 
+model_option = click.option(
+    "--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML)."
+)
+effects_option = click.option(
+    "--effects",
+    "folders",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="Folder of own effects.",
+)
+
+
 def common_options(function: Callable[..., None]) -> Callable[..., None]:
     """Add --model, --effects, --json, --out, --seed, --keep-outliers and --other-table."""
     for option in (
@@ -109,16 +121,8 @@ def common_options(function: Callable[..., None]) -> Callable[..., None]:
         ),
         click.option("--out", type=OutputFolder(), help="Folder for pictures."),
         json_option,
-        click.option(
-            "--effects",
-            "folders",
-            type=click.Path(path_type=Path),
-            multiple=True,
-            help="Folder of own effects.",
-        ),
-        click.option(
-            "--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML)."
-        ),
+        effects_option,
+        model_option,
     ):
         function = option(function)
     return function

@@ -10,7 +10,7 @@ import click
 import numpy as np
 
 from arctrue.base.whole_file import write_whole_text
-from arctrue.cli._loaded_set import console, for_people, load
+from arctrue.cli._loaded_set import console, effects_option, for_people, load, model_option
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
@@ -47,11 +47,8 @@ FULL_TURN_DEG = 360.0
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
     help="Official dcc.xsd, with the schemas that it imports in the same folder.",
 )
-@click.option("--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML).")
-@click.option(
-    "--effects", "folders", type=click.Path(path_type=Path), multiple=True,
-    help="Folder of own effects.",
-)  # fmt: skip
+@model_option
+@effects_option
 @for_people
 def certificate(
     measurement_set: Path,

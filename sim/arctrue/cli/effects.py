@@ -12,7 +12,15 @@ from rich.text import Text
 
 from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._group import Commands
-from arctrue.cli._loaded_set import console, effects_for, for_people, load_model, write_json
+from arctrue.cli._loaded_set import (
+    console,
+    effects_for,
+    effects_option,
+    for_people,
+    load_model,
+    model_option,
+    write_json,
+)
 from arctrue.cli._options import json_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import pairs, table, words
@@ -39,14 +47,8 @@ CORRECTED_BY = {
     invoke_without_command=True,
     short_help="List the known effects, or describe one.",
 )
-@click.option("--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML).")
-@click.option(
-    "--effects",
-    "folders",
-    type=click.Path(path_type=Path),
-    multiple=True,
-    help="Folder of own effects.",
-)
+@model_option
+@effects_option
 @json_option
 @click.pass_context
 @for_people

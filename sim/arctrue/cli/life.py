@@ -14,8 +14,10 @@ from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._loaded_set import (
     console,
     effects_for,
+    effects_option,
     for_people,
     load_model,
+    model_option,
     write_json,
 )
 from arctrue.cli._numbers import SEED, Finite
@@ -66,14 +68,8 @@ from arctrue.workbench.model.model import ModelEffect
     show_default=True,
     help="An alarm is raised if the limit may be passed within so many days.",
 )
-@click.option("--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML).")
-@click.option(
-    "--effects",
-    "folders",
-    type=click.Path(path_type=Path),
-    multiple=True,
-    help="Folder of own effects.",
-)
+@model_option
+@effects_option
 @json_option
 @click.option("--out", type=OutputFolder(), help="Folder for the page life.html.")
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of the random draws.")
