@@ -23,8 +23,26 @@ LINK = re.compile(r"!?\[[^\]]*\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
 
 MADE_PAGES = frozenset(
-    "api benchmark benchmark-sets calibration-budget commands effects head-angle heads long-run "
-    "methods monte-carlo nightly number-formats paper proofs registers stop-and-go systems".split()
+    [
+        "api",
+        "benchmark",
+        "benchmark-sets",
+        "calibration-budget",
+        "commands",
+        "effects",
+        "head-angle",
+        "heads",
+        "long-run",
+        "methods",
+        "monte-carlo",
+        "nightly",
+        "number-formats",
+        "paper",
+        "proofs",
+        "registers",
+        "stop-and-go",
+        "systems",
+    ]
 )
 """Pages of docs/ that a script or a command writes as a whole, besides those of docs/entities."""
 WORD = re.compile(r"\S*\w\S*")
