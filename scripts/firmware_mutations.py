@@ -19,7 +19,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_state_that_must_never_be_is_worked_with",
-        "a step does not assert what is true between any two calls",
+        "a step does not assert the invariants between two calls",
         "firmware/application/application.c",
         "    state_assert(application);\n",
         "",
@@ -27,7 +27,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "release_without_an_end",
-        "a release by anything but the output's own fault cannot be ended",
+        "only a release by the output's own fault can be ended",
         "firmware/application/release.c",
         "!before.cannot_keep_up && before.release_causes == 0",
         "!before.cannot_keep_up",
@@ -35,7 +35,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "flags_of_a_head_hold_the_release",
-        "the command clears the release and not the flags of the head behind it",
+        "the command clears the release, not the flags of the head that caused it",
         "firmware/application/release.c",
         "core_clear_output(&application->core, before.release_present);",
         "core_clear_output(&application->core, 0U);",
@@ -51,7 +51,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "no_running_average",
-        "the turns are added to the average, and each is used alone",
+        "the average is calculated, but each turn is used alone",
         "firmware/application/calibrate.c",
         "    average_apply(&application->average, estimate);\n",
         "",
@@ -59,7 +59,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "usual_noise_never_follows",
-        "the noise of the first turn stays the usual one",
+        "the usual noise stays that of the first turn",
         "firmware/application/calibrate.c",
         "usual + NOISE_SHARE * (noise - usual)",
         "usual + 0.0 * NOISE_SHARE * (noise - usual)",
@@ -67,7 +67,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "noisy_turns_are_never_forgotten",
-        "the fifth noisy turn is taken though quiet ones came in between",
+        "the fifth noisy turn is used although quiet turns came in between",
         "firmware/application/calibrate.c",
         "    application->noisy_turns = 0;\n",
         "",
@@ -91,7 +91,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "alarms_of_a_line_that_is_left_out",
-        "what a line of telemetry would have told that was left out is told never",
+        "an alarm of an omitted telemetry line is never reported",
         "firmware/console/console.c",
         "console->untold_alarms = told ? 0 : alarms;",
         "console->untold_alarms = 0;",
@@ -107,7 +107,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "too_few_clocks_for_a_device_that_holds_sda",
-        "a device that holds SDA gets a clock less than a byte takes",
+        "a device that holds SDA gets fewer clocks than a byte needs",
         "firmware/zynq/i2c.c",
         "enum { CLOCKS_OF_A_BYTE = 9 };",
         "enum { CLOCKS_OF_A_BYTE = 7 };",
@@ -115,7 +115,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "silence_allows_no_change",
-        "a thermometer that was silent must not have moved meanwhile",
+        "a thermometer that was silent may not have changed meanwhile",
         "firmware/application/table_temperature.c",
         "limits->jump_k + SILENT_K_S * (now_s - table->read_s);",
         "limits->jump_k;",
@@ -139,7 +139,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "the_only_record_is_erased",
-        "a save erases the sector of the latest record where no other is good",
+        "a save erases the sector of the latest record if no other is good",
         "firmware/application/save.c",
         "save->found == SAVED_READ && sector == save->latest;",
         "false;",
@@ -171,7 +171,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "a_second_try_has_the_same_number",
-        "a record that was not confirmed and the next one have the same number",
+        "an unconfirmed record and the next record have the same number",
         "firmware/application/save.c",
         "saved_write(&save->content, ++save->highest, save->words);",
         "saved_write(&save->content, save->highest = save->sequence + 1, save->words);",
@@ -179,7 +179,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "saved_is_not_judged",
-        "saved coefficients are applied whatever the captured turn says",
+        "saved coefficients are applied even if the captured turn contradicts them",
         "firmware/application/calibrate.c",
         "found == JUDGED_RIGHT) {\n        calibrate_take_candidate(application, OF_SAVED);",
         "found == JUDGED_RIGHT || fits) {\n"
@@ -212,7 +212,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "select_between_words",
-        "the flash is let go between its address and what is written there",
+        "the flash is deselected between the address and the data of a write",
         "firmware/zynq/flash.c",
         "    bool answers = exchange(flash, QSPI_TXD0, word, &nothing);\n",
         "    bool answers = exchange(flash, QSPI_TXD0, word, &nothing);\n"
@@ -229,7 +229,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "image_is_not_read_back",
-        "what the flash holds after a write is not compared",
+        "the content of the flash after a write is not compared",
         "firmware/application/image_store.c",
         "if (words[place] != store->words[place]) {",
         "if (words[place] != store->words[place] && place > IMAGE_WORDS_MOST) {",
@@ -237,7 +237,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "lag_is_not_followed",
-        "how far the thermometer is behind the table is never corrected by what it shows",
+        "the lag of the thermometer is never corrected by its readings",
         "firmware/application/table_temperature.c",
         "table->behind_k += behind_gain * off;",
         "table->behind_k += 0.0 * behind_gain * off;",
@@ -245,7 +245,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "turn_is_told_twice",
-        "an alarm between two turns tells the turn before once more",
+        "an alarm between two turns reports the previous turn again",
         "firmware/application/alarms.c",
         "report->between_turns = report->between_turns || !report->fresh;",
         "report->between_turns = report->between_turns && !report->fresh;",
@@ -253,7 +253,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "compare_begins_behind_the_table",
-        "the compare is armed at a place that the table has passed",
+        "the compare is armed at a position that the table has passed",
         "firmware/application/core.c",
         "position + (uint32_t)(upwards ? counts : -counts)",
         "position + (uint32_t)(upwards ? -counts : counts)",
@@ -261,7 +261,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "no_edge_is_a_stuck_capture",
-        "where no edge of sync_in comes the correction is taken away",
+        "the correction is removed if no edge of sync_in arrives",
         "firmware/application/bank.c",
         "    if (application_capture(application) == CAPTURE_BY_SYNC) {\n        return;\n    }\n",
         "",
@@ -277,7 +277,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "an_order_passes_beside_the_others",
-        "a wrong order is taken where the set as a whole is right",
+        "a wrong order is accepted if the set as a whole is right",
         "firmware/application/judge.c",
         "if (*evidence <= -EVIDENCE_ENOUGH || left",
         "if (left",
@@ -285,7 +285,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "what_no_turn_judges_passes",
-        "an order that needs more turns is taken with the first",
+        "an order that needs more turns is accepted after the first",
         "firmware/application/judge.c",
         "            load->undecided |= 1ULL << place;\n            answer = LOAD_NOT_YET;\n",
         "            load->undecided |= 1ULL << place;\n",
@@ -293,7 +293,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "unseen_orders_need_no_force",
-        "an order that two heads cannot see waits in place of being refused",
+        "an order that two heads cannot see is not refused, but waits",
         "firmware/application/judge.c",
         "(found == JUDGED_NEVER && !load->forced)",
         "false",
@@ -301,7 +301,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "loaded_orders_are_not_reported",
-        "what loaded orders leave is not in active_arcsec",
+        "active_arcsec omits the residual error of loaded orders",
         "firmware/application/calibrate.c",
         "double square = application->load.watch.mean_square;",
         "double square = 0.0 * application->load.watch.mean_square;",
@@ -309,7 +309,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "no_alarm_below_the_limit",
-        "a loaded order that is off by many times its scatter is no alarm",
+        "a loaded order with an error of many times its scatter raises no alarm",
         "firmware/application/loaded_watch.c",
         "watch->beyond[place]++;",
         "watch->beyond[place] = 1;",
@@ -325,7 +325,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "heads_are_taken_for_one",
-        "the heads' own errors of a high order are taken for the same",
+        "the heads' own errors of a high order are treated as equal",
         "firmware/calibration/further_sight.c",
         "if (apart >= TOLD_APART) {",
         "if (apart >= 2.0) {",

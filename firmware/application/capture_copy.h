@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A copy of a capture, so that the core has its bank back while the console tells it. */
+/* A copy of a capture: the core gets its bank back while the console prints the copy. */
 
 #ifndef ARCTRUE_CAPTURE_COPY_H
 #define ARCTRUE_CAPTURE_COPY_H
@@ -10,12 +10,12 @@
 
 #include "capture.h"
 
-/* With two heads so many samples of two words of 16 bits, or half as many of 32; with more heads half as many, so that
-   of a longer capture every second sample is kept. */
+/* Two heads: 12,288 samples of two words of 16 bits, or half as many of 32 bits. More heads: half as many
+   samples. Of a longer capture every second sample is kept. */
 enum { CAPTURE_COPY_SAMPLES = 12288, CAPTURE_COPY_WORDS = 2 * CAPTURE_COPY_SAMPLES };
 
 struct capture_copy {
-    /* That are kept. */
+    /* Number of kept samples. */
     uint32_t samples;
     uint32_t heads;
     uint32_t sequence_number;
@@ -26,26 +26,26 @@ struct capture_copy {
     int32_t separation_udeg;
     bool has_temperature;
     int32_t temperature_cdeg;
-    /* Of the first sample. */
+    /* Counts of the first sample, per head. */
     int64_t first[HEADS_MOST];
-    /* Few samples are kept whole. */
+    /* Words of 32 bits: the capture has few samples. */
     bool whole;
-    /* The sample that `place` is at. */
+    /* Reading position: a sample, and head 1's counts there. */
     uint32_t place;
     int64_t at;
-    /* A word a head and sample, one sample after the other. */
+    /* One word per head, sample after sample. */
     union {
-        /* Counts from the first sample on. */
+        /* Counts since the first sample. */
         int32_t since[CAPTURE_COPY_WORDS / 2];
-        /* Step of head 1; another head less head 1, less the first difference. */
+        /* Head 1: step since the previous sample. Other heads: difference to head 1, minus its first value. */
         int16_t step[CAPTURE_COPY_WORDS];
     } kept;
 };
 
-/* False: a step or a difference does not fit; nothing is copied then. */
+/* Copies the capture; false, without a copy, if a step or difference does not fit into its word. */
 bool capture_copy_take(struct capture_copy *copy, const struct capture *capture);
 
-/* Of every head; they count on where words wrap. */
+/* Counts of every head at `sample`, continued where words wrap. */
 void capture_copy_counts(struct capture_copy *copy, uint32_t sample, int64_t counts[HEADS_MOST]);
 
 #endif

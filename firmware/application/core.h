@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The gateware by name, over whatever reads and writes its registers: memory on the device, a
-   simulator's bus or a model on the host. */
+/* Names the functions of the gateware. Registers are accessed through functions of the caller: memory on the
+   device, a simulator's bus, or a model on the host. */
 
 #ifndef ARCTRUE_CORE_H
 #define ARCTRUE_CORE_H
@@ -15,10 +15,10 @@
 
 typedef uint32_t core_read_word(void *context, uint32_t offset);
 typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
-/* The ready bank's words, `number` of them; they stand still until the bank is released. */
+/* Returns `number` words of the ready bank; they do not change until the bank is released. */
 typedef const volatile int32_t *core_capture_words(void *context, uint32_t number);
 
-/* Before a core is looked for: whether anything answers may have changed. */
+/* Called before core_identify() accesses a core, because the answering device may have changed. */
 typedef void core_look(void *context);
 
 struct core_access {
@@ -26,9 +26,9 @@ struct core_access {
     core_write_word *write;
     core_capture_words *capture;
     void *context;
-    /* NULL: nothing changes. */
+    /* NULL: the device never changes. */
     core_look *look;
-    /* As `capture`, of heads 3 and 4; NULL where no core has them. */
+    /* Like `capture`, for heads 3 and 4; NULL if no core has them. */
     core_capture_words *further_capture;
 };
 
@@ -36,7 +36,7 @@ struct core_configuration {
     uint32_t lanes;
     uint32_t capture_depth;
     uint32_t clock_hz;
-    /* Two to four; what the firmware cannot reach counts as not there. */
+    /* Two to four; without heads that the firmware cannot read. */
     uint32_t heads;
     bool has_mean;
 };
@@ -47,18 +47,18 @@ struct core_origin {
     uint32_t patch;
     /* Lanes that share a pipeline. */
     uint32_t fold;
-    /* The lanes find their cosine in a table, not by CORDIC. */
+    /* The lanes read their cosine from a table instead of calculating it by CORDIC. */
     bool has_table;
-    /* Amplitudes of lanes may follow conditions. */
+    /* Conditions may modulate the amplitudes of lanes. */
     bool has_modulators;
-    /* Identifier of the chip, where the top level reads it. */
+    /* Identifier of the chip, if the top level reads it. */
     bool has_dna;
     uint64_t dna;
 };
 
 struct core_setup {
     uint32_t counts_per_rev;
-    /* Clocks, and counts of head 1, from one sample to the next. */
+    /* Distance of two samples: clocks, and counts of head 1. */
     uint32_t sample_period;
     uint32_t angle_step;
     uint32_t ramp_rate;
@@ -67,12 +67,12 @@ struct core_setup {
     uint32_t filter_length;
     uint32_t minimum_edge_spacing;
     uint32_t index_tolerance;
-    /* Counts that head 1 lost are put into the count of the output. */
+    /* The core adds counts that head 1 lost to the count of the output. */
     bool heal;
     /* Words of the registers. */
     uint32_t head1_input;
     uint32_t head2_input;
-    /* Of cores that have them. */
+    /* Only for cores with heads 3 and 4 or delays. */
     uint32_t head3_input;
     uint32_t head4_input;
     uint32_t head_delays;
@@ -102,12 +102,12 @@ struct core_position {
     int32_t correction;
 };
 
-/* Of the last edge of the probe: clocks, and the corrected position and angle in counts. */
+/* Last edge of the probe: its clock, corrected position and angle in counts. */
 struct core_probe {
     uint64_t time;
     int32_t position;
     uint32_t angle;
-    /* Since the reset of the core; wraps at 2^16. */
+    /* Number of edges since the reset of the core, modulo 2^16. */
     uint32_t edges;
 };
 
@@ -117,110 +117,110 @@ struct core_status {
     bool capture_ready;
     bool cannot_keep_up;
     bool compare_armed;
-    /* Some of enum core_fault: those that released the line drivers, 0 where they are driven, and those that
-       would do so now. */
+    /* Bits of enum core_fault: the faults that released the line drivers (0: they drive), and the present
+       faults that would release them. */
     uint32_t release_causes;
     uint32_t release_present;
 };
 
-/* As the bits of the register alarm. */
+/* Bits of the register alarm. */
 enum core_fault {
     CORE_FAULT_HEAD1 = 1,
     CORE_FAULT_HEAD2 = 2,
     CORE_FAULT_CANNOT_KEEP_UP = 4,
     CORE_FAULT_CORRECTION_LIMITED = 8,
     CORE_FAULT_PROCESSOR_SILENT = 16,
-    /* Of head 1: counts, by the input filter. */
+    /* The input filter of head 1 swallowed counts. */
     CORE_FAULT_SWALLOWED = 32,
     CORE_FAULT_HEAD3 = 64,
     CORE_FAULT_HEAD4 = 128,
 };
 
-/* Angle and turn position of every head in the clock of the core_position() before. */
+/* Angle and turn position of every head, of the same clock as the previous core_position(). */
 struct core_turns {
     uint32_t angle[HEADS_MOST];
     int32_t turn_position[HEADS_MOST];
 };
 
-/* NULL for what is no bit of these. */
+/* NULL if `bit` is no bit of enum core_fault. */
 const char *core_fault_name(uint32_t bit);
 
-/* False: no core answers there, or one of another major version. */
+/* Reads the configuration; false if no core answers, or one of another major version. */
 bool core_identify(const struct core_access *core, struct core_configuration *configuration);
 
-/* What a core that was identified is, and in which chip. */
+/* Version and chip of an identified core. */
 struct core_origin core_origin(const struct core_access *core);
 
-/* Correction and capture off; set the registers, let marks that are proven move the zero of head 1, let
-   a ready bank and a fault of head 1 interrupt, and re-arm, which forgets the index. False:
-   `counts_per_rev` is refused. */
+/* Switches correction and capture off, sets the registers, enables the move of head 1's zero by proven marks
+   and the interrupts of a ready bank and of a fault of head 1, and re-arms, which forgets the index. False:
+   the core refuses `counts_per_rev`. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
-/* The same registers, with the core at work: no re-arm, and control as it is. False: the core counts
-   another turn, and nothing was set. */
+/* Sets the same registers of a working core, without re-arm or change of control. False, with nothing set, if
+   the core has another number of counts per turn. */
 bool core_resume(const struct core_access *core, const struct core_setup *setup);
-/* Widths of the pulses and edges of the pulse inputs, at once. */
+/* Sets widths of the pulses and edges of the pulse inputs; takes effect at once. */
 void core_set_pins(const struct core_access *core, const struct core_setup *setup);
 struct core_probe core_probe(const struct core_access *core);
 struct core_places {
-    /* After the index, and from one to the next; counts. Interval 0: once. */
+    /* Counts from the index to the first pulse, and between pulses. Interval 0: one pulse. */
     uint32_t first;
     uint32_t interval;
     uint32_t counts_per_rev;
 };
 
-/* Pulses at these places, from the next one upwards or downwards that is 1/1024 turn away. */
+/* Starts pulses at these places, from the first one in this direction that is at least 1/1024 turn away. */
 void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards);
 void core_disarm_compare(const struct core_access *core);
-/* The correction is applied. */
+/* True while the correction is applied. */
 bool core_compensates(const struct core_access *core);
-/* The processor works; where this does not come for so many clocks, the core raises an alarm. */
+/* Reports that the processor works; without the next report within the limit the core raises an alarm. */
 void core_tell_alive(const struct core_access *core, uint32_t limit_clocks);
 
-/* Forget the index and the faults; the correction is off until head 1 has seen its index again. */
+/* Forgets the index and the faults; the correction is off until head 1 has seen its index again. */
 void core_rearm(const struct core_access *core);
-/* How often the core has moved the zero of head 1, because counts were lost. */
+/* Number of times that the core moved the zero of head 1 because of lost counts. */
 uint32_t core_zero_moves(const struct core_access *core);
-/* The angle that the mark had which moved it last: the counts lost, with a minus. */
+/* Angle of the mark that moved the zero last: minus the lost counts. */
 int32_t core_zero_slip(const struct core_access *core);
-/* The angle that a head, 0 or 1, had at its last index, -½ … ½ turn in counts: not 0 where counts
-   were lost or added since the index that defined the zero. */
+/* Angle of a head, 0 or 1, at its last index, -½ … ½ turn in counts. It differs from 0 if counts were lost or
+   added since the index that defined the zero. */
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head, uint32_t counts_per_rev);
 void core_control(const struct core_access *core, bool compensate, bool output,
                   enum core_capture capture);
-/* Correction and capture off, the output as it is. */
+/* Switches correction and capture off and leaves the output as it is. */
 void core_hold(const struct core_access *core);
-/* False in a core that was set up: it was reset since. */
+/* False for a core that was reset after core_set_up(). */
 bool core_output_enabled(const struct core_access *core);
 struct core_status core_status(const struct core_access *core);
-/* A bit a head: the gateware has left it out of the mean. */
+/* One bit per head that the gateware has left out of the mean. */
 uint32_t core_left_out(const struct core_access *core);
 
-/* Of all heads that are not left out. */
+/* True if every head that is not left out has seen its index. */
 bool core_indices_seen(const struct core_access *core);
-/* An index of a head was in the wrong place since the faults were cleared. */
+/* True if an index of any head was in the wrong place since the faults were cleared. */
 bool core_index_error(const struct core_access *core);
-/* The same of one head, 0 or 1. */
+/* As core_index_error(), of one head, 0 or 1. */
 bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
 struct core_turns core_turns(const struct core_access *core, uint32_t heads);
 void core_release_capture(const struct core_access *core);
-/* The interrupt line low, and what raised it forgotten; call before looking at the status. */
+/* Clears the interrupt line and its causes; call before reading the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
-/* Of all heads; the fault of the output stays. */
+/* Clears the faults of all heads; the fault of the output stays. */
 void core_clear_faults(const struct core_access *core);
-/* End the fault of the output: it follows from the present position. In the same write the flags of those
-   heads that are among `faults`, of enum core_fault, are cleared, and the line drivers are enabled where no fault is left that
-   releases them. Only the operator knows whether what the output drives may move. */
+/* Ends the fault of the output, which continues from the present position. The same write clears the flags of
+   the heads in `faults` (bits of enum core_fault) and enables the line drivers if no remaining fault releases
+   them. Only the operator knows whether the driven machine may move. */
 void core_clear_output(const struct core_access *core, uint32_t faults);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);
-/* Read the idle bank back; false where a word differs. */
+/* Reads the idle bank back; false if a word differs. */
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients);
-/* Lanes that follow a condition, in the last lanes of the bank, and what the conditions need; and whether
-   the bank reads back as written. */
+/* Writes the modulated lanes to the last lanes of the bank, and the settings of the conditions. The second
+   function reads them back; false if a word differs. */
 void core_write_followed(const struct core_access *core, const struct followed *followed,
                          uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,

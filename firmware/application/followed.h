@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Lanes whose amplitude the gateware multiplies with a condition (generic MODULATORS), and what direction
-   and speed are worked out with. The operator loads them. Turns of two heads judge those of an order of the
-   turn under two conditions; order 0 and the processor's words no turn shows. */
+/* Lanes whose amplitude the gateware multiplies with a condition (generic MODULATORS), and the settings from
+   which it calculates direction and speed. The operator loads them. The firmware judges a lane of an order
+   of 1 or more by turns under two conditions; no turn shows order 0 and the processor's words. */
 
 #ifndef ARCTRUE_FOLLOWED_H
 #define ARCTRUE_FOLLOWED_H
@@ -12,7 +12,7 @@
 
 enum { FOLLOWED_LANES_MAX = 8 };
 
-/* As bits 18 to 16 of word 1 of a lane. */
+/* Bits 18 to 16 of word 1 of a lane. */
 enum modulator {
     MODULATOR_ONE,
     MODULATOR_DIRECTION,
@@ -24,7 +24,7 @@ enum modulator {
 };
 
 struct followed_lane {
-    /* Its order may be 0. */
+    /* The order may be 0. */
     struct lane lane;
     uint32_t modulator;
 };
@@ -43,21 +43,21 @@ struct motion {
     double speed;
 };
 
-/* What the lane is multiplied with, -1 to 1; 0 for a word of the processor. */
+/* Factor of the lane, -1 to 1; 0 for a word of the processor. */
 double followed_modulator(const struct followed *followed, uint32_t place,
                           const struct motion *motion);
-/* What all lanes of an order add to its components, arcsec. */
+/* Sum of all lanes of an order, arcsec. */
 struct vector followed_components(const struct followed *followed, uint32_t order,
                                   uint32_t counts_per_rev, const struct motion *motion);
-/* Turns of two heads may show the lane. */
+/* True if turns of two heads can show the lane. */
 bool followed_lane_is_seen(const struct followed_lane *lane);
 
 bool followed_lane_is_valid(const struct followed_lane *lane);
 bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t nominal_speed);
 
-/* |d eps / d R| at most: of the orders, and of the direction while it goes over within its width. */
+/* Upper bound of |d eps / d R|: of the orders, and of the direction while it changes within its width. */
 double followed_steepest(const struct followed *followed, uint32_t counts_per_rev);
-/* The part of it that the direction has; from 1/2 on it is too steep. */
+/* The direction's part of followed_steepest(); 1/2 or more is too steep. */
 double followed_reversal_slope(const struct followed *followed);
 
 #endif

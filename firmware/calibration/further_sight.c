@@ -8,7 +8,7 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* 1 - |D|^2 from which on both heads' own errors are told apart: u grows by 1.4 at most. */
+/* 1 - |D|^2 from which on the sums separate the heads' own errors: u then grows by 1.4 at most. */
 #define TOLD_APART 0.5
 /* |<e^{j2mR}>| from which on cosine and sine are no longer nearly orthogonal. */
 #define NOT_ORTHOGONAL 0.3
@@ -17,7 +17,7 @@ double further_orders_shift_rad(const struct estimate *estimate) {
     return estimate->measured_separation_rad - estimate->separation_rad;
 }
 
-/* Samples a step of s turns apart take order m for order l where (m - l) s is whole. */
+/* Samples s turns apart cannot separate order m from order l if (m - l) s is a whole number. */
 static bool is_whole_between(double least, double most) {
     double whole = floor(most);
     return whole >= 1.0 && whole >= least;
@@ -73,7 +73,7 @@ static struct sight sight_from_sums(const struct further_workspace *workspace,
     if (!(gain <= gain_limit) || both * gain_limit * gain_limit < 1.0) {
         return (struct sight){.state = SIGHT_UNSEEN};
     }
-    /* n |TF| |G| u(alpha), half of its square a component. */
+    /* u by alpha is n |TF| |G| u(alpha); each component has half of its square. */
     double by_alpha = order->order * gain * estimate->u_measured_separation_rad;
     struct sight disc =
         sight_of(vector_scaled(vector_difference(a2, a1), 1.0 / both), variance / both,

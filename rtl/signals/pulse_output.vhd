@@ -2,10 +2,10 @@
 --
 -- # pulse_output
 --
--- Makes a pulse of `width` clocks of each strobe, long enough for the instrument that is connected to the pin.
+-- Converts each strobe to a pulse of `width` clocks, long enough for the instrument at the pin.
 --
--- **Latency.** 1 clock from `strobe` to the pulse. A strobe while the pulse lasts begins its time anew: it is
--- seen as one longer pulse.
+-- **Latency.** 1 clock from `strobe` to the pulse. A strobe during a pulse restarts its time: the pin
+-- shows one longer pulse.
 --
 -- **Number formats.** width u16.0 clocks; 0 acts as 1.
 --

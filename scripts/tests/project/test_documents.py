@@ -22,6 +22,53 @@ DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
 
+MADE_PAGES = frozenset(
+    [
+        "api",
+        "benchmark",
+        "benchmark-sets",
+        "calibration-budget",
+        "commands",
+        "effects",
+        "head-angle",
+        "heads",
+        "long-run",
+        "methods",
+        "monte-carlo",
+        "nightly",
+        "number-formats",
+        "paper",
+        "proofs",
+        "registers",
+        "stop-and-go",
+        "systems",
+    ]
+)
+"""Pages of docs/ that a script or a command writes as a whole, besides those of docs/entities."""
+WORD = re.compile(r"\S*\w\S*")
+
+
+def words_by_hand() -> dict[Path, int]:
+    """Count the words of every page by hand; a sign between cells is no word."""
+    return {
+        page: len(WORD.findall(page.read_text(encoding="utf-8")))
+        for page in DOCUMENTS
+        if page.stem not in MADE_PAGES
+        and page.parent.name != "entities"
+        and page.name != "CHANGELOG.md"
+    }
+
+
+def test_pages_by_hand_are_short() -> None:
+    """CONTRIBUTING.md limits a page to 2,500 words, so that it can be read in one sitting."""
+    assert {page.name: words for page, words in words_by_hand().items() if words > 2500} == {}
+
+
+def test_pages_by_hand_together_are_short() -> None:
+    """CONTRIBUTING.md limits all pages by hand together to 45,000 words."""
+    assert sum(words_by_hand().values()) <= 45_000
+
+
 def test_made_documents_are_fresh() -> None:
     assert stale_documents(ROOT) == [], "run 'make docs'"
 

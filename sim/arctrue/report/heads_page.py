@@ -9,16 +9,18 @@ FAULT_TABLE = (
     "## A head that fails",
     "",
     "With the generic `FAILOVER` the gateware leaves a failed head out: it loads the prepared set "
-    "without that head, carrier, weights, offsets and",
-    "lanes, and swaps under the ramp ([head_failover](entities/head_failover.md)). All sets of "
-    "four heads and 32 lanes fill one block RAM; loading one",
-    "takes 4 · (4 · 32 + 10) + 4 clocks, 5.6 µs at 100 MHz. The first five rows are benches "
-    "of `tb/core/failover_core_bench.py`, with four lanes and a short turn: no clock",
-    "steps the output by more than 2 counts, which the table's own motion explains, and the mean "
-    "of the three others is right afterwards. Figures are for 2²⁴ counts;",
-    "w is the weight of the head, 0.28 at most at these places; a count is 0.077″.",
+    "of carrier, weights, offsets and lanes without that head,",
+    "and swaps under the ramp ([head_failover](entities/head_failover.md)). One block RAM holds "
+    "all sets of four heads and 32 lanes; loading one set takes",
+    "4 · (4 · 32 + 10) + 4 clocks, 5.6 µs at 100 MHz. The benches of "
+    "`tb/core/failover_core_bench.py` measure the first five rows, with four lanes and a short "
+    "turn:",
+    "no clock steps the output by more than 2 counts, which the motion of the table explains, and "
+    "afterwards the mean of the three other heads is right.",
+    "Figures are for 2²⁴ counts, of 0.077″ each; w is the weight of the head, at most 0.28 at "
+    "these places.",
     "",
-    "| Fault of a head | Found by | Within, with the loading | Output error until then |",
+    "| Fault of a head | Found by | Time until the swap | Output error until then |",
     "|---|---|---|---|",
     "| illegal step | its decoder | 20 clocks; 6 µs | w · 2 counts: 0.04″ |",
     "| too fast, or the filter swallows counts | its decoder | 20 clocks; 6 µs | w · 1 count a "
@@ -33,20 +35,21 @@ FAULT_TABLE = (
     "| a second head fails | its decoder (alarm only); only sets without one head are prepared | – "
     "| not bounded |",
     "",
-    "No place of a head is needed to tell a step from a motion of the axis: head k is "
-    "named if the others agree within the limit without it, and",
-    "without no other head. An axis that moves by 0.5 µm changes the difference of two heads on a "
-    "radius of 100 mm by 26.8 counts; the eccentricity adds 3.8 in 1.31 ms at 90°/s. So a limit of "
-    "32",
-    "never names a wrong head, and a slip of 2 · 32 counts is always found; between 32 and 64 it "
-    "depends on the motion. Faster tables and larger motions need a larger limit.",
+    "The gateware separates a step of a head from a motion of the axis without knowing the places "
+    "of the heads: head k has failed if the other heads agree",
+    "within the limit, and if that holds for no other choice of k. An axis motion of 0.5 µm "
+    "changes the difference of two heads on a radius of 100 mm by 26.8 counts;",
+    "eccentricity adds 3.8 counts in 1.31 ms at 90°/s. A limit of 32 counts therefore never names "
+    "a wrong head. A slip of 2 · 32 counts is always found; a slip of",
+    "32 to 64 counts is found or not, depending on the motion. Faster tables and larger motions "
+    "need a larger limit.",
     "",
-    "A head comes back after its next index, on request or after `failover.return_after`, under "
-    "the ramp; its index repeats to ± 1 count. A dead head shows no index and stays out.",
-    "The parity Σcᵢ·rᵢ is read with a snapshot; on three heads it does not exist.",
+    "A head returns under the ramp after its next index, on request or after "
+    "`failover.return_after`; its index repeats to ± 1 count. A dead head has no index and",
+    "does not return. A snapshot reads the parity Σcᵢ·rᵢ, which exists for four heads only.",
     "",
 )
-"""The faults of a head, as the benches of the gateware show them."""
+"""Section on the faults of a head, measured by the benches of the gateware."""
 
 
 def heads_page(found: Mapping[str, Any]) -> str:
@@ -63,27 +66,28 @@ def heads_page(found: Mapping[str, Any]) -> str:
         [
             "# Four heads and their mean",
             "",
-            "The weighted mean of four heads, Σwᵢ = 1 and Σwᵢ·e^{jpᵢ} = 0, is free of "
-            "translations of "
-            "the axis and of the disc's centre, at every order",
-            "and whether they repeat or not. The error of the disc in this mean is calibrated "
-            "from the one "
-            "combination of four readings that contains neither the",
-            "table's motion nor that of the axis; the lanes correct it. `arctrue heads` "
-            "calibrates a simulated table once and evaluates it on other",
-            "turns, through the number formats of the gateware's mean; it made this page from "
+            "The weighted mean of four heads, with Σwᵢ = 1 and Σwᵢ·e^{jpᵢ} = 0, does not change "
+            "when the axis or the centre of the disc moves, at any order and whether",
+            "the motion repeats or not. One combination of the four readings contains neither the "
+            "motion of the table nor that of the axis: it calibrates the",
+            "disc's error in the mean, and the lanes correct this error. `arctrue heads` "
+            "calibrates a simulated table once and evaluates it on other turns, with",
+            "the number formats of the gateware's mean. It made this page from "
             "[heads.json](data/heads.json).",
             "",
             "```sh",
             ".venv/bin/arctrue heads --page docs/heads.md --json docs/data/heads.json",
             "```",
             "",
-            f"Four heads at {places} after head 1, two heads at 0°, 33°; mounting and detection "
-            "of the index "
-            "marks off by up to ± 50″; the disc of",
-            f"[`arctrue revolution`](instrument.md); {found['samples_a_turn']:,} samples per turn, "
-            "0.1″ of noise on each reading, counts of 0.077″. *Goal*: set before the "
-            "study.",
+            "| Setting | Value |",
+            "|---|---|",
+            f"| four heads, after head 1 | {places} |",
+            "| two heads | 0°, 33° |",
+            "| errors of mounting and index marks | up to ± 50″ |",
+            "| disc | as in [`arctrue revolution`](instrument.md) |",
+            f"| samples | {found['samples_a_turn']:,} per turn, noise of 0.1″ on each reading, "
+            "counts of 0.077″ |",
+            "| goal | set before the study |",
             "",
             "| Other turns, nothing fitted | Two heads | Four heads | Goal |",
             "|---|---:|---:|---:|",
@@ -109,17 +113,13 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "| A head moves by 100″ between two turns, the axis by 2 µm: the zero is off by | "
             f"{wrong:.0f}″ until the head is found | {zero:.3f}″ after | ≤ 0.05″ |",
             "",
-            "The revolution in half-degree means of all edges is not part of this page.",
-            "",
             *FAULT_TABLE,
             "## One head missing",
             "",
-            "One new turn, evaluated with the weights of all heads and with those that leave one "
-            "head out; the gateware stores all of them. *Lanes*: RMS of",
-            "the disc's error that the lanes correct; it differs between the sets of weights, so "
-            "that the "
-            "lanes change with the weights. *Zero*: mean of the output relative to that of all "
-            "heads.",
+            "One new turn is evaluated with the weights of all heads and with those that leave "
+            "one head out; the gateware stores all of them. *Lanes* is the RMS of the",
+            "disc's error, which differs between the weights, so that each set of weights has its "
+            "own lanes. *Zero* is the mean of the output relative to that of all heads.",
             "",
             "| Missing | Carrier | Weights | √Σwᵢ² | RMS, 0.1″ | without noise | Lanes | Zero |",
             "|---|---:|---|---:|---:|---:|---:|---:|",
@@ -134,12 +134,10 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "",
             "## A head that moved",
             "",
-            "A head that moves along the scale changes its own offset; an axis that moves "
-            "changes those of "
-            "all heads. Four heads give three differences, which the motion of any one",
-            "head together with some motion of the axis can explain. Only for the true head that "
-            "motion is "
-            "below 5 µm (`arctrue.calibration.moved_head`).",
+            "A head that moves along the scale changes its own offset; an axis that moves changes "
+            "the offsets of all heads. Four heads give three differences, which the",
+            "motion of any one head together with some motion of the axis explains. The motion of "
+            "the axis is below 5 µm for the true head only (`arctrue.calibration.moved_head`).",
             "",
             "| Moved by 100″ | Found | By | The mean's zero was off by | after |",
             "|---|---|---:|---:|---:|",
@@ -153,18 +151,17 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "",
             "## The error function over the number of turns",
             "",
-            f"2σ of the disc's error over orders 2 to {every['orders']} from noise of 0.1″, whole "
-            f"counts and {found['samples_a_turn']:,} samples a turn, by the noise gain of every "
-            f"order at {fine}, places chosen for this row (low gains over all orders);",
-            f"measured with {every['turns']} turns: {every['left_2_sigma_arcsec']:.4f}″ and "
-            f"{rest['left_2_sigma_arcsec']:.4f}″, expected {every['expected_2_sigma_arcsec']:.4f}″ "
-            f"and {rest['expected_2_sigma_arcsec']:.4f}″; each is one draw, with a standard "
-            "deviation of 2 %. "
-            "The cause of the remaining difference is unknown. Values below TDR's published "
-            "0.006″ are",
-            "better than TDR. Order 1 is left out: it contains the forward circle of the axis, "
-            "and the mean "
-            "does not contain order 1.",
+            f"2σ of the disc's error over orders 2 to {every['orders']}, calculated from the noise "
+            f"gain of every order at {fine}, for noise of 0.1″, whole counts and "
+            f"{found['samples_a_turn']:,} samples per turn.",
+            "These places have low gains over all orders. Order 1 is omitted: the mean does not "
+            "contain it, and the forward circle of the axis looks the same.",
+            f"With {every['turns']} turns the study measured {every['left_2_sigma_arcsec']:.4f}″ "
+            f"and {rest['left_2_sigma_arcsec']:.4f}″ where {every['expected_2_sigma_arcsec']:.4f}″ "
+            f"and {rest['expected_2_sigma_arcsec']:.4f}″ were expected; each is one draw with a "
+            "standard deviation",
+            "of 2 %. The cause of the difference is unknown. The published value of "
+            "[time measurement on a free spin](methods.md) is 0.006″.",
             "",
             "| Turns | " + " | ".join(every["by_turns"]) + " |",
             "|---|" + "---:|" * len(every["by_turns"]),
@@ -183,12 +180,9 @@ def heads_page(found: Mapping[str, Any]) -> str:
             "|---|---:|",
             *(f"| {one['cause']} | {one['u_arcsec']:.4f}″ |" for one in budget),
             "",
-            "The rounding of the output to whole counts exceeds the quantisation of the mean "
-            "itself. "
-            "The radii are unknowns of the calibration. It",
-            "finds them if the axis is known to make no backward circle once per turn; otherwise "
-            "give "
-            "measured radii.",
+            "The rounding of the output to whole counts exceeds the quantisation of the mean. "
+            "The calibration fits the radii if the axis is known to make no backward",
+            "circle once per turn; otherwise give it measured radii.",
             "",
         ]
     )

@@ -1,4 +1,4 @@
-"""The table's cosine against float64 and its bound, and against exact products."""
+"""Compares the table's cosine with float64 within its bound, and with exact products."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from arctrue.studies.paper.appendix import cosine_bound
 TURN = 1 << PHASE_WIDTH
 BLOCK = 1 << 20
 SWEPT = 2.1e-5
-"""Largest error over all phases, as swept: what the page of the entity says."""
+"""Largest error over all phases, from a sweep; the page of the entity states it."""
 
 
 def test_every_phase_stays_within_the_bound() -> None:
@@ -44,7 +44,7 @@ def test_every_phase_stays_within_the_bound() -> None:
 
 
 def test_rows_are_a_product() -> None:
-    """The rows cut off less than one unit of the last of them from slope times place."""
+    """Truncated partial products lose less than one unit of the last row of slope times place."""
     table = tangent_table()
     folded = np.arange(0, TURN // 4, 4_999, dtype=np.int32)
     unit = Fraction(1, 2**ROW_FRACTION)
@@ -59,7 +59,7 @@ def test_rows_are_a_product() -> None:
 
 
 def test_lines_meet_their_neighbours() -> None:
-    """Where an interval ends its line is as near to the next one's beginning as both are to cos."""
+    """At an interval's end its line differs from the next line by no more than both do from cos."""
     last = np.arange(1, 1 << ADDRESS_WIDTH, dtype=np.int32) << OFFSET_WIDTH
     step = table_rotation(last - 1) - table_rotation(last)
     assert np.abs(step).max() * 2.0**-COSINE_WIDTH <= 2 * error_bound()

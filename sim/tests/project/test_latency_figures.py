@@ -1,4 +1,4 @@
-"""The latencies in the documents are those of the number formats and of the parts' models."""
+"""Latencies in the documents equal those of the number formats and of the units' models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The serial port in the event loop: opened exclusively, and opened again when it vanishes."""
+"""The serial port in the event loop, opened exclusively and reopened when it vanishes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Error of the demo's output over one turn, before and after, from lowest to highest edge."""
+"""Chart of the demo's output error over one turn, before and after compensation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.studies.demo.result import DemoResult
 
 
 def error_before_after(result: DemoResult) -> Chart:
-    """Both turns; below, the one after compensation enlarged, with its limits."""
+    """Draw both turns and, below, the compensated turn enlarged with its limits."""
     settings, limit = result.settings, result.settings.peak_limit_counts
     count = settings.arcsec_per_count
     turns = (
@@ -42,7 +42,7 @@ def error_before_after(result: DemoResult) -> Chart:
 
 
 def _band(turn: TurnScore, count_arcsec: float, colour: str, name: str) -> Band:
-    # Every edge counts: each half degree is drawn from its lowest to its highest edge.
+    # Each half degree is drawn from its lowest to its highest edge, so that no edge is lost.
     filled = np.isfinite(turn.error_arcsec)
     return Band(
         np.rad2deg(turn.angle_rad)[filled],

@@ -20,8 +20,8 @@ from arctrue.table.draws import log_uniform, sign
 class ShaftWindUp(Cause):
     """Friction turns the disc against the table top by ±``angle_rad``, along a loop.
 
-    After a reversal the wind-up goes over from the other side within a stroke, as Dahl's model of
-    dry friction has it: direction × angle × (1 − 2·exp(−travel/stroke)). With a stroke of 0, or
+    After a reversal the wind-up changes sign within a stroke, by Dahl's model of dry friction:
+    direction × angle × (1 − 2·exp(−travel/stroke)). With a stroke of 0, or
     where the travel since the reversal is not known, it is direction × angle.
     """
 

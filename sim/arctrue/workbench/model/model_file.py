@@ -36,7 +36,7 @@ def known_unit(unit: str) -> bool:
 
 
 class _Declared(Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """What is as it would be without its key is left out of the file."""
+    """The file omits a key whose value is its default."""
 
 
 class _Parameter(_Declared):
@@ -130,10 +130,10 @@ def write_model(path: Path, model: Model, comment: Sequence[str] = ()) -> None:
 
 @contextmanager
 def model_lock(path: Path, waiting: Callable[[], None] = lambda: None) -> Iterator[None]:
-    """Hold the model file from reading it to writing it, so that no other command changes it.
+    """Lock the model file between reading and writing, so that no other command changes it.
 
-    ``waiting`` is called once if another process holds the file; then this one waits until that
-    has ended, however it ended. Raises OSError where the folder cannot be written.
+    ``waiting`` is called once if another process holds the lock; this process then waits until the
+    other releases it or dies. Raises OSError if the folder cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     target = path.resolve()
@@ -147,17 +147,17 @@ def model_lock(path: Path, waiting: Callable[[], None] = lambda: None) -> Iterat
     try:
         yield
     finally:
-        # Deleted while it is held: a process that waits for it sees that, and makes a new one.
+        # Deleted before the release: a waiting process notices this and makes a new lock file.
         with suppress(OSError):
             place.unlink(missing_ok=True)
         lock.release()
 
 
 def folder_entry(model_file: Path, folder: Path) -> str:
-    """The folder as the model file names it: relative to the model file, with forward slashes.
+    """Return the folder as written in the model file: relative to it, with forward slashes.
 
-    A model and its effects that are moved together are found again. The path is absolute where
-    the two are on different drives.
+    A model and its effects can therefore be moved together. The path is absolute if the two are
+    on different drives.
     """
     try:
         relative = os.path.relpath(folder.resolve(), model_file.resolve().parent)
@@ -169,7 +169,7 @@ def folder_entry(model_file: Path, folder: Path) -> str:
 def _refuse_unfit(value: object, place: str) -> None:
     """Raise ContentError for text that is not one printable line or a number that is not finite.
 
-    Settings and columns are of any shape, so that the whole content is looked through.
+    Settings and columns can have any structure, so that the function searches all content.
     """
     if isinstance(value, dict):
         for key, item in value.items():

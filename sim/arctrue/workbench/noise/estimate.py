@@ -1,4 +1,4 @@
-"""The noise of one channel from its residuals: spectra by groups of runs, then what is uneven."""
+"""Estimates the noise of a channel from its residuals: spectra of runs, then uneven scatter."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 SAME_STEP = 1.25
-"""Runs whose steps of the clock are nearer than this ratio share a spectrum."""
+"""Runs share a spectrum if the ratio of their clock steps is below this."""
 UNEVEN_P = 1e-4
-"""Noise counts as uneven when an even one would give such a difference so rarely."""
+"""Noise counts as uneven if even noise shows such a difference with less than this probability."""
 LEAST_ROWS_A_BIN = 40
-"""The scatter of a bin is then known to 11 %, 1/√(2·40)."""
+"""With 40 rows the scatter of a bin is known to 11 %, 1/√(2·40)."""
 ROBUST_LIMIT = 4.0
-"""Whitened residuals beyond this are not taken for the scatter of their neighbours."""
+"""Whitened residuals are clipped to ±4 before their scatter is estimated."""
 
 
 @dataclass(frozen=True)
 class ChannelRows:
-    """What the noise of a channel is estimated from; arrays of shape (rows,) or (rows, k)."""
+    """Rows from which the noise of a channel is estimated; arrays of shape (rows,) or (rows, k)."""
 
     channel: str
     clock: Float
@@ -40,9 +40,9 @@ class ChannelRows:
     residual: Float
     stated_scale: Float
     columns: Float
-    """The model's."""
+    """Columns of the model."""
     own_constants: bool
-    """Each run has an offset of its own; else all have one constant."""
+    """True: each run has its own offset. False: all runs have one constant."""
 
 
 def estimated_law(
@@ -52,7 +52,7 @@ def estimated_law(
     before: NoiseLaw | None = None,
     rounds: int = 40,
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
-    """Law and fits of a channel; ``before`` is the law under another hypothesis, to start from."""
+    """Estimate the law of a channel; ``before``, the law of another hypothesis, is the start."""
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))
     law, groups = _with_spectra(rows, law, beside, white, before is not None, rounds)
@@ -65,7 +65,7 @@ def estimated_law(
 
 
 def row_noise(rows: ChannelRows, law: NoiseLaw) -> RowNoise:
-    """The law for these rows."""
+    """Noise of these rows by the law."""
     return law.of(rows.clock, rows.run, rows.angle_rad, rows.stated_scale)
 
 
@@ -112,7 +112,7 @@ def _with_spectra(
 
 
 def _same_step(noise: RowNoise, run: Integer, names: Integer) -> list[list[int]]:
-    """Runs in groups of like steps of the clock."""
+    """Group the runs by their clock steps."""
     steps: dict[int, float] = {}
     for part in noise.stretches:
         if part.stop - part.start > 1:
@@ -132,7 +132,7 @@ def _same_step(noise: RowNoise, run: Integer, names: Integer) -> list[list[int]]
 
 
 def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds) -> SpectrumFit:
-    """With all rows' scatter, where the spectrum came from some: one factor for all parts."""
+    """Scale a spectrum that some rows gave to the scatter of all rows, by a common factor."""
     rows = sum(stretch.clock.size for stretch in stretches)
     freedom = rows - stretches[0].columns.shape[1]
     if freedom < 0.9 * rows or not rows:
@@ -150,7 +150,7 @@ def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds
 
     def covariance() -> Float:
         found = fit.covariance.copy()
-        # The common factor is now known as well as all rows tell it.
+        # All rows determine the common factor: its variance is 2/freedom.
         limit = 2.0 / freedom / max(found[0, 0], 1e-30)
         shrink = np.sqrt(min(limit, 1.0))
         found[0, :] *= shrink
@@ -161,7 +161,7 @@ def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds
 
 
 def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
-    """The law with a scale for each run and each part of the turn; None where it is even."""
+    """Add a scale for each run and each part of the turn to the law; None for even scatter."""
     noise = row_noise(rows, law)
     whitened = np.clip(noise.whiten(rows.residual), -ROBUST_LIMIT, ROBUST_LIMIT)
     run = np.searchsorted(law.runs, rows.run)
@@ -181,7 +181,7 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
 
 
 def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
-    """Deviation of each group over the typical one, by a likelihood ratio test; None: all alike."""
+    """Deviation of each group relative to the typical one; None if no difference is significant."""
     counts = np.bincount(group, minlength=groups).astype(np.float64)
     full = counts >= LEAST_ROWS_A_BIN
     if full.sum() < 2:

@@ -1,4 +1,4 @@
-"""The noise of the rows of one channel, and the whitening that makes its covariance one.
+"""Noise covariance C = L·Lᵀ of the rows of one channel, and whitening of columns by L⁻¹.
 
 The covariance is semiseparable: a Cholesky factor takes time linear in the rows (Foreman-Mackey
 et al., Astron. J. 154 (2017) 220; library celerite2). L⁻¹ applied to measured values and columns
@@ -22,7 +22,7 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Factor:
-    """LᵈLᵀ of the covariance of one stretch of rows whose noise belongs together."""
+    """Cholesky factor L of the covariance C of one stretch of rows with a common spectrum."""
 
     clock: Float
     spectrum: Spectrum
@@ -52,24 +52,24 @@ class Factor:
 
     @property
     def log_determinant(self) -> float:
-        """Of the covariance."""
+        """Logarithm of the determinant of C."""
         return float(2.0 * np.sum(np.log(self.deviation)))
 
     def whiten(self, values: Float) -> Float:
-        """L⁻¹ applied to columns, shape (n, k): their noise becomes one, uncorrelated."""
+        """Multiply columns, shape (n, k), by L⁻¹: their noise is then white, of variance 1."""
         found = np.array(values, order="C")
         self.whiten_in_place(found)
         return found
 
     def whiten_in_place(self, columns: Float) -> None:
-        """The same without a copy, of contiguous columns."""
+        """Whiten contiguous columns, shape (n, k), without a copy."""
         if not self._white:
             rates, left, _, lower = self._parts
             driver.solve_lower(self.clock, rates, left, lower, columns, columns)
         columns /= self.deviation[:, np.newaxis]
 
     def unwhiten_transposed(self, whitened: Float) -> Float:
-        """L⁻ᵀ applied to whitened columns, shape (n, k): C⁻¹ of what was whitened."""
+        """Multiply whitened columns, shape (n, k), by L⁻ᵀ: this gives C⁻¹ times the original."""
         scaled = np.ascontiguousarray(whitened / self.deviation[:, np.newaxis])
         if self._white:
             return scaled
@@ -79,7 +79,7 @@ class Factor:
         )
 
     def colour(self, white: Float) -> Float:
-        """L applied to columns of independent normal numbers, shape (n, k): noise drawn."""
+        """Multiply columns of independent normal numbers, shape (n, k), by L: this draws noise."""
         scaled = np.ascontiguousarray(white * self.deviation[:, np.newaxis])
         if self._white:
             return scaled
@@ -89,7 +89,7 @@ class Factor:
         )
 
     def expected(self, clock: Float, precise: Float) -> Float:
-        """Coloured part at other times, given C⁻¹·(values less their mean), shape (n,)."""
+        """Predict the coloured part at other times from C⁻¹·(values − their mean), shape (n,)."""
         if self._white or self.clock.size == 0:
             return np.zeros(clock.size)
         rates = 1.0 / self.spectrum.constants
@@ -104,19 +104,18 @@ class Factor:
 
 @dataclass(frozen=True, eq=False)
 class RowNoise:
-    """Noise of the rows of one channel: stretches of rows, their spectra, and a scale a row."""
+    """Noise of the rows of one channel: stretches of rows, their spectra, a scale per row."""
 
     clock: Float
-    """Shape (rows,): rises within each stretch."""
+    """Clock of each row, shape (rows,); it increases within each stretch."""
     starts: Integer
     """First row of each stretch."""
     spectra: tuple[Spectrum, ...]
-    """Of each stretch."""
+    """Spectrum of each stretch."""
     scale: Float
-    """Of each row, shape (rows,): where the noise is uneven, its deviation over that of the
-    spectrum."""
+    """Standard deviation of each row divided by that of the spectrum, shape (rows,)."""
     weightless: bool = False
-    """Nothing tells the noise of this channel, so that its rows take no part in any fit."""
+    """The noise of this channel cannot be estimated, so that no fit uses its rows."""
 
     @property
     def rows(self) -> int:
@@ -143,12 +142,12 @@ class RowNoise:
 
     @cached_property
     def whitened_ones(self) -> Float:
-        """What a constant becomes, shape (rows,)."""
+        """The whitened constant 1, shape (rows,)."""
         return self.whiten(np.ones(self.rows))
 
     @cached_property
     def log_determinant(self) -> float:
-        """Of the covariance of all rows."""
+        """Logarithm of the determinant of the covariance of all rows."""
         inside = sum(factor.log_determinant for factor in self._factors)
         return float(inside + 2.0 * np.sum(np.log(self.scale)))
 
@@ -160,13 +159,13 @@ class RowNoise:
         return found[:, 0] if values.ndim == 1 else found
 
     def whiten(self, values: Float) -> Float:
-        """Values or columns, shape (rows,) or (rows, k), with noise one and uncorrelated."""
+        """Whiten values or columns, shape (rows,) or (rows, k): uncorrelated noise, variance 1."""
         found = np.array(values, dtype=np.float64, order="C")
         self.whiten_in_place(found[:, np.newaxis] if found.ndim == 1 else found)
         return found
 
     def whiten_in_place(self, columns: Float) -> None:
-        """The same without a copy, of contiguous columns, shape (rows, k)."""
+        """Whiten contiguous columns, shape (rows, k), without a copy."""
         if self.weightless:
             columns[:] = 0.0
             return
@@ -176,23 +175,23 @@ class RowNoise:
             factor.whiten_in_place(columns[rows])
 
     def precise(self, whitened: Float) -> Float:
-        """C⁻¹ of what was whitened: the transposed factor applied once more."""
+        """Multiply whitened values by the transposed L⁻¹: this gives C⁻¹ times the original."""
         if self.weightless:
             return np.zeros(whitened.shape)
         return np.asarray((self._each(whitened, "unwhiten_transposed").T / self.scale).T)
 
     def coloured(self, whitened: Float) -> Float:
-        """What was whitened, as it was: arcseconds, shape (rows,)."""
+        """Undo :meth:`whiten`; arcseconds, shape (rows,)."""
         return self.scale * self._each(whitened, "colour")
 
     def draw(self, random: np.random.Generator) -> Float:
-        """Noise of this covariance, shape (rows,)."""
+        """Draw noise of this covariance, shape (rows,)."""
         return self.coloured(random.normal(size=self.rows))
 
     def expected(self, keep: NDArray[np.bool_], precise: Float) -> Float:
-        """Coloured part of the rows that are not kept, given C⁻¹ of the residuals of those kept.
+        """Predict the coloured part of the rows that are not kept.
 
-        ``self`` has all rows; ``precise`` has the shape of the kept ones.
+        ``self`` covers all rows. ``precise`` is C⁻¹ times the residuals of the kept rows.
         """
         found = np.zeros(self.rows)
         kept_before = np.concatenate([[0], np.cumsum(keep)])
@@ -208,7 +207,7 @@ class RowNoise:
         return found[~keep]
 
     def deviation_arcsec(self) -> Float:
-        """Standard deviation of each row, all parts together, shape (rows,)."""
+        """Standard deviation of each row, white and coloured parts together, shape (rows,)."""
         found = np.empty(self.rows)
         for rows, spectrum in zip(self.stretches, self.spectra, strict=True):
             found[rows] = np.sqrt(spectrum.variance) * self.scale[rows]
@@ -216,12 +215,12 @@ class RowNoise:
 
     @cached_property
     def rms_arcsec(self) -> float:
-        """Standard deviation of a row, over all rows."""
+        """Root mean square of the rows' standard deviations."""
         return float(np.sqrt(np.mean(self.deviation_arcsec() ** 2))) if self.rows else 0.0
 
     @cached_property
     def white_rms_arcsec(self) -> float:
-        """The same of the white part alone."""
+        """Root mean square of the standard deviations of the white part."""
         parts = [
             spectrum.white * float(np.sum(self.scale[rows] ** 2))
             for rows, spectrum in zip(self.stretches, self.spectra, strict=True)
@@ -229,7 +228,7 @@ class RowNoise:
         return float(np.sqrt(sum(parts) / max(self.rows, 1)))
 
     def mean_square_scale(self, rows: slice) -> float:
-        """Harmonic mean of the squared scale over a stretch: what a spectrum of it is times."""
+        """Harmonic mean of the squared scale of a stretch, the factor of its spectrum."""
         return float(1.0 / np.mean(1.0 / self.scale[rows] ** 2))
 
     def step(self, rows: slice) -> float:
@@ -237,11 +236,11 @@ class RowNoise:
         return float(np.median(np.diff(self.clock[rows]))) if rows.stop - rows.start > 1 else 1.0
 
     def white_part(self) -> RowNoise:
-        """The same without what is coloured."""
+        """The same noise without its coloured parts."""
         return replace(self, spectra=tuple(Spectrum(item.white) for item in self.spectra))
 
     def part(self, keep: NDArray[np.bool_]) -> RowNoise:
-        """The noise of some of the rows."""
+        """The noise of the kept rows."""
         kept_before = np.concatenate([[0], np.cumsum(keep)])
         starts, spectra = [], []
         for rows, spectrum in zip(self.stretches, self.spectra, strict=True):

@@ -15,14 +15,14 @@ from arctrue.studies.benchmark.work import run_set
 from arctrue.studies.campaign import Task
 
 SETS = 48
-"""Three of each world: one with nothing in it and two with something, where a world has both."""
-SUBDIVISION = "a column made of the readings themselves takes their noise"
-RESONANCE = "noise that rings is not offered as noise"
-ROUNDING = "the steps of a display are taken for lack of fit"
-RUNS = "noise that wanders from run to run is taken for what the runs' offsets show"
-UNEVEN = "a variation from place to place vetoes the name"
-SILENT = "a step, a chirp or a reversal that the oracle sees is not looked for, or not trusted"
-SECOND = "a second name beside the right one: slow noise of the reference is taken for a drift"
+"""Three sets of each world: one without a cause and two with one, if the world has both."""
+SUBDIVISION = "a column calculated from the readings contains their noise"
+RESONANCE = "no noise model describes a damped oscillation"
+ROUNDING = "the rounding of a display is mistaken for lack of fit"
+RUNS = "noise that wanders from run to run is mistaken for offsets of the runs"
+UNEVEN = "a variation with position prevents the name"
+SILENT = "the diagnosis does not search or accept a step, chirp or reversal that the oracle sees"
+SECOND = "a wrong second name: slow noise of the reference is mistaken for a drift"
 PART = "the strongest harmonics of a square wave are named one by one"
 NOT_YET = {
     455630514088429: SUBDIVISION,
@@ -42,8 +42,8 @@ NOT_YET = {
     4580360450252416: SECOND,
     4226551977028624: PART,
 }
-"""Seeds of the sets whose answer is not right yet. A set that comes right leaves the list; one that
-is added makes the diagnosis worse, with a reason."""
+"""Seeds of the sets whose answer is still wrong, with the reason. A set leaves the list when its
+answer becomes right; a change that adds one makes the diagnosis worse."""
 
 
 @cache
@@ -54,7 +54,7 @@ def tasks() -> list[Task]:
 
 
 @pytest.mark.parametrize("world", list(independent_worlds()))
-def test_every_set_is_right_but_those_that_are_known(world: str) -> None:
+def test_every_set_except_the_known_ones_is_right(world: str) -> None:
     wrong = []
     for task in tasks():
         if task["world"] != world or task["seed"] in NOT_YET:
@@ -63,7 +63,7 @@ def test_every_set_is_right_but_those_that_are_known(world: str) -> None:
         item = Judged(task, result["truth"], result["answer"])
         if item.outcome not in GOOD or item.second_name is not None:
             wrong.append(
-                f"{item.outcome} ({item.said}, beside it {item.second_name}), {item.label}: "
+                f"{item.outcome} ({item.said}, second name {item.second_name}), {item.label}: "
                 f"{item.command()}"
             )
     assert not wrong, "\n".join(wrong)

@@ -1,4 +1,4 @@
-"""Every world of the second generator: its truth can be found again, and it is not told."""
+"""In every world of the second generator a fit recovers the truth; the set does not state it."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ ROWS = 600
 SEEDS = range(6)
 FIVE_SIGMA = 5.0
 BENT = 0.02
-"""Share by which the shape of a cause depends on its size, at most (the angle at which a row lies
-is read with the error in it)."""
+"""Largest relative change of a cause's shape with its size, because the angle of a row is read with
+the error in it."""
 ARCSEC = float(np.radians(1 / 3600))
 
 
@@ -48,7 +48,7 @@ def scene_of(world: str, seed: int) -> tuple[Scene, MeasurementSet, dict[str, ob
 def fitted(
     scene: Scene, measurement: MeasurementSet, causes: list[Cause]
 ) -> tuple[np.ndarray, ...]:
-    """Sizes in units of the true ones and their σ, by least squares of the whitened rows.
+    """Sizes relative to the true sizes, and their σ, by least squares of the whitened rows.
 
     Written here from the rows as they stand in the set: 20 orders, an offset a run, a zero.
     """
@@ -116,7 +116,7 @@ def fitted(
 
 @pytest.mark.parametrize("world", WITH_CAUSES)
 def test_least_squares_that_knows_the_answer_finds_it(world: str) -> None:
-    """Each visible cause comes out at its own size, and what is left is the stated noise."""
+    """The fit finds each visible cause at its true size; the residual is the stated noise."""
     seen = 0
     for seed in SEEDS:
         scene, measurement, truth = scene_of(world, seed)

@@ -23,7 +23,7 @@ class Stranger(Cause):
 
 
 class WarmOval(Stranger):
-    """The disc ovalises as it grows warm."""
+    """The disc becomes oval with rising temperature."""
 
     name = "warm_oval"
     columns, places, unit = 2, 20, "arcsec/K"
@@ -64,13 +64,13 @@ class SettlingBracket(Stranger):
     places = 10
 
     def __init__(self, size: float, time_constant_s: float) -> None:
-        """``size``: at the start."""
+        """``size``: displacement at the start."""
         super().__init__(size)
         self.time_constant_s = time_constant_s
 
     @classmethod
     def drawn(cls, random: Random, run_s: float) -> SettlingBracket:
-        """0.5 to 5″, within a fraction of the first run."""
+        """0.5 to 5″; the time constant is a fraction of the first run."""
         return cls(log_uniform(random, 0.5, 5.0), run_s * random.uniform(0.1, 0.4))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -82,7 +82,7 @@ class SettlingBracket(Stranger):
 
 
 class AirDrag(Stranger):
-    """The bracket of head 2 gives way by the root of speed, whichever way the table turns."""
+    """The bracket of head 2 bends by the square root of speed, in either direction of rotation."""
 
     name = "air_drag"
 
@@ -101,7 +101,7 @@ class AirDrag(Stranger):
 
 
 class Sectors(Stranger):
-    """The disc was written in equal sectors, every other one shifted: a square wave."""
+    """The disc was written in equal sectors, and every other sector is shifted: a square wave."""
 
     name = "sectors"
     columns, places = 2, 40
@@ -124,13 +124,13 @@ class Sectors(Stranger):
 
 
 class LooseBracket(Stranger):
-    """The bracket of head 2 clicks to and fro between two places, at random instants."""
+    """The bracket of head 2 jumps between two positions at random instants."""
 
     name = "loose_bracket"
     columns, places = 6, 2000
 
     def __init__(self, size: float, instants_s: Float) -> None:
-        """``size``: of a click."""
+        """``size``: displacement of a click."""
         super().__init__(size)
         self.instants_s = np.sort(instants_s)
 
@@ -141,7 +141,7 @@ class LooseBracket(Stranger):
         return cls(log_uniform(random, 0.3, 3.0), instants)
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """One place or the other."""
+        """Either of the two positions."""
         if head != 2:
             return 0.0
         found: Float = self.size * ARCSEC * (np.searchsorted(self.instants_s, at.time_s) % 2)
@@ -149,7 +149,7 @@ class LooseBracket(Stranger):
 
 
 class WobblingRoller(Stranger):
-    """A roller wanders over the axis while it turns: its order's size goes up and down in time."""
+    """A roller moves along the axis: the amplitude of its order rises and falls in time."""
 
     name = "wobbling_roller"
     unit = "um"
@@ -162,7 +162,7 @@ class WobblingRoller(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> WobblingRoller:
-        """0.1 to 1 µm at an order 2.3 to 8.7, 1.3 to 2.7 swells in the session."""
+        """0.1 to 1 µm at an order of 2.3 to 8.7; the swell has 1.3 to 2.7 periods a session."""
         order = float(random.integers(2, 9)) + random.uniform(0.3, 0.45)
         return cls(log_uniform(random, 0.1, 1.0), order, length_s / random.uniform(1.3, 2.7))
 
@@ -176,7 +176,7 @@ class WobblingRoller(Stranger):
 
 
 class BentScale(Stranger):
-    """The autocollimator's scale is bent: what it shows has a cubic part."""
+    """The autocollimator's scale is not linear: its reading has a cubic part."""
 
     name = "bent_scale"
     places = 3
@@ -187,26 +187,26 @@ class BentScale(Stranger):
         return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """a·(ε/ε_max)³, its ordinary gain taken off."""
+        """a·(ε/ε_max)³ minus its linear part."""
         share = error_rad / np.max(np.abs(error_rad))
         found: Float = self.size * ARCSEC * (share**3 - 0.6 * share)
         return found
 
 
 class Chirp(Stranger):
-    """A line whose frequency runs away: a belt that slips, a fan that speeds up."""
+    """A line whose frequency changes: a slipping belt, an accelerating fan."""
 
     name = "chirp"
     columns, places = 2, 5000
 
     def __init__(self, size: float, hz: float, hz_s: float, phase_rad: float) -> None:
-        """From ``hz`` on by ``hz_s``."""
+        """The frequency starts at ``hz`` and changes by ``hz_s`` per second."""
         super().__init__(size)
         self.hz, self.hz_s, self.phase_rad = hz, hz_s, phase_rad
 
     @classmethod
     def drawn(cls, random: Random, length_s: float, sigma_arcsec: float) -> Chirp:
-        """1 to 4 σ; from 8 to 20 periods' pace to three times that."""
+        """1 to 4 σ; the frequency starts at 8 to 20 periods per session and at most triples."""
         hz = random.uniform(8, 20) / length_s
         size = sigma_arcsec * log_uniform(random, 1.0, 4.0)
         return cls(size, hz, 2 * hz / length_s, random.uniform(0, 2 * np.pi))
@@ -220,13 +220,13 @@ class Chirp(Stranger):
 
 
 class ReferenceJump(Stranger):
-    """The stand of the reference was knocked: all that follows is off by the same."""
+    """The stand of the reference was knocked: all later readings have the same offset."""
 
     name = "reference_jump"
     places = 500
 
     def __init__(self, size: float, instant_s: float) -> None:
-        """``size``: of the jump."""
+        """``size``: offset after the jump."""
         super().__init__(size)
         self.instant_s = instant_s
 
@@ -243,7 +243,7 @@ class TimeDrift(Stranger):
     unit = "arcsec/h"
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """In proportion to time."""
+        """Proportional to time."""
         if head != 2:
             return 0.0
         return self.size * ARCSEC / 3600 * at.time_s
