@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
@@ -34,6 +32,7 @@ class HeadAngleError(ScalarEffect):
     depends_on_model = True
     parameter_name = "head_angle_error"
     parameter_unit = "arcsec"
+    of_each_head = True
 
     def missing(self, observations: Observations) -> list[str]:
         return [] if observations.capture is not None else ["a capture of both heads"]
@@ -44,4 +43,4 @@ class HeadAngleError(ScalarEffect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return (1.0 + context.error_slope(rows.disc2_rad))[:, np.newaxis]
+        return self.column(1.0 + context.error_slope(rows.disc2_rad), rows)

@@ -30,6 +30,7 @@ class ThermalHeadDrift(ScalarEffect):
     compensation_note = "head 2 is not in the output; use α at the present temperature"
     parameter_name = "drift"
     parameter_unit = "arcsec/K"
+    of_each_head = True
     in_parts = ("temperature", "head2")
 
     def missing(self, observations: Observations) -> list[str]:
@@ -47,4 +48,4 @@ class ThermalHeadDrift(ScalarEffect):
     ) -> Columns | None:
         if rows.temperature_c is None:
             return None
-        return (rows.temperature_c - rows.reference_temperature_c)[:, np.newaxis]
+        return self.column(rows.temperature_c - rows.reference_temperature_c, rows)

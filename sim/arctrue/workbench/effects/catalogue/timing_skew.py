@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
@@ -31,6 +29,7 @@ class TimingSkew(ScalarEffect):
     compensation_note = "head 1 alone goes to the output; correct the latch instead"
     parameter_name = "skew"
     parameter_unit = "us"
+    of_each_head = True
 
     def missing(self, observations: Observations) -> list[str]:
         return [] if observations.capture is not None else ["a capture of both heads"]
@@ -41,4 +40,4 @@ class TimingSkew(ScalarEffect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return (rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6)[:, np.newaxis]
+        return self.column(rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6, rows)
