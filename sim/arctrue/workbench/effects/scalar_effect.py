@@ -1,17 +1,17 @@
 """Effects whose parameters are their coefficients, in the effect's own unit.
 
-Most have one coefficient. What each head has of its own (a bracket, a delay) has one for each of
-heads 2, 3, …: that of head 1 makes the same change of all of them.
+Most have one coefficient; what each head has of its own has one a head.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
+from arctrue.workbench.effects.base import Columns, Effect, Leftover, Nonlinear, Parameter
 from arctrue.workbench.effects.capture_block import in_place_of_head
 from arctrue.workbench.observations import CaptureRows, Observations
 
@@ -19,21 +19,13 @@ Float = NDArray[np.float64]
 
 
 class ScalarEffect(Effect):
-    """An effect whose size is one number, or one number a head."""
+    """An effect whose size is one number."""
 
     parameter_name: ClassVar[str]
     parameter_unit: ClassVar[str]
-    of_each_head: ClassVar[bool] = False
-    """Heads 2, 3, … have a coefficient each."""
 
     def column_names(self, observations: Observations) -> list[str]:
-        further = range(3, observations.heads + 1) if self.of_each_head else ()
-        return [self.parameter_name, *(f"{self.parameter_name}_head{head}" for head in further)]
-
-    def column(self, values: Float, rows: CaptureRows) -> Float:
-        """The only column of these values, (rows,), or that of the rows' head among all."""
-        column = values[:, np.newaxis]
-        return in_place_of_head(column, rows) if self.of_each_head else column
+        return [self.parameter_name]
 
     def parameters(
         self,
@@ -48,3 +40,43 @@ class ScalarEffect(Effect):
             name: Parameter(float(value), float(error), self.parameter_unit)
             for name, value, error in zip(names, coefficients, sigma, strict=True)
         }
+
+
+class ScalarOfEachHead(ScalarEffect):
+    """What each head has of its own, as a bracket or a delay: one number a head.
+
+    Heads 2, 3, … have a coefficient each; what head 1 has makes the same change of all of them.
+    The setting ``heads`` names those that have one instead, and may contain head 1.
+    """
+
+    defaults: ClassVar[Mapping[str, object]] = {"heads": []}
+
+    def column_names(self, observations: Observations) -> list[str]:
+        heads = self.integers("heads") or range(2, observations.heads + 1)
+        return [
+            self.parameter_name if head == 2 else f"{self.parameter_name}_head{head}"
+            for head in heads
+        ]
+
+    def columns(self, values: Float, rows: CaptureRows) -> Columns:
+        """Columns of what a head adds to its own reading, (rows,)."""
+        heads = self.integers("heads")
+        if not heads:
+            return in_place_of_head(values[:, np.newaxis], rows)
+        shares = np.array([-1.0 if head == 1 else float(head == rows.head) for head in heads])
+        return values[:, np.newaxis] * shares
+
+    def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
+        """With one head, where the others are not worth their columns."""
+        observations = residuals.observations
+        if observations.heads == 2 or observations.capture is None or self.integers("heads"):
+            return self, 1.0
+        gains = {
+            head: residuals.score(type(self)(heads=[head]), {}).gain
+            for head in range(1, observations.heads + 1)
+        }
+        best = max(gains, key=gains.__getitem__)
+        further = (observations.heads - 2) * float(np.log(observations.capture.run.size))
+        if residuals.score(self, {}).gain - gains[best] > further:
+            return self, 1.0
+        return type(self)(heads=[best]), float(observations.heads)

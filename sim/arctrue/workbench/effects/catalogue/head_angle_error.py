@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
-from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
 
-class HeadAngleError(ScalarEffect):
+class HeadAngleError(ScalarOfEachHead):
     """Δα·(1 + ε′(θ + α)) in R₂ − R₁: a constant, and every order a little."""
 
     name = "head_angle_error"
@@ -32,7 +32,6 @@ class HeadAngleError(ScalarEffect):
     depends_on_model = True
     parameter_name = "head_angle_error"
     parameter_unit = "arcsec"
-    of_each_head = True
 
     def missing(self, observations: Observations) -> list[str]:
         return [] if observations.capture is not None else ["a capture of both heads"]
@@ -43,4 +42,4 @@ class HeadAngleError(ScalarEffect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return self.column(1.0 + context.error_slope(rows.disc2_rad), rows)
+        return self.columns(1.0 + context.error_slope(rows.disc2_rad), rows)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
-from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
 
-class TimingSkew(ScalarEffect):
+class TimingSkew(ScalarOfEachHead):
     """Δτ·ω in R₂ − R₁."""
 
     name = "timing_skew"
@@ -29,7 +29,6 @@ class TimingSkew(ScalarEffect):
     compensation_note = "head 1 alone goes to the output; correct the latch instead"
     parameter_name = "skew"
     parameter_unit = "us"
-    of_each_head = True
 
     def missing(self, observations: Observations) -> list[str]:
         return [] if observations.capture is not None else ["a capture of both heads"]
@@ -40,4 +39,4 @@ class TimingSkew(ScalarEffect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return self.column(rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6, rows)
+        return self.columns(rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6, rows)
