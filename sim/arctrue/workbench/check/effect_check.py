@@ -117,7 +117,7 @@ class _Subject:
 
     def _columns(self, rows: Rows, place: Nonlinear) -> Float | None:
         if isinstance(rows, CaptureRows):
-            return self.effect.capture_columns(rows, place, self.context)
+            return self.effect.capture_columns(rows.of_head(2), place, self.context)
         return self.effect.reference_columns(rows, place, self.context)
 
     def _each(self) -> list[tuple[str, int, Float]]:

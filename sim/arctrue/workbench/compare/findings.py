@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from arctrue.base.percent import percent
 from arctrue.workbench.compare.maps import ResidualMap, variance_share
 from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.effects.capture_block import capture_block
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.design_matrix import row_blocks
 from arctrue.workbench.inference.residuals import Residuals
@@ -122,7 +123,7 @@ class _Product(_Follower):
             capture = capture.copy()
             for block in row_blocks(capture.size):
                 rows = residuals.observations.capture.part(block)
-                columns = self._effect.capture_columns(rows, {}, context)
+                columns = capture_block(self._effect, rows, {}, context)
                 if columns is not None:
                     capture[block] -= columns @ coefficients
         if reference is not None and residuals.observations.reference is not None:

@@ -11,6 +11,7 @@ import numpy as np
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
 from arctrue.workbench.effects.product_of_parts import Condition, Frame, ProductOfParts, conditions
+from arctrue.workbench.inference.channels import best_factor
 from arctrue.workbench.inference.detectable import (
     SIGNIFICANCE,
     Detectable,
@@ -107,7 +108,7 @@ def blind_orders(residuals: Residuals) -> list[int]:
     if reference is not None:
         stations = np.unique(np.round(np.mod(reference.target_rad, 2.0 * np.pi), 6)).size
         seen = stations / 2.0
-    blind = np.abs(np.exp(1j * orders * rows.head_separation_rad) - 1.0) < BLIND_FACTOR
+    blind = best_factor(rows, orders) < BLIND_FACTOR
     return [int(order) for order in orders[blind & (orders > seen)]]
 
 
@@ -124,7 +125,7 @@ def aliases(item: Candidate, observations: Observations) -> list[float]:
     order = stated.value if stated is not None else order
     shown = None
     if capture is not None:
-        few = capture.part(slice(0, 8))
+        few = capture.part(slice(0, 8)).of_head(2)
         shown = item.effect.capture_columns(few, item.nonlinear, item.solution.context)
     if rows is None or order is None or shown is not None:
         return []

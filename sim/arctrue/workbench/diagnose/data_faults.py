@@ -50,14 +50,16 @@ def data_faults(observations: Observations) -> list[str]:
     """What is wrong with the rows, in words: file, run, row, expected, found."""
     found: list[str] = []
     # Of a long capture all rows, not only the part that the statistics work on.
-    rows = observations.capture if observations.stored is None else observations.stored
-    if rows is not None:
-        found += _separation_fault(rows, observations)
+    for rows in observations.pairs():
+        found += _separation_fault(rows)
         spans = run_spans(rows.run)
         for run, (start, end) in enumerate(spans):
             found += _step_faults(rows, run, start, end, observations)
-        found += _cut_runs(rows, spans)
-        found += _temperature_faults("capture", rows.temperature_c, observations.capture_line)
+        if rows.head == 2:
+            found += _cut_runs(rows, spans)
+            found += _temperature_faults("capture", rows.temperature_c, observations.sample_line)
+    # What is wrong with head 1 or with the time stamps is found with each of the other heads.
+    found = list(dict.fromkeys(found))
     stations = observations.every_reference_row
     if stations is not None:
         found += _temperature_faults(
@@ -72,7 +74,7 @@ def data_faults(observations: Observations) -> list[str]:
     return found
 
 
-def _separation_fault(rows: CaptureRows | StoredCapture, observations: Observations) -> list[str]:
+def _separation_fault(rows: CaptureRows | StoredCapture) -> list[str]:
     """Heads that stand elsewhere than the description says, by more than a mounting can be off."""
     thin = slice(None, None, max(rows.run.size // MOST_FOR_MEDIANS, 1))
     if isinstance(rows, StoredCapture):
@@ -80,12 +82,13 @@ def _separation_fault(rows: CaptureRows | StoredCapture, observations: Observati
     else:
         difference = rows.difference_arcsec[thin] * RAD_PER_ARCSEC
     away_deg = float(np.degrees(np.median(difference)))
-    nominal_deg = float(np.degrees(observations.head_separation_rad))
+    nominal_deg = float(np.degrees(rows.head_separation_rad))
     if abs(away_deg) < SEPARATION_DEG:
         return []
     return [
-        f"capture: head 2 reads {nominal_deg + away_deg:.3f}° ahead of head 1, expected "
-        f"{nominal_deg:g}° within {SEPARATION_DEG:g}°; check head_separation_deg and "
+        f"capture: head {rows.head} reads {nominal_deg + away_deg:.3f}° ahead of head 1, expected "
+        f"{nominal_deg:g}° within {SEPARATION_DEG:g}°; check "
+        f"{'head_separation_deg' if rows.head == 2 else 'head_places_deg'} and "
         "counts_per_rev, which column is which head, and that both count from the index mark"
     ]
 
@@ -119,14 +122,15 @@ def _step_faults(
     if lost.any():
         first = int(np.flatnonzero(lost)[0])
         found.append(
-            f"capture, run {run}, {_place(first + 1, start, observations)}: both heads move by "
+            f"capture, run {run}, {_place(first + 1, start, observations)}: "
+            f"{'both heads' if observations.heads == 2 else f'heads 1 and {rows.head}'} move by "
             f"{step[first] * in_counts:.0f} counts, expected about "
             f"{expected[first] * in_counts:.0f} (within 10 %) from the rows around it and the time "
             f"stamps; {int(lost.sum())} such steps in this run"
         )
     # One head alone may slip: a step that stays is an effect. A head that goes wrong again and
     # again is not.
-    for head, bad in enumerate(wrong, start=1):
+    for head, bad in zip((1, rows.head), wrong, strict=True):
         alone = np.flatnonzero(bad & ~lost)
         if alone.size > MOST_SLIPS:
             moved = (step if head == 1 else other)[alone[0]]
@@ -149,7 +153,7 @@ def _expected_step(step: Float, passed_s: Float | None) -> Float:
 
 
 def _place(sample: int, start: int, observations: Observations) -> str:
-    return f"sample {sample} of the run ({_row(observations.capture_line(start + sample))})"
+    return f"sample {sample} of the run ({_row(observations.sample_line(start + sample))})"
 
 
 def _row(line: int) -> str:

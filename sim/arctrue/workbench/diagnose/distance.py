@@ -36,7 +36,7 @@ def ways_unlike(
     capture, reference = observations.capture, observations.reference
     if capture is None:
         found.append("it has no capture of both heads")
-    elif capture.runs < LEAST_REPEATS:
+    elif observations.recorded_runs < LEAST_REPEATS:
         found.append(f"its capture has fewer than {LEAST_REPEATS} runs")
     if reference is None:
         found.append("it has no reference")
@@ -76,7 +76,7 @@ def distance(
     observations: Observations, left: Left, untestable: Mapping[str, object], tested: int
 ) -> Distance:
     """The numbers behind :func:`ways_unlike`."""
-    capture, reference = observations.capture, observations.reference
+    reference = observations.reference
     residuals = Residuals(left.solution)
     ratios, least = [0.0], 1.0
     values = residuals.capture_whitened, residuals.reference_whitened
@@ -89,7 +89,7 @@ def distance(
             ratios.append(left.rms_arcsec.get(channel, 0.0) / noise)
     return Distance(
         untested=len(untestable) / max(len(untestable) + tested, 1),
-        runs=0 if capture is None else capture.runs,
+        runs=observations.recorded_runs,
         visits=0.0 if reference is None else _visits(reference.target_rad),
         left=max(ratios),
         not_white=float(-np.log10(max(least, LEAST_P))),

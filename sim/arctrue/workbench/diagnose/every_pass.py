@@ -63,7 +63,7 @@ def _acts_on_capture(item: Candidate) -> bool:
     by what it returns to the graduation, which is in every run as far as noise lets it."""
     columns = item.solution.observations.capture
     assert columns is not None
-    probe = columns.part(slice(0, 2))
+    probe = columns.part(slice(0, 2)).of_head(2)
     return item.effect.capture_columns(probe, item.nonlinear, item.solution.context) is not None
 
 

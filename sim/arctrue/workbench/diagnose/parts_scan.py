@@ -16,10 +16,11 @@ from arctrue.workbench.effects.product_of_parts import (
     conditions,
     settling_condition,
 )
+from arctrue.workbench.inference.channels import channel_rows
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import highest
 from arctrue.workbench.numeric.harmonics import BLOCK_ROWS, harmonic_columns
-from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.polygon_faces import keep_to_faces
 
 Float = NDArray[np.float64]
@@ -90,14 +91,17 @@ def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> 
     assert precise is not None
     assert of_rows is not None
     orders = _half_orders()
-    sums = np.zeros((len(factors), 2 * orders.size))
-    constant = np.zeros(len(factors))
+    channels = rows.channels if isinstance(rows, CaptureRows) else 1
+    sums = np.zeros((channels, len(factors), 2 * orders.size))
+    constant = np.zeros((channels, len(factors)))
     for start in range(0, precise.size, BLOCK_ROWS):
         block = slice(start, start + BLOCK_ROWS)
         weighted = np.stack([factor[block] * precise[block] for factor in factors])
         halves = range(1, orders.size + 1)
-        sums += weighted @ harmonic_columns(0.5 * rows.angle_rad[block], halves)
-        constant += weighted.sum(axis=1)
+        waves = harmonic_columns(0.5 * rows.angle_rad[block], halves)
+        for channel, inside in enumerate(channel_rows(rows, block)):
+            sums[channel] += weighted[:, inside] @ waves[inside]
+            constant[channel] += weighted[:, inside].sum(axis=1)
     told = np.full((len(factors), orders.size), 1e-30)
     told_constant = np.full(len(factors), 1e-30)
     for part, spectrum in zip(of_rows.stretches, of_rows.spectra, strict=True):
@@ -110,7 +114,9 @@ def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> 
         squares = np.array([float(np.sum(factor[part] ** 2)) for factor in factors])
         told += squares[:, np.newaxis] / (density * level)
         told_constant += squares / (float(spectrum.density(np.zeros(1), step_s)[0]) * level)
-    return 2.0 * (sums[:, ::2] ** 2 + sums[:, 1::2] ** 2) / told, constant**2 / told_constant
+    # Each channel has its share of the information, and the gains of the channels add up.
+    power = channels * np.sum(sums[..., ::2] ** 2 + sums[..., 1::2] ** 2, axis=0)
+    return 2.0 * power / told, channels * np.sum(constant**2, axis=0) / told_constant
 
 
 def _capture_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:

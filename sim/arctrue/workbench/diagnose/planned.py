@@ -103,6 +103,7 @@ def _further_run(
     way = -1.0 if back else 1.0
     angle = rows.angle_rad[first[0]] + 0.5 + way * travel * longer * share
     start = float(rows.time_s.max()) + PAUSE_S
+    further = rows.further_places_rad
     new = CaptureRows(
         run=np.full(count, rows.runs, dtype=np.int64),
         revolution=int(rows.revolution.max()) + 1 + _turns(angle),
@@ -125,13 +126,40 @@ def _further_run(
         head_separation_rad=rows.head_separation_rad,
         reference_temperature_c=rows.reference_temperature_c,
         difference_arcsec=np.zeros(count),
+        further_places_rad=further,
+        further_line_rad=_side_by_side([angle + place for place in further]),
+        further_electrical_rad=_side_by_side(
+            [_phase(angle + place, observations) for place in further]
+        ),
         **_usual(rows, count),
     )
-    joined = replace(_joined(rows, new), runs=rows.runs + 1)
+    if rows.channel is not None:
+        new = _in_channels(new, rows.channels)
+    joined = replace(_joined(rows, new), runs=rows.runs + rows.channels)
     reference = observations.reference
     if reference is not None:
         reference = replace(reference, capture_runs=joined.runs)
     return replace(observations, capture=joined, reference=reference)
+
+
+def _side_by_side(columns: list[Float | None]) -> Float | None:
+    there = [column for column in columns if column is not None]
+    return np.stack(there, axis=1) if there else None
+
+
+def _in_channels(rows: CaptureRows, channels: int) -> CaptureRows:
+    """A run of a capture with three or four heads, each channel a run."""
+    count = rows.run.size
+    again = np.tile(np.arange(count), channels)
+    channel = np.repeat(np.arange(channels), count)
+    repeated = rows.part(again)
+    last = int(rows.revolution.min())
+    return replace(
+        repeated,
+        run=repeated.run + channel,
+        revolution=last + (repeated.revolution - last) * channels + channel,
+        channel=channel,
+    )
 
 
 def _turns(angle_rad: Float) -> Integer:
@@ -172,6 +200,7 @@ def _stations(observations: Observations) -> ReferenceRows:
         speed_rad_s=None,
         run_start_s=np.full(count, start),
         set_start_s=start,
+        heads=observations.heads,
         middle_time_s=float(0.5 * (time[0] + time[-1])),
         reference_temperature_c=observations.reference_temperature_c,
         error_arcsec=np.zeros(count),

@@ -10,12 +10,18 @@ from arctrue.workbench.effects.base import Columns
 from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
+SEPARATING_HEADS = 3
+"""So many see x and y of a motion that is no order of the disc; and, of an order of the disc,
+whether the axis moves."""
+
 
 def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
     """x columns, then y columns.
 
-    Head 1 sees y and head 2 x·sin α + y·cos α (docs/architecture.md, "Head geometry"); their
-    difference is x·sin α + y·(cos α − 1), all as displacement over the radius, in arcseconds.
+    Head 1 sees y and a head at α after it x·sin α + y·cos α (docs/architecture.md, "Head
+    geometry"); the difference is x·sin α + y·(cos α − 1), all as displacement over the radius, in
+    arcseconds. Three heads see two such differences and so x and y, but for the disc; four tell
+    both from the disc, all but the forward circle of order 1, which an eccentric disc makes too.
     """
     waves = harmonic_columns(rows.angle_rad, orders)
     alpha = rows.head_separation_rad

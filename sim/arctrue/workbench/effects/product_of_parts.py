@@ -230,6 +230,11 @@ def _distinct(found: list[Condition], observations: Observations) -> list[Condit
     return kept
 
 
+def _of_head2(rows: CaptureRows) -> float:
+    """1 where the rows are of head 2; what it has of its own no other head shows."""
+    return 1.0 if rows.head == 2 else 0.0
+
+
 class ProductOfParts(Effect):
     """condition × wave, fixed to a frame."""
 
@@ -363,13 +368,13 @@ class ProductOfParts(Effect):
             phase = rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
             if phase is None:
                 return None
-            wave = self._wave(phase, -1.0 if self.electrical_head == 1 else 1.0)
+            wave = self._wave(phase, -1.0 if self.electrical_head == 1 else _of_head2(rows))
         elif self.frame == "disc" and self.orders:
             wave = disc_difference(rows.disc1_rad, rows.disc2_rad, self.orders)
         elif self.frame == "stator":
             wave = capture_motion(rows, self.orders)
         else:
-            wave = self._wave(rows.angle_rad, -1.0 if self.frame == "head1" else 1.0)
+            wave = self._wave(rows.angle_rad, -1.0 if self.frame == "head1" else _of_head2(rows))
         return factor[:, np.newaxis] * wave
 
     def reference_columns(

@@ -1,14 +1,21 @@
-"""Effects with one coefficient: the parameter is the coefficient, in the effect's own unit."""
+"""Effects whose parameters are their coefficients, in the effect's own unit.
+
+Most have one coefficient; what each head has of its own has one a head.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
-from arctrue.workbench.observations import Observations
+from arctrue.workbench.effects.base import Columns, Effect, Leftover, Nonlinear, Parameter
+from arctrue.workbench.effects.capture_block import in_place_of_head
+from arctrue.workbench.observations import CaptureRows, Observations
+
+Float = NDArray[np.float64]
 
 
 class ScalarEffect(Effect):
@@ -27,5 +34,49 @@ class ScalarEffect(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> dict[str, Parameter]:
-        sigma = float(np.sqrt(max(covariance[0, 0], 0.0)))
-        return {self.parameter_name: Parameter(float(coefficients[0]), sigma, self.parameter_unit)}
+        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        names = self.column_names(observations)
+        return {
+            name: Parameter(float(value), float(error), self.parameter_unit)
+            for name, value, error in zip(names, coefficients, sigma, strict=True)
+        }
+
+
+class ScalarOfEachHead(ScalarEffect):
+    """What each head has of its own, as a bracket or a delay: one number a head.
+
+    Heads 2, 3, … have a coefficient each; what head 1 has makes the same change of all of them.
+    The setting ``heads`` names those that have one instead, and may contain head 1.
+    """
+
+    defaults: ClassVar[Mapping[str, object]] = {"heads": []}
+
+    def column_names(self, observations: Observations) -> list[str]:
+        heads = self.integers("heads") or range(2, observations.heads + 1)
+        return [
+            self.parameter_name if head == 2 else f"{self.parameter_name}_head{head}"
+            for head in heads
+        ]
+
+    def columns(self, values: Float, rows: CaptureRows) -> Columns:
+        """Columns of what a head adds to its own reading, (rows,)."""
+        heads = self.integers("heads")
+        if not heads:
+            return in_place_of_head(values[:, np.newaxis], rows)
+        shares = np.array([-1.0 if head == 1 else float(head == rows.head) for head in heads])
+        return values[:, np.newaxis] * shares
+
+    def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
+        """With one head, where the others are not worth their columns."""
+        observations = residuals.observations
+        if observations.heads == 2 or observations.capture is None or self.integers("heads"):
+            return self, 1.0
+        gains = {
+            head: residuals.score(type(self)(heads=[head]), {}).gain
+            for head in range(1, observations.heads + 1)
+        }
+        best = max(gains, key=gains.__getitem__)
+        further = (observations.heads - 2) * float(np.log(observations.capture.run.size))
+        if residuals.score(self, {}).gain - gains[best] > further:
+            return self, 1.0
+        return type(self)(heads=[best]), float(observations.heads)

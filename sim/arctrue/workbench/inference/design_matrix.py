@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.progress import rows_done
 from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear
+from arctrue.workbench.effects.capture_block import capture_block
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, WhitenedRows
@@ -99,7 +100,7 @@ def _rows_of(observations: Observations, *, capture: bool) -> Rows:
 def _columns_of(term: Term, rows: Rows, context: FitContext) -> Matrix | None:
     if isinstance(rows, ReferenceRows):
         return term.effect.reference_columns(rows, term.nonlinear, context)
-    return term.effect.capture_columns(rows, term.nonlinear, context)
+    return capture_block(term.effect, rows, term.nonlinear, context)
 
 
 def term_columns(
@@ -289,7 +290,7 @@ def _sums(rows: WhitenedRows, measured: Matrix, of_rows: RowNoise) -> ChannelSum
 
 
 def measured_arcsec(observations: Observations, *, capture: bool) -> Matrix:
-    """R₂ − R₁ − α of every capture row, or ε of every reference row."""
+    """R₂ − R₁ − α (or the contrast) of every capture row, or ε of every reference row."""
     return _rows_of(observations, capture=capture).measured_arcsec
 
 

@@ -18,6 +18,7 @@ from scipy.special import chdtrc, chdtri, chndtr, gammaincinv, ncfdtr
 from scipy.stats import f as f_distribution
 
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
+from arctrue.workbench.effects.capture_block import capture_block
 from arctrue.workbench.inference.held_out import STANDARD_ERRORS
 from arctrue.workbench.inference.likelihood_ratio import freedom_of_a_size
 from arctrue.workbench.inference.residuals import Residuals, Score
@@ -243,7 +244,7 @@ def _columns(
     if observations.capture is not None:
         rows = observations.capture
         thin = rows.part(slice(None, None, max(rows.run.size // MOST_ROWS, 1)))
-        columns = effect.capture_columns(thin, nonlinear, context)
+        columns = capture_block(effect, thin, nonlinear, context)
         if columns is not None:
             found.append(("capture", columns))
     if observations.reference is not None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
+from arctrue.workbench.inference.channels import channel_rows, power_of_channels
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations.one_speed import coordinate
@@ -67,7 +68,12 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
     number = np.floor((place - place.min()) / width).astype(np.int64)
     length = int(number.max()) + 1
     padded = 1 << int(np.ceil(np.log2(2 * length)))
-    sums = np.abs(np.fft.rfft(np.bincount(number, weights=precise, minlength=length), padded))
+    spectra = [
+        np.fft.rfft(np.bincount(number[part], weights=precise[part], minlength=length), padded)
+        for part in channel_rows(rows)
+    ]
+    # The square root of a square is the absolute value but for a rounding: one spectrum as it is.
+    sums = np.abs(spectra[0]) if len(spectra) == 1 else np.sqrt(power_of_channels(spectra))
     rates = np.arange(sums.size) / (padded * width)
     # Each run of a capture has an offset of its own, so that a line has to be there within one.
     lowest = LEAST_PERIODS / (_longest_run(place, rows.run) if capture else span)

@@ -18,6 +18,12 @@ from scipy.optimize import minimize_scalar
 from scipy.special import log_ndtr, ndtr
 
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.channels import (
+    best_factor,
+    channel_rows,
+    power_of_channels,
+    shifts_of_channels,
+)
 from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import ReferenceRows
@@ -97,13 +103,16 @@ def peaks(power: Float, count: int) -> NDArray[np.int64]:
     return places[np.argsort(power[places])[::-1][:count]]
 
 
-def disc_spectrum(residuals: Residuals, bins: int) -> NDArray[np.complex128]:
-    """Σ (C⁻¹r)·e^{−jnθ} over all capture rows, n = 0 … bins/2."""
+def disc_spectra(residuals: Residuals, bins: int) -> list[NDArray[np.complex128]]:
+    """Σ (C⁻¹r)·e^{−jnθ} over the capture rows of each channel, n = 0 … bins/2."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
     assert capture is not None
     assert precise is not None
     place = np.floor(capture.line1_rad * (bins / (2.0 * np.pi))).astype(np.int64) % bins
-    return np.asarray(np.fft.rfft(np.bincount(place, weights=precise, minlength=bins)))
+    return [
+        np.asarray(np.fft.rfft(np.bincount(place[rows], weights=precise[rows], minlength=bins)))
+        for rows in channel_rows(capture)
+    ]
 
 
 def order_information(residuals: Residuals, orders: Float, *, capture: bool = True) -> Float:
@@ -145,9 +154,9 @@ def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     if highest <= above:
         return []
     orders = np.arange(highest + 1)
-    power = np.abs(disc_spectrum(residuals, DISC_BINS)[: highest + 1]) ** 2
+    power = power_of_channels(disc_spectra(residuals, DISC_BINS))[: highest + 1]
     power /= order_information(residuals, orders.astype(np.float64))
-    blind = np.abs(np.exp(1j * orders * capture.head_separation_rad) - 1.0) < BLIND_FACTOR
+    blind = best_factor(capture, orders) < BLIND_FACTOR
     power[blind | (orders <= above)] = 0.0
     best = np.argsort(power)[::-1][:BEST_PLACES]
     return scored(
@@ -181,9 +190,13 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     if length > 1 << 24:
         # Runs that lie thousands of turns apart are put side by side: their phase is lost anyway.
         return []
-    binned = np.bincount(place, weights=precise, minlength=length)
     padded = 1 << int(np.ceil(np.log2(4 * length)))
-    power = np.abs(np.fft.rfft(binned, padded)) ** 2
+    power = power_of_channels(
+        [
+            np.fft.rfft(np.bincount(place[rows], weights=precise[rows], minlength=length), padded)
+            for rows in channel_rows(capture)
+        ]
+    )
     orders: Float = np.arange(power.size).astype(np.float64) * (bins_a_turn / padded)
     power, orders = power[orders <= highest], orders[orders <= highest]
     power /= order_information(residuals, orders)
@@ -449,7 +462,11 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
             places.append((float(power[index]), {"run": run, "instant": instant}))
         sizes.append(size)
     places.sort(key=lambda item: -item[0])
-    found = scored(effect, residuals, (place for _, place in places[:BEST_PLACES]), 1.0)
+    best = [place for _, place in places[:BEST_PLACES]]
+    if capture.channels > 1:
+        # A step of head 1 is in every channel of its run: such runs are counted −1, −2, …
+        best += [{**place, "run": -(place["run"] // capture.channels) - 1.0} for place in best]
+    found = scored(effect, residuals, best, 1.0)
     if not found:
         return found
     trials = sum(step_trials(found[0].gain, size) for size in sizes)
@@ -465,22 +482,24 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     if capture is None or residuals.capture_precise is None:
         return []
     bins = 1 << 14
-    spectrum = disc_spectrum(residuals, bins)
+    spectra = disc_spectra(residuals, bins)
     spacing_deg = 360.0 / max(samples_a_turn(residuals), 1.0)
-    orders = np.arange(spectrum.size)
+    orders = np.arange(spectra[0].size)
     told = order_information(residuals, orders.astype(np.float64))
     found: list[tuple[float, dict[str, float]]] = []
     trials = 0.0
-    shift = np.exp(1j * orders * capture.head_separation_rad) - 1.0
+    shifts = shifts_of_channels(capture, orders)
     for width in BUMP_WIDTHS_DEG:
         if width < 0.5 * spacing_deg:
             continue
         sigma = np.radians(width)
         bell = np.exp(-0.5 * (orders * sigma) ** 2)
         # Template g(θ + α − ψ₀) − g(θ − ψ₀): its transform is bell·(e^{jnα} − 1)·e^{−jnψ₀}.
-        template = bell * shift
-        correlation = np.fft.irfft(spectrum * np.conj(template), bins)
-        norm = np.fft.irfft(np.abs(template) ** 2 * told / bins, bins)[0]
+        correlation, norm = np.zeros(bins), 0.0
+        for spectrum, shift in zip(spectra, shifts, strict=True):
+            template = bell * shift
+            correlation += np.fft.irfft(spectrum * np.conj(template), bins)
+            norm += np.fft.irfft(np.abs(template) ** 2 * told / bins, bins)[0] / len(spectra)
         # The graduation of the base model takes the low orders: what it takes is no evidence.
         power = correlation**2 / max(norm, 1e-30)
         for index in peaks(power, 2):
@@ -520,7 +539,7 @@ def grid_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 __all__ = [
     "bump_scan",
     "disc_order_scan",
-    "disc_spectrum",
+    "disc_spectra",
     "frequency_scan",
     "grid_scan",
     "highest",

@@ -16,6 +16,7 @@ from arctrue.workbench.inference.design_matrix import Term, block_columns
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.solution import Solution, with_tangents
 from arctrue.workbench.inference.tangents import refined_names
+from arctrue.workbench.observations.contrasts import contrast_weights
 
 Float = NDArray[np.float64]
 
@@ -84,6 +85,9 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
             continue
         run_name, instant_name = term.effect.step_at
         run = round(term.nonlinear[run_name])
+        if run < 0:
+            # A step of head 1 is in every channel of its run: the first one shows it whole.
+            run = (-run - 1) * part.channels
         kept = part.time_s[part.run == run]
         place = int(np.searchsorted(kept, term.nonlinear[instant_name]))
         first, last = np.searchsorted(stored.run, [run, run + 1])
@@ -94,7 +98,9 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         rows = stored.rows(slice(int(first) + low, int(first) + min(high, times.size)))
         columns = block_columns(solution.terms, solution.widths, rows, solution.context)
         own = solution.part(index).start
+        own_channel = run % part.channels
         step = float(solution.coefficients[own])
+        step *= float(contrast_weights(part.heads)[own_channel, own_channel])
         columns[:, own] = 0.0
         left = rows.difference_arcsec - columns @ solution.coefficients
         left -= solution.run_offsets_arcsec[run]

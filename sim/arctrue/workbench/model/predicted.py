@@ -69,6 +69,7 @@ def table_rows(
         middle_time_s=middle_s,
         reference_temperature_c=observations.reference_temperature_c,
         error_arcsec=np.zeros(angle.size),
+        heads=observations.heads,
         conditions={name: column for name, column in columns.items() if name not in KNOWN},
     )
 

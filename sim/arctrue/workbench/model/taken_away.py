@@ -264,5 +264,6 @@ def _rows_of_head1(observations: Observations) -> ReferenceRows | None:
         middle_time_s=float(rows.time_s.mean()),
         reference_temperature_c=rows.reference_temperature_c,
         error_arcsec=np.zeros(rows.run.size),
+        heads=rows.heads,
         conditions=rows.conditions,
     )

@@ -79,7 +79,11 @@ def observations_of(
     compared = compared_whole = None
     if reference is not None:
         compared = _reference_rows(facts, reference, usual, faces, two_heads=capture is not None)
-        compared = replace(compared, capture_runs=0 if part is None else part.runs)
+        compared = replace(
+            compared,
+            capture_runs=0 if part is None else part.runs,
+            heads=2 if part is None else part.heads,
+        )
         compared, compared_whole = part_of_reference(compared)
     return Observations(
         title=measurement.title,
@@ -90,12 +94,14 @@ def observations_of(
         counts_per_rev=facts.counts_per_rev,
         grating_lines=facts.grating_lines,
         head_separation_rad=separation,
+        heads=2 if capture is None else len(capture.heads),
         drive_gear_teeth=facts.drive_gear_teeth,
         disc_diameter_mm=facts.disc_diameter_mm,
         masked=tuple(masked),
         may_mask=mask_outliers and not says_which_rows,
         outlying_share=outlying_share,
         used_capture_rows=used_capture,
+        capture_sample=None if stored is None else stored.sample,
         used_reference_rows=used_reference,
         index_repeatability_counts=facts.index_repeatability_counts,
         reference_uncertainty_arcsec=(
@@ -109,13 +115,18 @@ def _stored_capture(
 ) -> StoredCapture:
     if facts.counts_per_rev is None or facts.head_separation_deg is None:
         raise ValueError("a capture needs table.counts_per_rev and table.head_separation_deg")
-    for name, counts in (("1", columns.head1_counts), ("2", columns.head2_counts)):
+    for name, counts in enumerate(columns.heads, start=1):
         most = min(MOST_TURNS * facts.counts_per_rev, MOST_COUNTS)
         if max(abs(int(counts.min())), abs(int(counts.max()))) > most:
             raise ValueError(
                 f"the capture has head{name}_counts more than {MOST_TURNS:,} turns from the index "
                 f"mark at {facts.counts_per_rev} counts a turn; expected counts from the index"
             )
+    if len(facts.places_deg or ()) != len(columns.heads):
+        raise ValueError(
+            f"table.head_places_deg: expected a place for each of the {len(columns.heads)} heads "
+            f"of the capture, found {len(facts.places_deg or ())}"
+        )
     count_rad = 2.0 * np.pi / facts.counts_per_rev
     run, spans = _runs_in_order(columns.run)
     runs = int(run.max(initial=-1)) + 1
@@ -136,7 +147,7 @@ def _stored_capture(
     difference *= count_rad
     difference -= separation
     angle = true_angle(reading1, difference, separation)
-    return StoredCapture(
+    stored = StoredCapture(
         table=facts,
         run=run,
         revolution=revolution,
@@ -152,6 +163,33 @@ def _stored_capture(
         reference_temperature_c=usual_c,
         u_arcsec=columns.u_arcsec,
         conditions=columns.conditions,
+        further_counts=columns.heads[2:],
+    )
+    return _in_channels(stored, spans) if stored.further_counts else stored
+
+
+def _in_channels(stored: StoredCapture, spans: list[tuple[int, int]]) -> StoredCapture:
+    """Every run once a channel, the channels of a run one after another."""
+    channels = len(stored.further_counts) + 1
+    sample = np.concatenate([np.tile(np.arange(start, end), channels) for start, end in spans])
+    channel = np.concatenate([np.repeat(np.arange(channels), end - start) for start, end in spans])
+    small = channel.astype(np.int32)
+    facts, temperature = stored.run_facts, stored.temperature_c
+    return replace(
+        stored,
+        run=stored.run[sample] * np.int32(channels) + small,
+        revolution=stored.revolution[sample] * np.int32(channels) + small,
+        time_s=stored.time_s[sample],
+        temperature_c=None if temperature is None else temperature[sample],
+        angle_rad=stored.angle_rad[sample],
+        speed=stored.speed.in_channels(channels, sample),
+        run_facts=RunFacts(
+            np.repeat(facts.start_s, channels), np.repeat(facts.direction, channels)
+        ),
+        u_arcsec=None if stored.u_arcsec is None else stored.u_arcsec[sample],
+        conditions={name: column[sample] for name, column in stored.conditions.items()},
+        sample=sample,
+        channel=channel,
     )
 
 

@@ -31,6 +31,8 @@ class Observations:
     head_separation_rad: float
     drive_gear_teeth: float | None
     disc_diameter_mm: float | None
+    heads: int = 2
+    """How many the capture has."""
     stored: StoredCapture | None = None
     """Every row of a capture of which ``capture`` is a part."""
     stored_reference: ReferenceRows | None = field(default=None, repr=False)
@@ -42,7 +44,9 @@ class Observations:
     outlying_share: Mapping[str, float] = field(default_factory=dict)
     """Share of outliers among the rows of each channel; above a limit they are not masked."""
     used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
-    """Numbers in the file (0, 1, …) of the capture rows that are used; None: all of them."""
+    """Numbers in the file (0, 1, …) of the samples that are used; None: all of them."""
+    capture_sample: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
+    """Number of the sample of each capture row; None: row k is sample k."""
     used_reference_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
     index_repeatability_counts: float | None = None
     """Standard deviation of one head's index from run to run, as the set states it."""
@@ -57,8 +61,13 @@ class Observations:
 
     def capture_line(self, row: int) -> int:
         """Line of the file of a row of the capture that is used; the header is line 1."""
+        sample = self.capture_sample
+        return self.sample_line(row if sample is None else int(sample[row]))
+
+    def sample_line(self, sample: int) -> int:
+        """Line of the file of a sample that is used; the header is line 1."""
         used = self.used_capture_rows
-        return (row if used is None else int(used[row])) + 2
+        return (sample if used is None else int(used[sample])) + 2
 
     def reference_line(self, row: int) -> int:
         """Line of the file of a row of the reference that is used; the header is line 1."""
@@ -79,8 +88,35 @@ class Observations:
 
     @property
     def runs(self) -> int:
-        """Runs of the capture."""
+        """Runs of the capture; with three or four heads each channel of a run counts as one."""
         return 0 if self.capture is None else self.capture.runs
+
+    @property
+    def recorded_runs(self) -> int:
+        """Runs of the capture as they were recorded, however many heads it has."""
+        return self.runs // self.channels_of_capture
+
+    def run_words(self, run: int) -> str:
+        """A run of the capture as it was recorded: ``run 3``, or ``run 1 head 4``."""
+        channels = self.channels_of_capture
+        if channels == 1:
+            return f"run {run}"
+        return f"run {run // channels} head {run % channels + 2}"
+
+    @property
+    def channels_of_capture(self) -> int:
+        """Rows of each sample of the capture."""
+        return 1 if self.capture is None else self.capture.channels
+
+    def pairs(self) -> list[CaptureRows | StoredCapture]:
+        """Every sample of the capture once for each further head, as rows of Rᵢ − R₁."""
+        if self.stored is not None:
+            return [self.stored.of_head(head) for head in range(2, self.heads + 1)]
+        rows = self.capture
+        if rows is None or rows.channel is None:
+            return [] if rows is None else [rows]
+        once = rows.part(rows.channel == 0)
+        return [once.as_recorded(head) for head in range(2, self.heads + 1)]
 
     @property
     def faces(self) -> int | None:
@@ -134,6 +170,7 @@ class Observations:
     def order_resolution(self) -> float:
         """Orders nearer than this cannot be told apart: 1/(2·turns), all runs together."""
         turns = sum(span / (2.0 * np.pi) for span in self._run_spans("angle_rad"))
+        turns /= self.channels_of_capture
         return 0.5 / turns if turns > 0.0 else float("inf")
 
     @property

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from arctrue.base.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -27,7 +30,7 @@ class _Sliceable:
                 view.setflags(write=False)
                 object.__setattr__(self, item.name, view)
 
-    def part(self, rows: slice | NDArray[np.bool_]) -> Self:
+    def part(self, rows: slice | NDArray[np.bool_] | Integer) -> Self:
         """The same with only these rows."""
         values = {}
         for item in fields(self):  # type: ignore[arg-type]
@@ -42,10 +45,15 @@ class _Sliceable:
 
 @dataclass(frozen=True, eq=False)
 class CaptureRows(_Sliceable):
-    """One row a sample of both heads; every array has shape (rows,)."""
+    """One row a sample of two heads; every array has shape (rows,).
+
+    With three or four heads each sample has a row for every further head, in a channel of its own:
+    channel 0 is R₂ − R₁, channel k is the reading of head k + 2 less the mean of all heads before
+    it (:mod:`arctrue.workbench.observations.contrasts`). Each channel of a run counts as a run.
+    """
 
     run: Integer
-    """0 … runs − 1, in the order of the file."""
+    """0 … runs − 1, in the order of the file; with K channels: recorded run · K + channel."""
     revolution: Integer
     """Number of the revolution, counted over all runs; an unfinished rest has its own."""
     time_s: Float
@@ -59,7 +67,7 @@ class CaptureRows(_Sliceable):
     disc1_rad: Float
     """Disc angle under head 1: θ."""
     disc2_rad: Float
-    """Disc angle under head 2: θ + α."""
+    """Disc angle under head 2 (or :attr:`head`): θ + α."""
     line1_rad: Float
     """Disc angle of the lines that head 1 sees: its reading. It leads or lags θ by ε."""
     line2_rad: Float
@@ -81,11 +89,78 @@ class CaptureRows(_Sliceable):
     """Further columns of the file by name, in their own units."""
     reference_in_time: bool = False
     """Has the set a reference whose rows have a time?"""
+    channel: Integer | None = None
+    """0 … heads − 2; None with two heads, and of the rows of :meth:`of_head`."""
+    further_places_rad: tuple[float, ...] = ()
+    """Of heads 3 and 4: their angles after head 1."""
+    further_line_rad: Float | None = None
+    """Readings of heads 3 and 4, shape (rows, heads − 2)."""
+    further_electrical_rad: Float | None = None
+    """Phases of their signal periods, shape (rows, heads − 2)."""
+    head: int = 2
+    """Whose reading less that of head 1 an effect is asked for."""
 
     @property
     def measured_arcsec(self) -> Float:
-        """What a model predicts: R₂ − R₁ − α."""
+        """What a model predicts: R₂ − R₁ − α, or the contrast of the row's channel."""
         return self.difference_arcsec
+
+    @property
+    def heads(self) -> int:
+        """How many heads the capture has."""
+        return 2 + len(self.further_places_rad)
+
+    @property
+    def channels(self) -> int:
+        """How many rows a sample has."""
+        return 1 if self.channel is None else self.heads - 1
+
+    def of_head(self, head: int) -> CaptureRows:
+        """The same samples as rows of Rᵢ − R₁: an effect says here what head i sees."""
+        if self.channel is None:
+            if head == self.head:
+                return self
+            raise ValueError(f"these rows are of head {self.head}, not of head {head}")
+        return self._of_heads[head]
+
+    def as_recorded(self, head: int) -> CaptureRows:
+        """Rows of channel 0 as rows of one capture of head 1 and this head alone."""
+        assert self.channel is not None
+        channels, rows = self.channels, self.of_head(head)
+        apart = rows.line2_rad - rows.line1_rad - rows.head_separation_rad
+        return replace(
+            rows,
+            run=self.run // channels,
+            revolution=self.revolution // channels,
+            runs=self.runs // channels,
+            difference_arcsec=apart * ARCSEC_PER_RAD,
+            further_places_rad=(),
+            further_line_rad=None,
+            further_electrical_rad=None,
+        )
+
+    @cached_property
+    def _of_heads(self) -> dict[int, CaptureRows]:
+        """Kept, so that an effect that keeps something for its rows finds the same ones again."""
+        return {head: self._asked_of(head) for head in range(2, self.heads + 1)}
+
+    def _asked_of(self, head: int) -> CaptureRows:
+        assert self.channel is not None
+        run = self.run - self.channel + (head - 2)
+        if head == 2:
+            return replace(self, run=run, channel=None)
+        assert self.further_line_rad is not None
+        place_rad, electrical = self.further_places_rad[head - 3], self.further_electrical_rad
+        return replace(
+            self,
+            run=run,
+            channel=None,
+            head=head,
+            disc2_rad=self.disc1_rad + place_rad,
+            line2_rad=self.further_line_rad[:, head - 3],
+            electrical2_rad=None if electrical is None else electrical[:, head - 3],
+            head_separation_rad=place_rad,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +198,8 @@ class ReferenceRows(_Sliceable):
     """Number of the row among all that are used; None: 0, 1, … without a gap."""
     capture_runs: int | None = None
     """Runs of the capture of the same set; None: these rows are not those of a set."""
+    heads: int = 2
+    """How many the capture of the same set has."""
     conditions: Mapping[str, Float] = field(default_factory=dict)
     """Further columns of the file by name, in their own units."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import gcd
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.measurement import Table
+from arctrue.workbench.observations.contrasts import contrast_weights
 from arctrue.workbench.observations.rows import CaptureRows, Float, Integer
 from arctrue.workbench.observations.run_speed import RunSpeeds
 
@@ -29,7 +30,11 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class StoredCapture:
-    """Every row in 48 bytes; :class:`CaptureRows` takes 112 and is made a part at a time."""
+    """Every row in 48 bytes; :class:`CaptureRows` takes 112 and is made a part at a time.
+
+    With three or four heads each sample has a row a channel, as :class:`CaptureRows` describes.
+    The counts are those of the samples: row k is of sample ``sample[k]``.
+    """
 
     table: Table
     run: Small
@@ -49,6 +54,14 @@ class StoredCapture:
     u_arcsec: Float | None = None
     conditions: Mapping[str, Float] = field(default_factory=dict)
     reference_in_time: bool = False
+    further_counts: tuple[Integer, ...] = ()
+    """Of heads 3 and 4, as those of heads 1 and 2."""
+    sample: Integer | None = None
+    """Number of the sample of each row; None: row k is sample k."""
+    channel: Integer | None = None
+    """As in :class:`CaptureRows`."""
+    head: int = 2
+    """Which head ``head2_counts`` are of, as in :class:`CaptureRows`."""
 
     @property
     def size(self) -> int:
@@ -60,13 +73,65 @@ class StoredCapture:
         """Runs."""
         return int(self.run_facts.start_s.size)
 
+    @property
+    def further_places_rad(self) -> tuple[float, ...]:
+        """Of heads 3 and 4: their angles after head 1."""
+        places = self.table.head_places_deg or ()
+        return tuple(float(np.radians(place)) for place in places[2 : 2 + len(self.further_counts)])
+
+    def samples(self, rows: slice | Integer) -> slice | Integer:
+        """Numbers of the samples of some rows."""
+        return rows if self.sample is None else self.sample[rows]
+
     def difference_rad(self, rows: slice | Integer) -> Float:
-        """R₂ − R₁ − α (nominal) of some rows."""
+        """R₂ − R₁ − α (nominal) of some rows, or the contrast of their channels."""
+        samples = self.samples(rows)
+        apart = self._apart_rad(self.head2_counts, samples, self.head_separation_rad)
+        if self.channel is None:
+            return apart
+        weights = contrast_weights(2 + len(self.further_counts))[self.channel[rows]]
+        apart = weights[:, 0] * apart
+        for number, counts in enumerate(self.further_counts):
+            place_rad = self.further_places_rad[number]
+            apart += weights[:, number + 1] * self._apart_rad(counts, samples, place_rad)
+        return apart
+
+    def _apart_rad(self, counts: Integer, samples: slice | Integer, place_rad: float) -> Float:
+        """Rᵢ − R₁ less the head's place."""
         assert self.table.counts_per_rev is not None
-        apart = (self.head2_counts[rows] - self.head1_counts[rows]).astype(np.float64)
+        apart = (counts[samples] - self.head1_counts[samples]).astype(np.float64)
         apart *= 2.0 * np.pi / self.table.counts_per_rev
-        apart -= self.head_separation_rad
+        apart -= place_rad
         return np.asarray(apart)
+
+    def of_head(self, head: int) -> StoredCapture:
+        """Every sample once, with the counts of head ``head`` for those of head 2."""
+        if self.channel is None or self.sample is None:
+            return self
+        first = np.flatnonzero(self.channel == 0)
+        channels = len(self.further_counts) + 1
+        counts = (self.head2_counts, *self.further_counts)[head - 2]
+        place_rad = (self.head_separation_rad, *self.further_places_rad)[head - 2]
+        return replace(
+            self,
+            run=self.run[first] // np.int32(channels),
+            revolution=self.revolution[first] // np.int32(channels),
+            time_s=self.time_s[first],
+            temperature_c=None if self.temperature_c is None else self.temperature_c[first],
+            head2_counts=counts,
+            angle_rad=self.angle_rad[first],
+            speed=self.speed.every(channels, first),
+            run_facts=RunFacts(
+                self.run_facts.start_s[::channels], self.run_facts.direction[::channels]
+            ),
+            head_separation_rad=place_rad,
+            u_arcsec=None if self.u_arcsec is None else self.u_arcsec[first],
+            conditions={name: column[first] for name, column in self.conditions.items()},
+            further_counts=(),
+            sample=None,
+            channel=None,
+            head=head,
+        )
 
     def run_spans(self) -> list[tuple[int, int]]:
         """First row and row after the last of each stretch of one run, in the order of the file."""
@@ -76,8 +141,11 @@ class StoredCapture:
         """Some rows with all their conditions."""
         assert self.table.counts_per_rev is not None
         count_rad = 2.0 * np.pi / self.table.counts_per_rev
-        reading1 = self.head1_counts[rows].astype(np.float64) * count_rad
-        difference = self.difference_rad(rows)
+        samples = self.samples(rows)
+        reading1 = self.head1_counts[samples].astype(np.float64) * count_rad
+        apart = self._apart_rad(self.head2_counts, samples, self.head_separation_rad)
+        further = [counts[samples] for counts in self.further_counts]
+        phases = [electrical_rad(counts, self.table) for counts in further]
         run = self.run[rows].astype(np.int64)
         angle = self.angle_rad[rows]
         return CaptureRows(
@@ -91,18 +159,27 @@ class StoredCapture:
             disc1_rad=angle,
             disc2_rad=angle + self.head_separation_rad,
             line1_rad=reading1,
-            line2_rad=reading1 + difference + self.head_separation_rad,
-            electrical1_rad=electrical_rad(self.head1_counts[rows], self.table),
-            electrical2_rad=electrical_rad(self.head2_counts[rows], self.table),
+            line2_rad=reading1 + apart + self.head_separation_rad,
+            electrical1_rad=electrical_rad(self.head1_counts[samples], self.table),
+            electrical2_rad=electrical_rad(self.head2_counts[samples], self.table),
             run_start_s=self.run_facts.start_s[run],
             set_start_s=self.set_start_s,
             runs=self.runs,
             head_separation_rad=self.head_separation_rad,
             reference_temperature_c=self.reference_temperature_c,
-            difference_arcsec=difference * ARCSEC_PER_RAD,
+            difference_arcsec=self.difference_rad(rows) * ARCSEC_PER_RAD,
             u_arcsec=None if self.u_arcsec is None else self.u_arcsec[rows],
             conditions={name: column[rows] for name, column in self.conditions.items()},
             reference_in_time=self.reference_in_time,
+            channel=None if self.channel is None else self.channel[rows],
+            further_places_rad=self.further_places_rad,
+            further_line_rad=np.stack([counts * count_rad for counts in further], axis=1)
+            if further
+            else None,
+            further_electrical_rad=np.stack([item for item in phases if item is not None], axis=1)
+            if further and phases[0] is not None
+            else None,
+            head=self.head,
         )
 
 

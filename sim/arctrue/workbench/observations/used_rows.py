@@ -45,13 +45,18 @@ def used_capture_rows(
     if not mask_outliers or table.counts_per_rev is None or kept.run.size == 0:
         return UsedRows(kept, _numbers(capture, masked), masked, 0.0)
     count_arcsec = arcsec_per_count(table.counts_per_rev)
-    difference = (kept.head2_counts - kept.head1_counts).astype(np.float64) * count_arcsec
     angle = kept.head1_counts.astype(np.float64) * rad_per_count(table.counts_per_rev)
     revolution = np.floor_divide(kept.head1_counts, table.counts_per_rev)
     revolution = revolution - revolution.min() + kept.run * (np.ptp(revolution) + 1)
-    outlying, away = capture_outliers(
-        difference, angle, revolution, run_spans(kept.run), separation_rad, count_arcsec
-    )
+    outlying, away = np.zeros(kept.run.size, dtype=bool), np.zeros(kept.run.size)
+    places_rad = (separation_rad, *np.radians((table.places_deg or ())[2:]).tolist())
+    for counts, place_rad in zip(kept.heads[1:], places_rad, strict=True):
+        difference = (counts - kept.head1_counts).astype(np.float64) * count_arcsec
+        found, by = capture_outliers(
+            difference, angle, revolution, run_spans(kept.run), place_rad, count_arcsec
+        )
+        away = np.where(found & ~outlying, by, away)
+        outlying |= found
     return _with_outliers(capture, kept, "capture", masked, outlying, away)
 
 

@@ -39,19 +39,29 @@ def without_wrong_rows(
     )
     if not wrong.any() or float(wrong.mean()) > MOST_SHARE:
         return None
+    sample = observations.capture_sample
+    if sample is not None:
+        # A sample is left out with all its heads, and listed once.
+        _, first = np.unique(sample[wrong], return_index=True)
+        listed = np.flatnonzero(wrong)[first]
+        wrong = np.isin(sample, sample[wrong])
+    else:
+        listed = np.flatnonzero(wrong)
     masked = [
         MaskedRow("capture", observations.capture_line(row), "outlier", float(away[row]))
-        for row in np.flatnonzero(wrong).tolist()
+        for row in listed.tolist()
     ]
     used = observations.used_capture_rows
-    numbers = np.arange(rows.run.size) if used is None else used
+    if sample is None:
+        used = (np.arange(rows.run.size) if used is None else used)[~wrong]
     of_capture = [item for item in observations.masked if item.channel == "capture"]
     of_reference = [item for item in observations.masked if item.channel == "reference"]
     return replace(
         observations,
         capture=rows.part(~wrong),
         masked=(*sorted([*of_capture, *masked], key=_line), *of_reference),
-        used_capture_rows=numbers[~wrong],
+        used_capture_rows=used,
+        capture_sample=None if sample is None else sample[~wrong],
     )
 
 

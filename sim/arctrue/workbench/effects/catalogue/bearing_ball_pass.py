@@ -7,7 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.axis_motion import capture_motion, reference_motion
+from arctrue.workbench.effects.axis_motion import (
+    SEPARATING_HEADS,
+    capture_motion,
+    reference_motion,
+)
 from arctrue.workbench.effects.base import (
     Columns,
     Effect,
@@ -37,7 +41,7 @@ class BearingBallPass(Effect):
     )
     equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped, ν found"
     source = "ISO 15243 kinematics of rolling bearings; ISO 230-7 asynchronous error motion"
-    capture_sees = "a line at the order ν over all revolutions"
+    capture_sees = "a line at the order ν over all revolutions; three heads tell x from y"
     reference_sees = "a line at ν too: stations come at the same unwrapped angles every cycle"
     told_apart_by = "order tracking over the unwrapped angle; the same order at every speed"
     next_measurement = "a capture of more turns in one run: ν is resolved to 1/(2·turns)"
@@ -113,7 +117,7 @@ class BearingBallPass(Effect):
         observations: Observations,
     ) -> dict[str, Parameter]:
         alpha = observations.head_separation_rad
-        # x and y are not separable: what head 1 and the difference show is.
+        # Of two heads x and y are not separable: what head 1 and the difference show is.
         mixing = np.array(
             [
                 [np.sin(alpha), 0.0, np.cos(alpha) - 1.0, 0.0],
@@ -124,7 +128,7 @@ class BearingBallPass(Effect):
         spread = mixing @ covariance @ mixing.T
         found = {"order": Parameter(nonlinear["order"], float("nan"), "1")}
         found |= amplitude_and_phase(difference[0], difference[1], spread, "difference_")
-        if observations.reference is not None:
+        if observations.reference is not None or observations.heads >= SEPARATING_HEADS:
             found |= amplitude_and_phase(
                 coefficients[2], coefficients[3], covariance[2:, 2:], "head1_"
             )

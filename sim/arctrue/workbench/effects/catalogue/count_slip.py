@@ -51,7 +51,10 @@ class CountSlip(Effect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        after = (rows.run == round(nonlinear["run"])) & (rows.time_s >= nonlinear["instant"])
+        run = round(nonlinear["run"])
+        # Of head 1 all other heads show the step, and its run is counted −1, −2, …
+        of_run = rows.run == run if run >= 0 else rows.run // (rows.heads - 1) == -run - 1
+        after = of_run & (rows.time_s >= nonlinear["instant"])
         return np.asarray(after, dtype=np.float64)[:, np.newaxis]
 
     def contradiction(
@@ -81,14 +84,17 @@ class CountSlip(Effect):
     ) -> dict[str, Parameter]:
         sigma = float(np.sqrt(max(covariance[0, 0], 0.0)))
         step = float(coefficients[0])
+        run, channels = round(nonlinear["run"]), observations.channels_of_capture
         found = {
-            "run": Parameter(nonlinear["run"], 0.0, "1"),
+            "run": Parameter(float(run // channels if run >= 0 else -run - 1), 0.0, "1"),
             # The step lies somewhere between the last row before it and the first one after.
             "instant": Parameter(
                 nonlinear["instant"] - 0.5 * observations.sample_period_s, float("nan"), "s"
             ),
             "step": Parameter(step, sigma, "arcsec"),
         }
+        if channels > 1:
+            found["head"] = Parameter(float(run % channels + 2 if run >= 0 else 1), 0.0, "1")
         count = observations.count_arcsec
         if count is not None:
             found["counts"] = Parameter(step / count, sigma / count, "counts")

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
-from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
 
-class HeadAngleError(ScalarEffect):
+class HeadAngleError(ScalarOfEachHead):
     """Δα·(1 + ε′(θ + α)) in R₂ − R₁: a constant, and every order a little."""
 
     name = "head_angle_error"
@@ -44,4 +42,4 @@ class HeadAngleError(ScalarEffect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return (1.0 + context.error_slope(rows.disc2_rad))[:, np.newaxis]
+        return self.columns(1.0 + context.error_slope(rows.disc2_rad), rows)

@@ -21,6 +21,7 @@ from arctrue.workbench.effects.base import (
     amplitude_and_phase,
     paired_lanes,
 )
+from arctrue.workbench.effects.capture_block import in_place_of_head
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 from arctrue.workbench.observations.one_speed import speed_turns_s
 
@@ -114,14 +115,18 @@ class PeriodicError(Effect):
     def column_names(self, observations: Observations) -> list[str]:
         if self._by_direction:
             return [f"{kind} {way}" for way in ("up", "down") for kind in ("cos", "sin")]
-        return ["cos", "sin"]
+        further = range(3, observations.heads + 1)
+        return [
+            "cos", "sin", *(f"{kind} head {head}" for head in further for kind in ("cos", "sin"))
+        ]  # fmt: skip
 
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
         if not nonlinear["in_capture"] or self._by_direction:
             return None
-        return _wave(rows, nonlinear)
+        wave = _wave(rows, nonlinear)
+        return None if wave is None else in_place_of_head(wave, rows)
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
@@ -129,8 +134,11 @@ class PeriodicError(Effect):
         if nonlinear["in_capture"]:
             return None
         wave = _wave(rows, nonlinear)
-        if not self._by_direction or wave is None:
-            return wave
+        if wave is None:
+            return None
+        if not self._by_direction:
+            # Head 1 alone is in the reference: the further heads have no part in it.
+            return np.hstack([wave, *[np.zeros_like(wave)] * (rows.heads - 2)])
         if rows.direction is None:
             return None
         up = (rows.direction > 0.0)[:, np.newaxis]
@@ -223,7 +231,13 @@ class PeriodicError(Effect):
                 found |= amplitude_and_phase(cosine, sine, covariance[pair, pair], f"{way}_")
             return found
         found = {name: Parameter(nonlinear[name], float("nan"), unit)}
-        return found | amplitude_and_phase(coefficients[0], coefficients[1], covariance, "")
+        heads = 1 + coefficients.size // 2 if nonlinear["in_capture"] else 2
+        for head in range(2, heads + 1):
+            pair = slice(2 * head - 4, 2 * head - 2)
+            prefix = "" if head == 2 else f"head{head}_"
+            cosine, sine = coefficients[pair]
+            found |= amplitude_and_phase(cosine, sine, covariance[pair, pair], prefix)
+        return found
 
     def seen(self, parameters: Mapping[str, Parameter]) -> str:
         if not self._by_direction:

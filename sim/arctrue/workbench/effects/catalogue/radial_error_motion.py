@@ -7,7 +7,11 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.axis_motion import capture_motion, reference_motion
+from arctrue.workbench.effects.axis_motion import (
+    SEPARATING_HEADS,
+    capture_motion,
+    reference_motion,
+)
 from arctrue.workbench.effects.base import (
     Columns,
     Effect,
@@ -23,7 +27,7 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class RadialErrorMotion(Effect):
-    """x(θ) and y(θ) of the axis in the stator frame, orders 2 to 8."""
+    """x(θ) and y(θ) of the axis in the stator frame, orders 2 to 8; of three heads 1 to 8."""
 
     name = "radial_error_motion"
     physics = (
@@ -34,7 +38,10 @@ class RadialErrorMotion(Effect):
     source = "ISO 230-7, synchronous radial error motion; exact for small motions"
     capture_sees = "order k, but not with the factor of a disc-fixed order"
     reference_sees = "order k"
-    told_apart_by = "two heads and reference disagree at orders 2 to 8"
+    told_apart_by = (
+        "two heads and reference disagree at orders 2 to 8; three or four heads disagree at orders "
+        "1 to 8"
+    )
     next_measurement = "a third head, or the reference with its polygon re-indexed by some faces"
     plausible = "0.1 to 2 µm (0.4 to 8″ at a radius of 54 mm)"
     parameter_units = {
@@ -54,7 +61,7 @@ class RadialErrorMotion(Effect):
         lacking = []
         if observations.capture is None:
             lacking.append("a capture of both heads")
-        if observations.reference is None:
+        if observations.reference is None and observations.heads < SEPARATING_HEADS:
             lacking.append("a reference run: two heads alone cannot tell it from graduation")
         return lacking
 
@@ -74,12 +81,19 @@ class RadialErrorMotion(Effect):
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With the orders that are there, best first: each must be worth its two columns."""
-        orders = self.integers("orders")
+        observations = residuals.observations
+        # Two heads and a reference cannot tell order 1 from the disc's.
+        first = (1,) if observations.heads >= SEPARATING_HEADS else ()
+        orders = tuple(sorted({*first, *self.integers("orders")}))
         gains = {
             order: residuals.score(RadialErrorMotion(orders=[order]), {}).gain for order in orders
         }
-        reference = residuals.observations.reference
-        worth = 2.0 * float(np.log(max(2, 0 if reference is None else reference.run.size)))
+        reference, capture = observations.reference, observations.capture
+        told = 0 if reference is None else reference.run.size
+        columns = 2.0
+        if observations.heads >= SEPARATING_HEADS and capture is not None:
+            told, columns = capture.run.size, 2.0 * (observations.heads - 2)
+        worth = columns * float(np.log(max(2, told)))
         kept = [order for order in orders if gains[order] > worth]
         if not kept or len(kept) == len(orders):
             return self, 1.0

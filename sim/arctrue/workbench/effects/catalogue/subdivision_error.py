@@ -19,11 +19,12 @@ from arctrue.workbench.effects.base import (
     amplitude_and_phase,
     paired_lanes,
 )
+from arctrue.workbench.effects.capture_block import in_place_of_head
 from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 WORTH_P = 0.01
-"""A multiple counts when its four columns take more than this chance gives."""
+"""A multiple counts when its columns, two a head, take more than this chance gives."""
 
 
 class SubdivisionError(Effect):
@@ -48,7 +49,7 @@ class SubdivisionError(Effect):
         "head2_multiple_K_phase": "deg",
     }
     compensation = "lanes"
-    compensation_note = "head 1's part, as lanes at k × lines; head 2 is not in the output"
+    compensation_note = "head 1's part, as lanes at k × lines; the others are not in the output"
     defaults = {"multiples": [1, 2, 4]}
 
     def missing(self, observations: Observations) -> list[str]:
@@ -62,7 +63,8 @@ class SubdivisionError(Effect):
 
     def column_names(self, observations: Observations) -> list[str]:
         multiples = self.integers("multiples")
-        return harmonic_names(multiples, "head 1 ") + harmonic_names(multiples, "head 2 ")
+        heads = range(1, observations.heads + 1)
+        return [name for head in heads for name in harmonic_names(multiples, f"head {head} ")]
 
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
@@ -73,7 +75,7 @@ class SubdivisionError(Effect):
         return np.hstack(
             [
                 -harmonic_columns(rows.electrical1_rad, multiples),
-                harmonic_columns(rows.electrical2_rad, multiples),
+                in_place_of_head(harmonic_columns(rows.electrical2_rad, multiples), rows),
             ]
         )
 
@@ -83,7 +85,7 @@ class SubdivisionError(Effect):
         if rows.electrical1_rad is None:
             return None
         head1 = harmonic_columns(rows.electrical1_rad, self.integers("multiples"))
-        return np.hstack([head1, np.zeros_like(head1)])
+        return np.hstack([head1, *[np.zeros_like(head1)] * (rows.heads - 1)])
 
     def electrical_order(self, observations: Observations) -> float:
         return float(max(self.integers("multiples")) * (observations.grating_lines or 0))
@@ -101,7 +103,7 @@ class SubdivisionError(Effect):
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With the multiples that are there, the third too: large distortions mix."""
         tried = sorted({*self.integers("multiples"), 3})
-        least = float(chdtri(4, WORTH_P))
+        least = float(chdtri(2 * residuals.observations.heads, WORTH_P))
         kept = [
             multiple
             for multiple in tried
@@ -120,7 +122,7 @@ class SubdivisionError(Effect):
     ) -> list[Lane]:
         lines = observations.grating_lines
         assert lines is not None
-        # Head 1's columns come first; head 2 is not in the output.
+        # Head 1's columns come first; the other heads are not in the output.
         return paired_lanes([lines * k for k in self.integers("multiples")], coefficients)
 
     def parameters(
@@ -132,7 +134,7 @@ class SubdivisionError(Effect):
     ) -> dict[str, Parameter]:
         multiples = self.integers("multiples")
         found: dict[str, Parameter] = {}
-        for head in (1, 2):
+        for head in range(1, observations.heads + 1):
             for index, multiple in enumerate(multiples):
                 start = 2 * (index + (head - 1) * len(multiples))
                 pair = slice(start, start + 2)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
-from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
 LEAST_SPAN_K = 0.2
 
 
-class ThermalHeadDrift(ScalarEffect):
+class ThermalHeadDrift(ScalarOfEachHead):
     """(T − T₀)·rate in R₂ − R₁."""
 
     name = "thermal_head_drift"
@@ -47,4 +47,4 @@ class ThermalHeadDrift(ScalarEffect):
     ) -> Columns | None:
         if rows.temperature_c is None:
             return None
-        return (rows.temperature_c - rows.reference_temperature_c)[:, np.newaxis]
+        return self.columns(rows.temperature_c - rows.reference_temperature_c, rows)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
-from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
 
-class TimingSkew(ScalarEffect):
+class TimingSkew(ScalarOfEachHead):
     """Δτ·ω in R₂ − R₁."""
 
     name = "timing_skew"
@@ -41,4 +39,4 @@ class TimingSkew(ScalarEffect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return (rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6)[:, np.newaxis]
+        return self.columns(rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6, rows)

@@ -51,7 +51,11 @@ class Vibration(Effect):
         return one_speed(observations)
 
     def column_names(self, observations: Observations) -> list[str]:
-        runs = [f"{kind} run {run}" for run in range(observations.runs) for kind in ("cos", "sin")]
+        runs = [
+            f"{kind} {observations.run_words(run)}"
+            for run in range(observations.runs)
+            for kind in ("cos", "sin")
+        ]
         rows = observations.reference
         seen = rows is not None and rows.time_s is not None
         return [*runs, "cos reference", "sin reference"] if seen else runs
@@ -103,7 +107,8 @@ class Vibration(Effect):
             ),
         }
         for run, amplitude in enumerate(amplitudes):
-            found[f"run_{run}_amplitude"] = Parameter(
+            name = observations.run_words(run).replace(" ", "_")
+            found[f"{name}_amplitude"] = Parameter(
                 float(amplitude), float(np.mean(sigma[2 * run : 2 * run + 2])), "arcsec"
             )
         if each.size > amplitudes.size:

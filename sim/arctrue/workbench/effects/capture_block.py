@@ -1,0 +1,45 @@
+"""Columns of an effect on the rows of a capture with any number of heads.
+
+An effect says in :meth:`Effect.capture_columns` what Rᵢ − R₁ shows of it, for one head i. Here
+these columns are put together as the readings are: with two heads they are used as they are, with
+more each row is a contrast of all heads up to its own.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
+from arctrue.workbench.observations.contrasts import contrast_weights
+from arctrue.workbench.observations.rows import CaptureRows
+
+
+def capture_block(
+    effect: Effect, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+) -> Columns | None:
+    """What each coefficient adds to the measured rows, arcseconds; None: nothing at all."""
+    if rows.channel is None:
+        return effect.capture_columns(rows, nonlinear, context)
+    weights = contrast_weights(rows.heads)
+    total: Columns | None = None
+    for head in range(2, rows.heads + 1):
+        columns = effect.capture_columns(rows.of_head(head), nonlinear, context)
+        if columns is None:
+            continue
+        weighted = weights[rows.channel, head - 2][:, np.newaxis] * columns
+        total = weighted if total is None else total + weighted
+    return total
+
+
+def in_place_of_head(column: Columns, rows: CaptureRows) -> Columns:
+    """Columns that head i alone has a coefficient of, among those of all further heads.
+
+    ``column`` has shape (rows, k); the result has k columns for each of heads 2 … H.
+    """
+    if rows.heads == 2:
+        return column
+    width = column.shape[1]
+    found = np.zeros((column.shape[0], width * (rows.heads - 1)))
+    start = width * (rows.head - 2)
+    found[:, start : start + width] = column
+    return found

@@ -1,0 +1,54 @@
+"""The channels of a capture with three or four heads, where a search asks each for itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.observations import CaptureRows, ReferenceRows
+from arctrue.workbench.observations.contrasts import contrast_weights
+
+Float = NDArray[np.float64]
+
+
+def channel_rows(
+    rows: CaptureRows | ReferenceRows, block: slice = slice(None)
+) -> list[slice | NDArray[np.int64]]:
+    """The rows of each channel within a block: what all heads see may cancel in their sum."""
+    if isinstance(rows, ReferenceRows) or rows.channel is None:
+        return [slice(None)]
+    inside = rows.channel[block]
+    return [np.flatnonzero(inside == channel) for channel in range(rows.channels)]
+
+
+def power_of_channels(spectra: Sequence[NDArray[np.complex128]]) -> Float:
+    """Squares of the spectra, as one channel with the information of all would have them.
+
+    Each of K channels has 1/K of the information, so that a sum of squares over the information
+    of all counts K-fold.
+    """
+    total = np.abs(spectra[0]) ** 2
+    for spectrum in spectra[1:]:
+        total += np.abs(spectrum) ** 2
+    return np.asarray(total * len(spectra) if len(spectra) > 1 else total)
+
+
+def best_factor(rows: CaptureRows, orders: NDArray[np.int64]) -> Float:
+    """|e^{jnβ} − 1| of the head at angle β after head 1 that sees order n best."""
+    factor = np.abs(np.exp(1j * orders * rows.head_separation_rad) - 1.0)
+    for place_rad in rows.further_places_rad:
+        factor = np.maximum(factor, np.abs(np.exp(1j * orders * place_rad) - 1.0))
+    return np.asarray(factor)
+
+
+def shifts_of_channels(
+    rows: CaptureRows, orders: NDArray[np.int64]
+) -> list[NDArray[np.complex128]]:
+    """What each channel sees of e^{jnψ} on the disc: e^{jnα} − 1 of R₂ − R₁."""
+    places = (rows.head_separation_rad, *rows.further_places_rad)
+    of_heads = [np.exp(1j * orders * place_rad) - 1.0 for place_rad in places]
+    if len(places) == 1:
+        return of_heads
+    return list(contrast_weights(rows.heads) @ np.array(of_heads))

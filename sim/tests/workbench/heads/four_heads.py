@@ -1,0 +1,103 @@
+"""A table with four heads, written from the geometry: no code of the effects is in it.
+
+The disc's centre C moves in the frame; head i stands at R·(cos pᵢ, −sin pᵢ), so that the disc that
+turns by θ is read at ψᵢ = θ − arg(hᵢ − C). Without motion that is θ + pᵢ. The reading is ψᵢ and
+the disc's error there, in whole counts from an index mark that is found to within a count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import Capture, MeasurementSet, Table
+
+Float = NDArray[np.float64]
+Motion = Callable[[Float], Float]
+"""Of the axis, complex metres, over the unwrapped angle of the table."""
+
+PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
+COUNTS = 1 << 24
+LINES = 16_384
+RADIUS_M = 0.054
+ARCSEC = np.pi / 648_000
+NOISE_ARCSEC = 0.1
+DISC = ((1, 80.0, 0.4), (2, 1.1, 2.0), (3, 0.6, -1.0), (5, 0.3, 0.2), (11, 0.2, 1.5))
+"""Order, amplitude in arcseconds, phase in radians."""
+RUNS = ((0.5, 0.0), (-0.5, 0.5), (1.5, 1.0), (0.5, 3.0))
+"""Speed in rad/s, and degrees above the temperature of the first run when it begins."""
+
+
+@dataclass
+class FourHeads:
+    """What the table does beside turning."""
+
+    motion: Motion = field(default=lambda angle: np.zeros_like(angle, dtype=np.complex128))
+    creep_arcsec_k: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    """Of each head's bracket, along the disc."""
+    places_deg: tuple[float, ...] = PLACES_DEG
+    slip: tuple[int, int, int] | None = None
+    """Run, head (1, 2, …) and counts that are lost in the middle of it."""
+    turns: float = 2.0
+    samples: int = 1200
+    """A run."""
+
+    def measured(self, seed: int) -> MeasurementSet:
+        """A capture of four runs."""
+        random = np.random.default_rng(seed)
+        parts = [self._run(number, random) for number in range(len(RUNS))]
+        run, time, warmth, *heads = (np.concatenate(column) for column in zip(*parts, strict=True))
+        counts = {f"head{number}_counts": head for number, head in enumerate(heads, start=1)}
+        return MeasurementSet(
+            title="four heads",
+            table=Table(
+                counts_per_rev=COUNTS,
+                grating_lines=LINES,
+                disc_diameter_mm=2e3 * RADIUS_M,
+                head_places_deg=self.places_deg,
+            ),
+            capture=Capture(run=run, time_s=time, temperature_c=20.0 + warmth, **counts),
+            reference=None,
+        )
+
+    def _run(self, number: int, random: np.random.Generator) -> list[NDArray[np.generic]]:
+        speed, warm = RUNS[number]
+        duration = self.turns * 2.0 * np.pi / abs(speed)
+        since = np.arange(self.samples) * duration / self.samples
+        angle = 0.3 * number + speed * since
+        warmth = warm + 1.5 * since / duration
+        run = np.full(self.samples, number)
+        time = 400.0 * number + since
+        return [run, time, warmth, *self._readings(number, angle, warmth, random)]
+
+    def _readings(
+        self, number: int, angle: Float, warmth: Float, random: np.random.Generator
+    ) -> list[NDArray[np.int64]]:
+        centre = self.motion(angle)
+        found = []
+        for index, place_deg in enumerate(self.places_deg):
+            place = np.radians(place_deg) + self.creep_arcsec_k[index] * ARCSEC * warmth
+            head = RADIUS_M * np.exp(-1j * place)
+            seen = np.angle((head - centre) / RADIUS_M * np.exp(1j * np.radians(place_deg)))
+            disc = angle + np.radians(place_deg) - seen
+            error = sum(size * np.cos(order * disc + phase) for order, size, phase in DISC)
+            reading = disc + (error + random.normal(0.0, NOISE_ARCSEC, angle.size)) * ARCSEC
+            counts = np.rint(reading / (2.0 * np.pi) * COUNTS).astype(np.int64)
+            counts += random.integers(-1, 2)
+            if self.slip is not None and self.slip[:2] == (number, index + 1):
+                counts[counts.size // 2 :] += self.slip[2]
+            found.append(counts)
+        return found
+
+
+def ball_pass(size_m: float, order: float) -> Motion:
+    """A forward circle at an order that is not whole."""
+    return lambda angle: size_m * np.exp(1j * order * angle)
+
+
+def orders_2_and_3(second_m: float, third_m: float) -> Motion:
+    """Order 2 along a line in x, order 3 on a backward circle."""
+    return lambda angle: second_m * np.cos(2.0 * angle + 0.7) + third_m * np.exp(-3j * angle + 0.2j)
