@@ -223,7 +223,7 @@ def _probable(result: Diagnosis) -> list[str]:
     said = [f"Probability of what to add next: {', '.join(shown)}."]
     if len(result.unlike) >= LIKE_BENCHMARK and result.verdict not in SILENT:
         said.append(
-            f"It was calibrated on few sets like this one, or on none: {'; '.join(result.unlike)}."
+            f"The probability was calibrated on few sets like this one, or on none: {'; '.join(result.unlike)}."
         )
     return said
 
