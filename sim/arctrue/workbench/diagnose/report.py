@@ -223,7 +223,8 @@ def _probable(result: Diagnosis) -> list[str]:
     said = [f"Probability of what to add next: {', '.join(shown)}."]
     if len(result.unlike) >= LIKE_BENCHMARK and result.verdict not in SILENT:
         said.append(
-            f"The probability was calibrated on few sets like this one, or on none: {'; '.join(result.unlike)}."
+            "The probability was calibrated on few sets like this one, or on none: "
+            f"{'; '.join(result.unlike)}."
         )
     return said
 
