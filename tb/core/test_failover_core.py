@@ -8,7 +8,7 @@ from tb.core.mean_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("heads", [3, 4])
+@pytest.mark.parametrize("heads", [pytest.param(3, marks=pytest.mark.large), 4])
 def test_failover_core(heads: int) -> None:
     simulate(
         "arctrue_core",

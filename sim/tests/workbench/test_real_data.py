@@ -84,6 +84,7 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
     assert all(order % 21 == 0 or order % 36 == 0 for order in found)
 
 
+@pytest.mark.large
 def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
     """Each verdict is added: both families of lines, up and down; at last it says: more is left."""
     terms, named, orders = [_base()], [], []
