@@ -9,6 +9,9 @@ import pytest
 from sim.tests.command_line import arctrue
 
 from arctrue.measurement import write_measurement_set
+from arctrue.page.app import make_page
+from arctrue.page.jobs import Jobs
+from arctrue.page.settings import PageSettings
 from tests.workbench.heads.four_heads import FourHeads, ball_pass
 
 
@@ -67,3 +70,16 @@ def test_the_mean_takes_the_motion_away(explained: Path, folder: Path, tmp_path:
     assert by["bearing_ball_pass"]["left_arcsec"] == 0.0
     # y of a circle of 0.25 µm at a radius of 54 mm stays in head 1.
     assert became["left_arcsec"] == pytest.approx(0.955 / 2**0.5, rel=0.05)
+
+
+def test_the_page_opens_four_heads(folder: Path, tmp_path: Path) -> None:
+    """With a run of each head in its list, and the set's own numbers of the runs."""
+    settings = PageSettings(folder.parent, tmp_path / "state")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Jobs, "start", lambda *_: None)
+        with make_page(settings).app.test_client() as client:
+            address = str(client.post("/open", data={"set": folder.name}).location)
+            page = client.get(address)
+    assert page.status_code == 200
+    assert "3 head 4" in page.text
+    assert "4 head" not in page.text
