@@ -290,6 +290,13 @@ def _tell_what_became(became: Outcome) -> None:
             figure(item.left_arcsec, 3) if of_table and item.part_arcsec else "",
         )
     console.print(told)
+    means = [item.effect for item in became.effects if item.by == "the mean"]
+    if means:
+        console.print(
+            f"{', '.join(means)}: what arctrue calibrate --angle mean writes takes it away; these "
+            "coefficients correct head 1",
+            soft_wrap=True,
+        )
     console.print(
         f"left of the model in all: {figure(became.left_arcsec, 3)}″ RMS of the error of head 1",
         soft_wrap=True,

@@ -125,7 +125,10 @@ def _conditions_of(rows: CaptureRows | ReferenceRows) -> dict[str, Float]:
         "electrical1": rows.electrical1_rad,
     }
     if isinstance(rows, CaptureRows):
-        found["revolution"] = rows.revolution.astype(np.float64)
+        found["run"] = (rows.run // rows.channels).astype(np.float64)
+        if rows.channel is not None:
+            found["head"] = (rows.channel + 2).astype(np.float64)
+        found["revolution"] = (rows.revolution // rows.channels).astype(np.float64)
         found["electrical2"] = rows.electrical2_rad
     elif rows.cycle is not None:
         found["cycle"] = rows.cycle.astype(np.float64)

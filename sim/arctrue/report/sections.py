@@ -21,7 +21,7 @@ from arctrue.report.ranking import Ranking
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.model.noise_floor import with_one_floor
-from arctrue.workbench.observations import CaptureRows
+from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 Float = NDArray[np.float64]
 
@@ -77,6 +77,13 @@ def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
     }
 
 
+def _run_of(rows: CaptureRows | ReferenceRows, run: int) -> int | str:
+    """Number of a run, with the head where each head's rows are a run."""
+    if isinstance(rows, ReferenceRows) or rows.channel is None:
+        return run
+    return rows.run_words(run).removeprefix("run ")
+
+
 def _channel(analysis: Analysis, channel: str) -> dict[str, Any]:
     rows = analysis.rows(channel)
     spans = run_spans(rows.run)
@@ -87,7 +94,7 @@ def _channel(analysis: Analysis, channel: str) -> dict[str, Any]:
         angle = rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
         runs.append(
             {
-                "run": int(rows.run[start]),
+                "run": _run_of(rows, int(rows.run[start])),
                 "rows": f"{end - start:,}",
                 "speed": None if speed is None else _signed(np.degrees(np.median(speed[part])), 1),
                 "turns": f"{float(np.ptp(angle[part])) / (2.0 * np.pi):.1f}",

@@ -61,7 +61,8 @@ def _runs(rows: CaptureRows, left: Float, noise: float) -> Panel:
         inside = rows.run == run
         mean = window.bins(rows.angle_rad[inside], left[inside], TURN_BINS)
         each = float(mean.rows.mean()) if mean.rows.size else 1.0
-        name = f"run {run}: {signed(np.degrees(float(np.median(rows.speed_rad_s[inside]))), 1)} °/s"
+        speed_deg_s = np.degrees(float(np.median(rows.speed_rad_s[inside])))
+        name = f"{rows.run_words(run)}: {signed(speed_deg_s, 1)} °/s"
         if rows.temperature_c is not None:
             name += f", {float(np.mean(rows.temperature_c[inside])):.1f} °C"
         colour = COLOURS[place % len(COLOURS)]
@@ -71,7 +72,8 @@ def _runs(rows: CaptureRows, left: Float, noise: float) -> Panel:
     title = f"Capture: residual of each run, mean each {window.span_deg / TURN_BINS:.2g}°"
     if rows.runs > _MOST_RUNS:
         title += f" (the first {_MOST_RUNS} of {rows.runs} runs)"
-    return Panel(window.axis(), Axis("R₂ − R₁ less the model", ARCSEC), layers, title)
+    measured = "R₂ − R₁" if rows.channel is None else "Differences of the heads"
+    return Panel(window.axis(), Axis(f"{measured} less the model", ARCSEC), layers, title)
 
 
 def _stations(rows: ReferenceRows, left: Float, noise: float) -> Panel:

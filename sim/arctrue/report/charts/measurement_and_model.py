@@ -14,6 +14,7 @@ from arctrue.report.charts.chart import (
     Curve,
     Panel,
 )
+from arctrue.workbench.observations import CaptureRows
 
 _BINS = 360
 _MOST_POINTS = 1500
@@ -43,7 +44,11 @@ def _panel(analysis: Analysis, channel: str, whitened: bool) -> Panel:
         of_rows = noise.capture if channel == "capture" else noise.reference
         assert of_rows is not None
         measured, model = of_rows.whiten(measured), of_rows.whiten(model)
-    angle = analysis.angle_rad(channel)
+    angle, rows = analysis.angle_rad(channel), analysis.rows(channel)
+    if isinstance(rows, CaptureRows) and rows.channel is not None:
+        # Each head's difference is another function of the angle: their mean would be none.
+        of_head2 = rows.channel == 0
+        measured, model, angle = measured[of_head2], model[of_head2], angle[of_head2]
     colour = CHANNEL_COLOUR[channel]
     window = AngleWindow.over(angle)
     seen, predicted = window.bins(angle, measured, _BINS), window.bins(angle, model, _BINS)

@@ -84,8 +84,10 @@ def _labels(
 
 def _capture_binnings(rows: CaptureRows) -> Iterator[_Binning | None]:
     yield _angle(rows.angle_rad, ANGLE_BINS, "angle")
-    yield _labels(rows.run, "run", "1")
-    yield _labels(rows.revolution, "revolution", "1")
+    yield _labels(rows.run // rows.channels, "run", "1")
+    if rows.channel is not None:
+        yield _labels(rows.channel + 2, "head", "1")
+    yield _labels(rows.revolution // rows.channels, "revolution", "1")
     yield _labels(rows.direction, "direction", "1")
     yield _labels(np.round(np.degrees(rows.speed_rad_s), 1), "speed", "deg/s")
     yield _values(rows.time_s, "time", "s")

@@ -216,6 +216,8 @@ class Effect(ABC):
     """It acts on a short arc of the disc, which every turn has to show."""
     multiples_setting: ClassVar[str | None] = None
     """Setting that lists multiples of :meth:`declared_order`."""
+    moves_axis: ClassVar[bool] = False
+    """It shifts the axis against the heads: their weighted mean does not see it."""
     fixed_to_polygon: ClassVar[bool] = False
     """It moves along when the polygon is put on the table some faces further."""
 

@@ -64,7 +64,7 @@ class ScalarOfEachHead(ScalarEffect):
         if not heads:
             return in_place_of_head(values[:, np.newaxis], rows)
         shares = np.array([-1.0 if head == 1 else float(head == rows.head) for head in heads])
-        return values[:, np.newaxis] * shares
+        return np.asarray(values[:, np.newaxis] * shares)
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With one head, where the others are not worth their columns."""

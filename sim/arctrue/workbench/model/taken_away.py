@@ -9,8 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.calibration.head_weights import WeightsRefusedError, mean_weights
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import MeasurementSet
+from arctrue.workbench.effects.axis_motion import SEPARATING_HEADS
 from arctrue.workbench.effects.base import ConditionedLane, Effect, FitContext
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.solution import context_of_terms
@@ -22,10 +24,13 @@ from arctrue.workbench.observations.rows import ReferenceRows
 Float = NDArray[np.float64]
 
 Taker = Literal[
-    "lanes", "lanes by condition", "firmware's model", "nothing", "not in the output", "reference"
-]
+    "lanes", "lanes by condition", "firmware's model", "the mean", "nothing", "not in the output",
+    "reference",
+]  # fmt: skip
 """Lanes; lanes that follow direction or speed; lanes that the firmware works out at the table's
-temperature; nobody; head 2 alone has it; it is an error of the reference, none of the table."""
+temperature; the weighted mean of three or four heads, as ``arctrue calibrate --angle mean`` writes
+it; nobody; a head other than head 1 alone has it; it is an error of the reference, none of the
+table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +43,7 @@ class TakenAway:
     """RMS of it in the error of head 1, under the conditions of the set; of an error of the
     reference: in the reference run."""
     left_arcsec: float
-    """The same with the coefficients at work."""
+    """The same with the coefficients at work; where the mean takes it: of the mean."""
     note: str
 
 
@@ -48,7 +53,7 @@ class Outcome:
 
     effects: list[TakenAway]
     left_arcsec: float
-    """RMS of what is left of all of them together."""
+    """RMS of what is left of all of them together in head 1, which no mean helps."""
 
     @property
     def of_the_reference(self) -> list[TakenAway]:
@@ -74,6 +79,7 @@ def outcome(
     context = _context(model, effects)
     found: list[TakenAway] = []
     together = np.zeros(table_rows.run.size)
+    has_mean = _has_mean(observations)
     followed: dict[int, list[ConditionedLane]] = {}
     if coefficients.extension is not None and coefficients.extension.modulators:
         followed = lanes_by_condition(model, observations, effects)
@@ -99,8 +105,22 @@ def outcome(
             if lanes.orders:
                 by = "firmware's model" if lanes.following else "lanes"
         together += left
+        if effect.moves_axis and has_mean:
+            by, left = "the mean", np.zeros_like(left)
         found.append(TakenAway(entry.name, by, _rms(values), _rms(left), effect.compensation_note))
     return Outcome(found, _rms(together))
+
+
+def _has_mean(observations: Observations) -> bool:
+    """Three or four heads whose places allow a mean that no motion of the axis is in."""
+    rows = observations.capture
+    if rows is None or rows.heads < SEPARATING_HEADS:
+        return False
+    try:
+        mean_weights((0.0, rows.head_separation_rad, *rows.further_places_rad))
+    except WeightsRefusedError:
+        return False
+    return True
 
 
 def reference_error_arcsec(

@@ -52,6 +52,7 @@ def observations_of(
     outlying_share = {}
     says_which_rows = capture is not None and capture.trusted is not None
     if capture is not None:
+        _require_a_place_each(facts, capture)
         used = used_capture_rows(capture, facts, separation, mask_outliers=mask_outliers)
         capture, used_capture = used.rows, used.numbers
         masked += used.masked
@@ -110,11 +111,20 @@ def observations_of(
     )
 
 
+def _require_a_place_each(facts: Table, columns: Capture) -> None:
+    if facts.counts_per_rev is None or facts.places_deg is None:
+        raise ValueError("a capture needs table.counts_per_rev and table.head_separation_deg")
+    if len(facts.places_deg) != len(columns.heads):
+        raise ValueError(
+            f"table.head_places_deg: expected a place for each of the {len(columns.heads)} heads "
+            f"of the capture, found {len(facts.places_deg)}"
+        )
+
+
 def _stored_capture(
     facts: Table, columns: Capture, separation: float, usual_c: float
 ) -> StoredCapture:
-    if facts.counts_per_rev is None or facts.head_separation_deg is None:
-        raise ValueError("a capture needs table.counts_per_rev and table.head_separation_deg")
+    assert facts.counts_per_rev is not None
     for name, counts in enumerate(columns.heads, start=1):
         most = min(MOST_TURNS * facts.counts_per_rev, MOST_COUNTS)
         if max(abs(int(counts.min())), abs(int(counts.max()))) > most:
@@ -122,11 +132,6 @@ def _stored_capture(
                 f"the capture has head{name}_counts more than {MOST_TURNS:,} turns from the index "
                 f"mark at {facts.counts_per_rev} counts a turn; expected counts from the index"
             )
-    if len(facts.places_deg or ()) != len(columns.heads):
-        raise ValueError(
-            f"table.head_places_deg: expected a place for each of the {len(columns.heads)} heads "
-            f"of the capture, found {len(facts.places_deg or ())}"
-        )
     count_rad = 2.0 * np.pi / facts.counts_per_rev
     run, spans = _runs_in_order(columns.run)
     runs = int(run.max(initial=-1)) + 1

@@ -98,10 +98,7 @@ class Observations:
 
     def run_words(self, run: int) -> str:
         """A run of the capture as it was recorded: ``run 3``, or ``run 1 head 4``."""
-        channels = self.channels_of_capture
-        if channels == 1:
-            return f"run {run}"
-        return f"run {run // channels} head {run % channels + 2}"
+        return f"run {run}" if self.capture is None else self.capture.run_words(run)
 
     @property
     def channels_of_capture(self) -> int:

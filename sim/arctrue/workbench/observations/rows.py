@@ -115,6 +115,12 @@ class CaptureRows(_Sliceable):
         """How many rows a sample has."""
         return 1 if self.channel is None else self.heads - 1
 
+    def run_words(self, run: int) -> str:
+        """A run as it was recorded: ``run 3``, or ``run 1 head 4``."""
+        if self.channel is None:
+            return f"run {run}"
+        return f"run {run // self.channels} head {run % self.channels + 2}"
+
     def of_head(self, head: int) -> CaptureRows:
         """The same samples as rows of Rᵢ − R₁: an effect says here what head i sees."""
         if self.channel is None:

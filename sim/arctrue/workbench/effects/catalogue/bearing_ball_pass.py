@@ -45,6 +45,7 @@ class BearingBallPass(Effect):
     reference_sees = "a line at ν too: stations come at the same unwrapped angles every cycle"
     told_apart_by = "order tracking over the unwrapped angle; the same order at every speed"
     next_measurement = "a capture of more turns in one run: ν is resolved to 1/(2·turns)"
+    moves_axis = True
     plausible = "0.05 to 1 µm"
     parameter_units = {
         "order": "1",

@@ -43,6 +43,7 @@ class RadialErrorMotion(Effect):
         "1 to 8"
     )
     next_measurement = "a third head, or the reference with its polygon re-indexed by some faces"
+    moves_axis = True
     plausible = "0.1 to 2 µm (0.4 to 8″ at a radius of 54 mm)"
     parameter_units = {
         "x_cos_K": "arcsec",

@@ -1,0 +1,99 @@
+"""Four heads name what two heads and no reference cannot: each world is drawn by numpy alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.effects.base import Parameter
+from tests.workbench.base_diagnosis import diagnosis_of
+from tests.workbench.heads.four_heads import (
+    PLACES_DEG,
+    RADIUS_M,
+    FourHeads,
+    ball_pass,
+    orders_2_and_3,
+)
+
+ARCSEC_A_METRE = 648_000.0 / np.pi / RADIUS_M
+SIGMAS = 5.0
+"""A stated σ is wrong where a value is further off than this: p < 10⁻⁶ for each."""
+
+
+def _named(world: FourHeads, effect: str) -> tuple[Diagnosis, dict[str, Parameter]]:
+    found = diagnosis_of(world.measured(7))
+    assert found.decision.verdict == "named", found.decision
+    assert found.decision.first is not None
+    assert found.decision.first.name == effect
+    return found, found.decision.first.parameters()
+
+
+def _close(found: Parameter, expected: float) -> None:
+    assert abs(found.value - expected) < SIGMAS * found.sigma
+    assert found.sigma < 0.1 * max(abs(expected), 0.1)
+
+
+def test_nothing_is_adequate() -> None:
+    found = diagnosis_of(FourHeads().measured(7))
+    assert found.decision.verdict == "adequate"
+    assert found.decision.first is None
+
+
+def test_a_ball_pass_is_named_with_what_head_1_sees() -> None:
+    """0.25 µm at the radius of the disc, which no reference has measured."""
+    _, values = _named(FourHeads(motion=ball_pass(0.25e-6, 4.37)), "bearing_ball_pass")
+    _close(values["head1_amplitude"], 0.25e-6 * ARCSEC_A_METRE)
+    assert abs(values["order"].value - 4.37) < 1e-3
+
+
+@pytest.mark.parametrize("heads", [3, 4])
+def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
+    world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:heads])
+    _, values = _named(world, "radial_error_motion")
+    assert {name[-1] for name in values} == {"2", "3"}
+    if heads < 4:
+        # Three heads show that the axis moves; which part of it, they share with the disc.
+        return
+    second, third = 0.1e-6 * ARCSEC_A_METRE, 0.05e-6 * ARCSEC_A_METRE
+    expected = {
+        "x_cos_2": second * np.cos(0.7), "x_sin_2": -second * np.sin(0.7),
+        "y_cos_2": 0.0, "y_sin_2": 0.0,
+        "x_cos_3": third * np.cos(0.2), "x_sin_3": third * np.sin(0.2),
+        "y_cos_3": third * np.sin(0.2), "y_sin_3": -third * np.cos(0.2),
+    }  # fmt: skip
+    for name, value in expected.items():
+        _close(values[name], value)
+
+
+def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
+    """A forward circle would be one."""
+    backward = FourHeads(motion=lambda angle: 0.1e-6 * np.exp(-1j * angle))
+    _, values = _named(backward, "radial_error_motion")
+    assert {name[-1] for name in values} == {"1"}
+    forward = FourHeads(motion=lambda angle: 0.1e-6 * np.exp(1j * angle))
+    assert diagnosis_of(forward.measured(7)).decision.verdict == "adequate"
+
+
+@pytest.mark.parametrize("head", [1, 3])
+def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
+    creep = tuple(0.5 if number == head else 0.0 for number in range(1, 5))
+    _, values = _named(FourHeads(creep_arcsec_k=creep), "thermal_head_drift")
+    assert list(values) == [f"drift_head{head}"]
+    _close(values[f"drift_head{head}"], 0.5)
+
+
+@pytest.mark.parametrize("head", [1, 3])
+def test_lost_counts_are_named_with_their_head(head: int) -> None:
+    _, values = _named(FourHeads(slip=(1, head, 40)), "count_slip")
+    assert (values["run"].value, values["head"].value) == (1.0, float(head))
+    # A step of head 1 is one of every Rᵢ − R₁, downwards.
+    expected = -40.0 if head == 1 else 40.0
+    _close(values["counts"], expected)
+
+
+def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
+    """The further heads tell it, not the world: it is synchronous with what a disc does."""
+    world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:2])
+    decision = diagnosis_of(world.measured(7)).decision
+    assert decision.first is None or decision.first.name != "radial_error_motion"
