@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.diagnose.parts_range import only_cancels, resolved_orders
 from arctrue.workbench.effects.product_of_parts import (
     Condition,
     Frame,
@@ -199,6 +200,10 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
                 usable.append(condition)
                 factors.append(values)
         orders, constants = waves(residuals, factors)
+        if in_reference and observations.reference is not None:
+            for index, factor in enumerate(factors):
+                resolved = resolved_orders(observations.reference, factor, _half_orders())
+                orders[index, ~resolved] = 0.0
         tried += orders.size + constants.size
         for index, condition in enumerate(usable):
             best = np.argsort(orders[index])[::-1][:3]
@@ -238,6 +243,11 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
             frame_of_head: Frame = "head1" if head == 1 else "head2"
             effect = ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
             scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))
+    scored = [
+        item
+        for item in scored
+        if not only_cancels(residuals, item.effect, residuals.score(item.effect, {}))
+    ]
     if look_alikes:
         return _best_of_each(scored)[:SHORTLIST]
     simple = _without_idle_conditions(scored, found, observations.rows)

@@ -1,0 +1,76 @@
+"""Which products of parts the rows can show: waves that they resolve, sizes that they reach."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts
+from arctrue.workbench.inference.design_matrix import measured_arcsec
+from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.observations import ReferenceRows
+
+Float = NDArray[np.float64]
+
+LEAST_WAVE = 0.75
+"""Periods of an order that a run must pass: a wave that passes fewer is a slow curve or a bump."""
+HALF_REPEATS_TURNS = 2.0
+"""Whole orders are complete on one turn (Fourier), so that a half order on one turn is only a step
+at its seam. It differs from them by its repeat after two turns."""
+MOSTLY_ITS_OWN = 0.5
+"""Share of a part that the model cannot make: only a part with less can be cancelled by it."""
+
+
+def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArray[np.bool_]:
+    """Whether a reference run passes enough of each of ``orders``, shape (n,), with a condition.
+
+    ``factor``: the condition at each row, shape (rows,). The way counts by the share of the
+    condition that is left: exp(−t/τ) lasts for a way of τ times the speed.
+    """
+    way_rad = np.abs(np.diff(rows.target_rad, prepend=rows.target_rad[:1]))
+    way_rad[np.diff(rows.run, prepend=rows.run[:1]) != 0] = 0.0
+    share = np.abs(factor) / max(float(np.abs(factor).max(initial=0.0)), 1e-300)
+    of_run = np.bincount(rows.run, weights=share * way_rad)
+    span_rad = float(np.ptp(rows.target_rad))
+    passed = min(span_rad, float(of_run.max())) / (2.0 * np.pi)
+    whole = orders % 1.0 == 0.0
+    repeats = span_rad / (2.0 * np.pi) >= LEAST_WAVE * HALF_REPEATS_TURNS
+    return np.asarray((orders * passed >= LEAST_WAVE) & (whole | repeats))
+
+
+def only_cancels(residuals: Residuals, effect: ProductOfParts, score: Score) -> bool:
+    """The fitted part exceeds what was measured, so that the model must cancel most of it.
+
+    Var(y) = Var(part) + Var(rest) + 2 cov(part, rest): without cancellation Var(part) is at most
+    Var(y). The share of the part that the model cannot make is 1/VIF, VIF its variance inflation
+    factor (Marquardt, Technometrics 12 (1970) 591); a part with VIF < 2 is left as it is. Where the
+    model has the same wave, only the variation of the condition counts: the zero of the condition
+    is a convention.
+    """
+    if score.own_share > MOSTLY_ITS_OWN or score.rank == 0:
+        return False
+    context, observations = residuals.solution.context, residuals.observations
+    wave = ProductOfParts.of(ALWAYS, effect.orders, effect.frame, effect.electrical_head)
+    known = {
+        float(order)
+        for term in residuals.solution.terms
+        for order in term.effect.disc_orders(term.nonlinear)
+    }
+    in_model = effect.electrical_head is None and known.issuperset(effect.orders)
+    for rows, is_capture in ((observations.capture, True), (observations.reference, False)):
+        factor = None if rows is None else effect.condition.values(rows)
+        if factor is None:
+            continue
+        if is_capture:
+            assert observations.capture is not None
+            columns = wave.capture_columns(observations.capture, {}, context)
+        else:
+            assert observations.reference is not None
+            columns = wave.reference_columns(observations.reference, {}, context)
+        if columns is None:
+            continue
+        varies = factor - float(np.mean(factor)) if in_model else factor
+        part = varies * (columns @ score.coefficients)
+        if float(np.std(part)) > float(np.std(measured_arcsec(observations, capture=is_capture))):
+            return True
+    return False

@@ -1,0 +1,109 @@
+"""A product of parts that only cancels the model's own columns is no description.
+
+Var(y) = Var(part) + Var(rest) + 2 cov: a part that moves the rows by more than what was measured
+does so only against the rest of the model.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.parts_range import only_cancels, resolved_orders
+from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts, column_condition
+from arctrue.workbench.effects.registry import catalogue
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations.build import observations_of
+
+Float = NDArray[np.float64]
+
+STEP_S, SWEEP_S, SWEEPS = 0.1, 18.0, 7
+TIME_S = np.arange(int(SWEEP_S * SWEEPS / STEP_S)) * STEP_S
+RUN = (TIME_S // SWEEP_S).astype(np.int64)
+UP = RUN % 2 == 0
+STROKE = np.where(UP, TIME_S / SWEEP_S - RUN, 1.0 - TIME_S / SWEEP_S + RUN)
+"""Share of the stroke at which each row stands: seven sweeps, up and down."""
+AT_ONE_END = 5000.0 * np.exp(-60.0 * STROKE)
+"""Arcseconds, within a sixtieth of the stroke: a stop, a cable, a seam of the scale."""
+
+
+def _sweeps(further_arcsec: Float, turns: float = 1.0, load: Float | None = None) -> Residuals:
+    """Beside the usual model: an error of order 1, a further one, and noise of 100″."""
+    angle_rad = 2.0 * np.pi * turns * STROKE
+    noise_arcsec = np.random.default_rng(7).normal(0.0, 100.0, TIME_S.size)
+    reference = Reference(
+        target_deg=np.degrees(angle_rad),
+        error_arcsec=3000.0 * np.cos(angle_rad + 0.3) + further_arcsec + noise_arcsec,
+        time_s=TIME_S,
+        run=RUN,
+        direction=np.where(UP, 1.0, -1.0),
+        conditions={} if load is None else {"load_nm": load},
+    )
+    observations = observations_of(MeasurementSet(Table(), None, reference))
+    return Residuals(fit(default_model().terms(catalogue()), observations))
+
+
+def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, float]:
+    """By which a product moves the rows by itself, and of what was measured; about the mean."""
+    rows = residuals.observations.reference
+    assert rows is not None
+    columns = effect.reference_columns(rows, {}, residuals.solution.context)
+    assert columns is not None
+    moved = columns @ residuals.score(effect, {}).coefficients
+    return float(np.std(moved)), float(np.std(rows.error_arcsec))
+
+
+def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
+    """It would take 36,000″ of order 0.5, five times what was measured, to make 5,000″ there."""
+    residuals = _sweeps(AT_ONE_END)
+    half = ProductOfParts.of(ALWAYS, (0.5,), "reference")
+    moved, measured = _rms_arcsec(residuals, half)
+    assert moved > 4.0 * measured
+    assert only_cancels(residuals, half, residuals.score(half, {}))
+    found = best_parts(residuals)
+    assert found
+    for item in found:
+        assert all(order % 1.0 == 0.0 for order in item.effect.orders)
+        moved, measured = _rms_arcsec(residuals, item.effect)
+        assert moved < measured
+
+
+@pytest.mark.parametrize("order", [0.5, 1.5])
+def test_a_half_order_that_repeats_is_described(order: float) -> None:
+    """300″ over three turns, of which it passes its two and one more."""
+    residuals = _sweeps(300.0 * np.cos(order * 6.0 * np.pi * STROKE + 0.8), turns=3.0)
+    assert best_parts(residuals)[0].effect.orders == (order,)
+
+
+def test_the_zero_of_a_condition_is_a_convention() -> None:
+    """A load of 30 ± 1 N m times 400″ of order 1 is 12,000″ with the zero at 0 N m.
+
+    The model's own order 1 takes the mean, so that only the variation of ± 400″ counts.
+    """
+    load = 30.0 + np.sin(2.0 * np.pi * TIME_S / 50.0)
+    error = 400.0 * (load - 30.0) * np.cos(2.0 * np.pi * STROKE + 1.0)
+    residuals = _sweeps(error - 3000.0 * np.cos(2.0 * np.pi * STROKE + 0.3), load=load)
+    part = ProductOfParts.of(column_condition("load_nm", 0.0), (1.0,), "reference")
+    score = residuals.score(part, {})
+    moved, measured = _rms_arcsec(residuals, part)
+    assert moved > 10.0 * measured
+    assert score.own_share < 0.01
+    assert not only_cancels(residuals, part, score)
+
+
+def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
+    """exp(−t/0.5 s) lasts for some 10° of a sweep at 20°/s: 0.75 periods of order 30 or more."""
+    rows = _sweeps(AT_ONE_END).observations.reference
+    assert rows is not None
+    start = np.exp(-(TIME_S - RUN * SWEEP_S) / 0.5)
+    orders = np.arange(1.0, 61.0)
+    shown = resolved_orders(rows, start, orders)
+    # Steps of 2°, each with the exp(−t/τ) of its end: a geometric series.
+    way_deg = 2.0 / (np.exp(0.1 / 0.5) - 1.0)
+    assert list(shown) == list(orders * way_deg / 360.0 >= 0.75)
+    assert resolved_orders(rows, np.ones(TIME_S.size), orders).all()
