@@ -149,8 +149,8 @@ def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
     assert sent.count(str(order)) == 1
 
 
-def test_a_modulated_order_without_room_for_its_plain_lane_is_refused(
-    made: MeasurementSet,
-) -> None:
-    with pytest.raises(ValueError, match="hold the same orders"):
-        exported(made, 3, 1)
+def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet) -> None:
+    """Two lanes: order 3 × direction and order 1; no lane is left for the calibration either."""
+    held = exported(made, 3, 2)
+    assert held.orders.tolist() == [1, 3]
+    assert (held.amplitudes != 0).all()

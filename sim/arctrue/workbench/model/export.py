@@ -303,16 +303,13 @@ def export_model(
     found = thermal.harmonics
     if conditions is None:
         left_out += _would_follow(model, observations, effects)
-    if len(followed.lanes) + len(owned) > lanes:
-        raise ValueError(
-            f"{len(followed.lanes)} lanes follow a condition and {len(owned)} hold the same orders "
-            f"without one; the gateware has {lanes} lanes"
-        )
-    orders = sorted(
-        by_order, key=lambda order: (order not in owned, -thermal.largest_arcsec(order))
-    )
+    if len(followed.lanes) > lanes:
+        raise ValueError(f"{len(followed.lanes)} lanes follow a condition, {lanes} are there")
+    orders = sorted(by_order, key=lambda order: -thermal.largest_arcsec(order))
     plain_lanes = lanes - len(followed.lanes)
     for order in orders[plain_lanes:]:
+        if thermal.largest_arcsec(order) == 0.0:
+            continue
         left_out.append(
             f"order {order} ({thermal.largest_arcsec(order):.3f}″): no lane left, {lanes} are there"
         )
@@ -349,7 +346,8 @@ def _orders_of_waves(orders: Iterable[int]) -> list[int]:
     """Orders of lanes that follow a condition, without order 0.
 
     The file also holds the plain lane of such an order. Otherwise the device's calibration fits the
-    order, and its plain lane then has what the condition added to the calibrated turn.
+    order, and its plain lane then has what the condition added to the calibrated turn. A file that
+    fills all lanes leaves the calibration none, so that a plain lane of 0 may be missing there.
     """
     return sorted({order for order in orders if order > 0})
 
