@@ -285,3 +285,23 @@ def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmwar
     assert "loaded_order 3\r\n" in running.send("load status")
     verdicts = {row[0]: row[4] for row in told["harmonics"]}
     assert verdicts[3] == 0
+
+
+@pytest.mark.parametrize(("word", "value"), [("a", 1.0), ("a", -0.3), ("b", -1.0), ("b", 0.0)])
+def test_a_word_goes_to_its_register(running: Firmware, word: str, value: float) -> None:
+    """s1.16, rounded to the nearest."""
+    modulators(running)
+    assert running.send(f"word {word} {value}").strip() == "ok"
+    assert running.core.get(f"conditions.word_{word}") == round(value * 65536) % 2**32
+    other = "b" if word == "a" else "a"
+    assert address(f"conditions.word_{other}") not in dict(running.core.writes)
+
+
+def test_a_wrong_word_is_refused(running: Firmware) -> None:
+    assert "no_modulators" in running.send("word a 0.5")
+    modulators(running)
+    for line in ("word c 0.5", "word a 1.01", "word a -2", "word b much", "word a"):
+        assert running.send(line).startswith("error"), line
+    written = dict(running.core.writes)
+    assert address("conditions.word_a") not in written
+    assert address("conditions.word_b") not in written
