@@ -295,7 +295,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "unseen_orders_need_no_force",
         "an order that two heads cannot see is not refused, but waits",
         "firmware/application/judge.c",
-        "(found == JUDGED_NEVER && !load->forced)",
+        "(found == JUDGED_NEVER && !load_takes_unseen(load))",
         "false",
         f"{_TESTS}/test_judged_orders.py::test_an_order_that_two_heads_cannot_see_takes_force",
     ),

@@ -33,6 +33,7 @@ COMPENSATED = {
 TAKEN = {
     "lanes": "lanes",
     "firmware's model": "the firmware's model: lanes at the table's temperature",
+    "lanes by condition": "lanes of a bitstream with `MODULATORS`",
     "nothing": "nothing",
     "not in the output": "not in the output: head 2 alone has it",
     "reference": "no error of the table, but of the reference",
@@ -97,6 +98,7 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         "lanes against the true error of head 1 on a turn up and a turn down at "
         f"{measured['temperature_c']:g} °C, which is in",
         "no run of the set. RMS, arcseconds; *left* is of the whole error, with the disc's own.",
+        "With `MODULATORS`, direction and speed are settled in either turn.",
         "",
         "| Effect | Simulated | Adds to the error of head 1 | Left, not in the model "
         "| Left, in the model | Taken away by |",

@@ -5,6 +5,10 @@ noise, and fitted with and without the effect in the model. Both models are expo
 are compared with the true error of head 1 on other turns, up and down, at a temperature that
 was never measured: this error comes from the table's geometry and not from any model.
 
+An effect whose file declares ``modulators`` is exported for a gateware with MODULATORS. Direction
+and speed are settled in each fresh turn, and the model of ``amplitude_sweep`` multiplies the
+amplitudes by them.
+
 Run ``python -m scripts.measure_taken_away``, some minutes; it writes docs/data/taken_away.json, of
 which ``python -m scripts.make_effects_page`` makes docs/effects.md.
 """
@@ -24,6 +28,9 @@ from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.base.whole_file import write_whole_text
+from arctrue.gateware.amplitude_sweep import Modulators, modulated
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.studies.simulate.experiment import (
     SLOW_RAD_S,
@@ -36,7 +43,7 @@ from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
 from arctrue.table.registry import REGISTRY
 from arctrue.table.rotary_table import RotaryTable
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.model.export import export_model
+from arctrue.workbench.model.export import ConditionSettings, export_model
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from arctrue.workbench.model.taken_away import outcome
@@ -153,15 +160,39 @@ def _left(
         return float(error_arcsec.std()), ""
     observations, effects = observations_of(made.measurement), built_in()
     model, _ = fitted(model, observations, effects)
+    follows = effects[name].compensation == "modulators"
     export = export_model(
-        model, observations, effects, lanes=LANES_DEFAULT, temperature_c=None
+        model,
+        observations,
+        effects,
+        lanes=LANES_DEFAULT,
+        temperature_c=None,
+        conditions=ConditionSettings() if follows else None,
     ).coefficients
     counts = made.table.reading_rad(0, fresh) / made.table.count_rad
-    correction = export.at(FRESH_C).error_counts(counts)
+    correction = _correction_counts(export, counts, fresh)
     left = error_arcsec - correction * made.table.count_rad * ARCSEC_PER_RAD
     became = outcome(model, observations, effects, export, temperature_c=None)
     by = next((item.by for item in became.effects if item.effect == name), "")
     return float(left.std()), by
+
+
+def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -> Float:
+    """What the gateware takes off at each fresh row, with its amplitudes for the row's motion."""
+    warm = export.at(FRESH_C)
+    if export.extension is None or export.extension.conditions is None:
+        return warm.error_counts(counts)
+    nominal_rad_s = np.radians(export.extension.conditions.nominal_deg_per_s)
+    total = np.zeros(counts.size)
+    for speed_rad_s in np.unique(fresh.speed_rad_s):
+        share = float(np.clip(speed_rad_s / nominal_rad_s, -1.0, 1.0))
+        bank = modulated(
+            warm,
+            Modulators(int(np.sign(share)) * MODULATOR_ONE, round(share * MODULATOR_ONE)),
+        )
+        rows = fresh.speed_rad_s == speed_rad_s
+        total[rows] = bank.error_counts(counts[rows])
+    return total
 
 
 def stored() -> dict[str, Any]:

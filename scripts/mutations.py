@@ -35,6 +35,14 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/conditions/test_conditions.py",
     ),
     Mutation(
+        "lanes_of_word_a_follow_word_b",
+        "the core leads word B to the lanes that follow word A",
+        "rtl/core/arctrue_core.vhd",
+        "      word_a             => word_a,\n      word_b",
+        "      word_a             => word_b,\n      word_b",
+        "tb/core/test_modulated_core.py",
+    ),
+    Mutation(
         "swap_before_the_sweep",
         "a swap does not wait for the amplitudes of the words that were written last",
         "rtl/coefficients/amplitude_sweep.vhd",

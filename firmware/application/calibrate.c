@@ -196,6 +196,10 @@ static void calibrate_watch_loaded(struct application *application, const struct
             watch_lane(&load->watch, place, &sight, applied);
         }
     }
+    if (application->report.followed_lanes == 0) {
+        application->report.followed_lanes =
+            judge_measure_followed(&judge, &application->active, application->report.followed);
+    }
 }
 
 /* What the loaded orders leave is there with either. */
@@ -326,6 +330,8 @@ static void calibrate_judge_load(struct application *application, const struct t
     enum load_answer answer = LOAD_NOT_YET;
     if (load->received.mean.heads == 0) {
         answer = judge_received(&judge, load, active, &application->candidate);
+        application->report.followed_lanes =
+            judge_measure_followed(&judge, &application->candidate, application->report.followed);
     } else {
         enum judgement found = calibrate_judge_mean(application, turn, &load->received.mean);
         answer = found == JUDGED_RIGHT ? LOAD_TAKEN : answer;

@@ -2,6 +2,7 @@
 
 #include "core.h"
 
+#include <math.h>
 #include <stddef.h>
 
 #include "arctrue_number_formats.h"
@@ -21,6 +22,8 @@ enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
 /* Of the window of the mean: offsets, weights, then the choice. */
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
+/* s1.16, of the words that lanes follow. */
+#define WORD_ONE 65536.0
 /* Of a turn: the table may move so far between a look at it and what follows from it. */
 enum { COMPARE_MARGIN = 1024 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
@@ -486,6 +489,13 @@ bool core_verify_followed(const struct core_access *core, const struct followed 
         }
     }
     return true;
+}
+
+void core_set_word(const struct core_access *core, enum modulator word, double value) {
+    ASSERT(word == MODULATOR_WORD_A || word == MODULATOR_WORD_B);
+    ASSERT(value >= -1.0 && value <= 1.0);
+    uint32_t place = word == MODULATOR_WORD_A ? AT(conditions.word_a) : AT(conditions.word_b);
+    core_write(core, place, (uint32_t)(int32_t)rint(value * WORD_ONE));
 }
 
 void core_swap(const struct core_access *core) {

@@ -14,6 +14,15 @@
 
 enum { WIDTH_WORDS = 1 << 24, DEAD_ZONE_MOST = 255, ORDERS = 1 << 16 };
 
+const char *followed_modulator_name(uint32_t modulator) {
+    static const char *const names[MODULATORS] = {
+        [MODULATOR_ONE] = "one",       [MODULATOR_DIRECTION] = "direction",
+        [MODULATOR_SPEED] = "speed",   [MODULATOR_SPEED_SQUARED] = "speed_squared",
+        [MODULATOR_WORD_A] = "word_a", [MODULATOR_WORD_B] = "word_b",
+    };
+    return modulator < MODULATORS ? names[modulator] : "unknown";
+}
+
 bool followed_lane_is_seen(const struct followed_lane *lane) {
     return lane->lane.order != 0 && lane->modulator < MODULATOR_WORD_A;
 }

@@ -43,6 +43,19 @@ struct motion {
     double speed;
 };
 
+/* What one turn says of a lane, arcsec at modulator 1, along the lane's phase: the value and its standard
+   uncertainty, and the loaded value. All other lanes of the order are taken as they are loaded. */
+struct followed_measured {
+    uint32_t order;
+    uint32_t modulator;
+    double measured_arcsec;
+    double u_arcsec;
+    double loaded_arcsec;
+};
+
+/* As the coefficient file names it. */
+const char *followed_modulator_name(uint32_t modulator);
+
 /* Factor of the lane, -1 to 1; 0 for a word of the processor. */
 double followed_modulator(const struct followed *followed, uint32_t place,
                           const struct motion *motion);

@@ -103,6 +103,39 @@ struct vector judge_value(const struct judge *judge, const struct coefficients *
     return value;
 }
 
+uint32_t judge_measure_followed(const struct judge *judge, const struct coefficients *set,
+                                struct followed_measured *measured) {
+    const struct followed *followed = judge->followed;
+    uint32_t counts_per_rev = (uint32_t)judge->turn->counts_per_rev;
+    uint32_t number = 0;
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && counts_per_rev > 0);
+    for (uint32_t place = 0; place < followed->lanes; place++) {
+        const struct followed_lane *lane = &followed->lane[place];
+        double modulator = followed_modulator(followed, place, &judge->motion);
+        const struct vector full = coefficients_lane_components(&lane->lane, counts_per_rev);
+        double size = vector_length(full);
+        if (!followed_lane_is_seen(lane) || lane->lane.order > judge->estimate->orders ||
+            modulator == 0.0 || size == 0.0) {
+            continue;
+        }
+        const struct vector value = judge_value(judge, set, lane->lane.order);
+        const struct sight sight = judge_sight(judge, lane->lane.order, value);
+        if (sight.state != SIGHT_CLEAR) {
+            continue;
+        }
+        const struct vector left = vector_difference(sight.value, value);
+        double along = (left.re * full.re + left.im * full.im) / size;
+        measured[number++] = (struct followed_measured){
+            .order = lane->lane.order,
+            .modulator = lane->modulator,
+            .measured_arcsec = size + along / modulator,
+            .u_arcsec = sqrt(sight_variance(&sight)) / fabs(modulator),
+            .loaded_arcsec = size,
+        };
+    }
+    return number;
+}
+
 /* False: from the turn before to this one, whose condition is another, the order changed in another way than the
    lanes say. */
 static bool judge_other_condition(const struct judge *judge, struct load *load, uint32_t place,
@@ -144,7 +177,7 @@ static enum load_answer judge_followed(const struct judge *judge, struct load *l
         uint32_t order = followed->lane[place].lane.order;
         bool seen = followed_lane_is_seen(&followed->lane[place]);
         if (!seen || order > judge->estimate->orders) {
-            if (!load->forced) {
+            if (!load_takes_unseen(load)) {
                 load->refused_order = order;
                 return LOAD_UNSEEN;
             }
@@ -195,14 +228,14 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
         enum judgement found = judge_order(
             &sight, value, judge_components(active, order), judge->estimate->noise_arcsec,
             follows ? half_count_arcsec : 0.0, &load->evidence[place]);
-        if (found == JUDGED_WRONG || (found == JUDGED_NEVER && !load->forced)) {
+        if (found == JUDGED_WRONG || (found == JUDGED_NEVER && !load_takes_unseen(load))) {
             load->refused_order = order;
             return found == JUDGED_WRONG ? LOAD_WORSE : LOAD_UNSEEN;
         }
         if (found == JUDGED_RIGHT) {
             continue;
         }
-        if (load->forced) {
+        if (load->forced || found == JUDGED_NEVER) {
             load->received_unjudged |= 1ULL << place;
         } else {
             load->undecided |= 1ULL << place;

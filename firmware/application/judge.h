@@ -47,6 +47,11 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
 struct vector judge_value(const struct judge *judge, const struct coefficients *set,
                           uint32_t order);
 
+/* What the turn says of each lane of `judge->followed` that a turn shows, with `set` as the plain lanes: at most
+   FOLLOWED_LANES_MAX entries of `measured`; their number. */
+uint32_t judge_measure_followed(const struct judge *judge, const struct coefficients *set,
+                                struct followed_measured *measured);
+
 /* Lanes that were judged before, in `candidate`, after a start: none may be wrong, and all together
    have to be of this table. `unjudged`: lanes of `set` by place that nobody could judge. Of the
    calibration's own lanes (those that `set` has not) a small one that is wrong is left out of

@@ -15,9 +15,6 @@
 #define STEEPEST (ARCTRUE_STEEPEST_PERCENT / 100.0)
 /* Counts: the most negative word. */
 #define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))
-/* What the frame that forces says: it has no number of its own. */
-enum { FORCE_WORD = 1 };
-
 const char *load_state_name(enum load_state state) {
     static const char *const names[] = {"none", "receiving", "waiting", "active", "refused"};
     return (unsigned)state <= LOAD_REFUSED ? names[state] : "unknown";
@@ -177,6 +174,7 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
     load->received_followed = (struct followed){0};
     load->whole = false;
     load->forced = false;
+    load->unseen_taken = false;
     load_begin_evidence(load);
     return LOAD_TAKEN;
 }
@@ -335,15 +333,23 @@ enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, u
     return LOAD_TAKEN;
 }
 
-enum load_answer load_force(struct load *load, uint32_t crc) {
-    const uint32_t words[] = {FORCE_WORD};
+bool load_takes_unseen(const struct load *load) {
+    return load->forced || load->unseen_taken;
+}
+
+enum load_answer load_force(struct load *load, uint32_t scope, uint32_t crc) {
+    const uint32_t words[] = {scope};
     if (load_crc_of(0, words, 1) != crc) {
         return LOAD_WRONG_CRC;
     }
     if (load->state != LOAD_RECEIVING) {
         return LOAD_WRONG_FRAME;
     }
-    load->forced = true;
+    if (scope != LOAD_FORCES_ALL && scope != LOAD_FORCES_UNSEEN) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    load->forced = load->forced || scope == LOAD_FORCES_ALL;
+    load->unseen_taken = load->unseen_taken || scope == LOAD_FORCES_UNSEEN;
     load->crc = load_crc_of(load->crc, words, 1);
     return LOAD_TAKEN;
 }
@@ -366,7 +372,7 @@ static enum load_answer load_check_followed(const struct load *load, bool has_mo
     if (followed_reversal_slope(followed) >= STEEPEST_REVERSAL) {
         return LOAD_TOO_STEEP;
     }
-    for (uint32_t place = 0; place < followed->lanes && !load->forced; place++) {
+    for (uint32_t place = 0; place < followed->lanes && !load_takes_unseen(load); place++) {
         if (!followed_lane_is_seen(&followed->lane[place])) {
             return LOAD_UNSEEN;
         }

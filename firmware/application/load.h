@@ -82,8 +82,9 @@ struct load {
     struct followed followed;
     /* What was received is whole and not yet judged. */
     bool whole;
-    /* The operator takes orders of it that no turn can judge. */
+    /* The operator takes orders of it that no turn has judged; or only those that no turn of two heads shows. */
     bool forced;
+    bool unseen_taken;
     /* Logarithm of the odds of each of its lanes, of the turns so far. */
     float evidence[LANES_LIMIT];
     /* Its lanes by place: that need more turns, and that nobody could judge. */
@@ -136,8 +137,11 @@ enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dea
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc);
 enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
                            uint32_t crc);
-/* Orders of what is coming that no turn can judge are taken unjudged. */
-enum load_answer load_force(struct load *load, uint32_t crc);
+/* What is taken unjudged of the set that is coming: all that turns do not decide, or only what no turn of two heads
+   shows. As in the frame. */
+enum load_scope { LOAD_FORCES_ALL = 1, LOAD_FORCES_UNSEEN = 2 };
+enum load_answer load_force(struct load *load, uint32_t scope, uint32_t crc);
+bool load_takes_unseen(const struct load *load);
 /* What the device is set to: a set of another one is refused. */
 struct load_place {
     uint32_t counts_per_rev;

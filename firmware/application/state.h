@@ -89,6 +89,9 @@ struct turn_report {
     struct gate_prediction prediction;
     /* What the loaded orders leave, of both predictions. */
     double loaded_arcsec;
+    /* What the turn says of lanes that follow a condition: of the set that it judges, else of the loaded one. */
+    struct followed_measured followed[FOLLOWED_LANES_MAX];
+    uint32_t followed_lanes;
     /* A mean is corrected: how far a head's place is from where the mean expects it, at the most; below 0: not seen. */
     double mean_off_arcsec;
     uint32_t alarms;

@@ -111,7 +111,7 @@ static const struct {
      "the set was made with other delays: set head_delays as it says, capture anew"},
     {"unseen_order",
      "two heads at this angle cannot see an order of them, so that no turn can judge it: "
-     "leave it out, or arctrue load --force"},
+     "leave it out, or arctrue load --unseen"},
     {"no_modulators",
      "a lane follows direction, speed or a word, and this gateware is built without MODULATORS: "
      "export without --modulators, or build it with MODULATORS=true"},

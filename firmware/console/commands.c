@@ -317,6 +317,26 @@ static void temperature(struct console *console, char *const *words, uint32_t nu
     }
 }
 
+/* What the host measures, for example a load, in the scale of the coefficient file. */
+static void followed_word(struct console *console, char *const *words, uint32_t number) {
+    struct application *application = console->application;
+    double value;
+    bool first = text_equal(words[1], "a");
+    (void)number;
+    if (!first && !text_equal(words[1], "b")) {
+        text_error(&console->sink, "a or b, not ", words[1]);
+    } else if (!text_parse_decimal(words[2], &value) || !(value >= -1.0 && value <= 1.0)) {
+        text_error(&console->sink, "a word is -1 to 1, not ", words[2]);
+    } else if (application->phase == PHASE_NO_CORE) {
+        text_line(&console->sink, "error: no core");
+    } else if (!core_origin(&application->core).has_modulators) {
+        text_error(&console->sink, "no_modulators", "");
+    } else {
+        core_set_word(&application->core, first ? MODULATOR_WORD_A : MODULATOR_WORD_B, value);
+        text_line(&console->sink, "ok");
+    }
+}
+
 static void forget(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
@@ -391,6 +411,8 @@ static const struct command commands[] = {
     {"temperature",
      "temperature VALUE: of the table, degrees Celsius | temperature sensor | temperature none", 2,
      2, temperature},
+    {"word", "word a VALUE | word b VALUE: -1 to 1, what lanes of that word are multiplied with", 3,
+     3, followed_word},
     {"freeze", "freeze on | freeze off: keep the coefficients as they are", 2, 2, freeze},
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},
     {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},

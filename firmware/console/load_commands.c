@@ -11,7 +11,7 @@ const char load_use[] =
     "load followed N MODULATOR ORDER PHASE AMPLITUDE CRC | load conditions WIDTH DEAD_ZONE NOMINAL "
     "CRC | "
     "load mean CARRIER USED OFFSET DELAYS CRC | load head N WEIGHT OFFSET CRC | "
-    "load force 1 CRC | load end CRC | load status | load abort: what arctrue load sends";
+    "load force 1|2 CRC | load end CRC | load status | load abort: what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
 
@@ -175,8 +175,9 @@ static void head(struct console *console, char *const *words) {
 static void force(struct console *console, char *const *words) {
     int64_t value;
     uint32_t crc;
-    bool read = read_numbers(words, 2, &value, &crc) && value == 1;
-    answer(console, read ? load_force(&console->application->load, crc) : LOAD_WRONG_CRC);
+    bool read = read_numbers(words, 2, &value, &crc);
+    answer(console,
+           read ? load_force(&console->application->load, (uint32_t)value, crc) : LOAD_WRONG_CRC);
 }
 
 static void end(struct console *console, char *const *words) {

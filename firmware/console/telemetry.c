@@ -160,6 +160,30 @@ static void loaded_part(const struct text_sink *sink, const struct application *
     text_word(sink, "]");
 }
 
+/* Each: order, modulator, what the turn measured of the lane, its standard uncertainty, the loaded value. */
+static void followed_part(const struct text_sink *sink, const struct turn_report *report) {
+    ASSERT(report->followed_lanes <= FOLLOWED_LANES_MAX);
+    if (report->followed_lanes == 0) {
+        return;
+    }
+    key(sink, "followed");
+    for (uint32_t place = 0; place < report->followed_lanes; place++) {
+        const struct followed_measured *lane = &report->followed[place];
+        text_word(sink, place == 0 ? "[[" : ",[");
+        text_unsigned(sink, lane->order);
+        text_word(sink, ",\"");
+        text_word(sink, followed_modulator_name(lane->modulator));
+        text_word(sink, "\",");
+        text_fixed(sink, lane->measured_arcsec, ARCSEC_DECIMALS);
+        text_word(sink, ",");
+        text_fixed(sink, lane->u_arcsec, ARCSEC_DECIMALS);
+        text_word(sink, ",");
+        text_fixed(sink, lane->loaded_arcsec, ARCSEC_DECIMALS);
+        text_word(sink, "]");
+    }
+    text_word(sink, "]");
+}
+
 static void mean_part(const struct text_sink *sink, const struct application *application) {
     const struct coefficients *active = state_active(application);
     double off = application->report.mean_off_arcsec;
@@ -228,6 +252,7 @@ static void line(const struct text_sink *sink, const struct application *applica
         estimate_part(sink, application);
         mean_part(sink, application);
         loaded_part(sink, application);
+        followed_part(sink, report);
         harmonics_part(sink, application);
     }
     number(sink, "swaps", application->swaps);

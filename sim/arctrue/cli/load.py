@@ -38,9 +38,14 @@ NO_DEVICE = 2
 @click.option(
     "--force",
     is_flag=True,
-    help="Load orders too that no turn can judge, as those that two heads cannot see.",
+    help="Load orders too that no turn has judged, seen or unseen.",
 )
-def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
+@click.option(
+    "--unseen",
+    is_flag=True,
+    help="Load what two heads cannot see, as order 0; turns judge all else.",
+)
+def load(port: str, file: Path, timeout: float, *, force: bool, unseen: bool) -> None:
     """Load FILE, which calibrate or export wrote, into the device at PORT.
 
     The device's own calibration goes on beside it: an order that FILE has is
@@ -68,6 +73,7 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
                 coefficients,
                 lambda done, all_: progress.now(f"{file.name}: {done} of {all_} frames sent"),
                 force=force,
+                unseen=unseen,
             )
             progress.now("waiting for turns that judge them")
             unjudged = wait_until_judged(console, sent, timeout)
@@ -85,7 +91,9 @@ def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
         return
     said = f"{file}: {len(sent.orders)} orders are loaded and active"
     if sent.followed:
-        said += f", and {sent.followed} lanes that follow a condition, which no turn judges"
+        said += f", and {sent.followed} lanes that follow a condition"
+    if sent.unseen_followed:
+        said += f"; {sent.unseen_followed} of these lanes no turn of two heads shows"
     if unjudged:
         said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"
     say(said)

@@ -17,6 +17,7 @@ from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 from arctrue.gateware.capability import HEADS_MOST, Capability
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.extension import MODULATORS
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.table_conditions import condition_registers
 from arctrue.generated.number_formats import CLOCK_HZ
@@ -27,6 +28,7 @@ DEVICE_LOADS = Capability(heads=HEADS_MOST, mean=True, modulators=True, failover
 Sets for a missing head stay on the host: no firmware changes to them yet."""
 ATTEMPTS = 3
 """Of the whole set, where a line was spoiled on the way."""
+_FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
 _SPOILED = ("wrong_crc", "wrong_frame", "not_whole")
 """Reasons of the device that say nothing of the set."""
 
@@ -77,12 +79,17 @@ def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
 
 
 def load_frames(
-    coefficients: Coefficients, *, force: bool = False, clock_hz: float = CLOCK_HZ
+    coefficients: Coefficients,
+    *,
+    force: bool = False,
+    unseen: bool = False,
+    clock_hz: float = CLOCK_HZ,
 ) -> list[str]:
     """The lines of the console that load the lanes whose amplitude is not 0.
 
-    With ``force`` the device takes orders that no turn can judge, and lanes that follow a
-    condition, which no turn of two heads can judge. ``clock_hz``: of the gateware.
+    With ``unseen`` the device takes what no turn of two heads shows: order 0, orders that the heads
+    cannot see, words of the processor. With ``force`` it also takes what turns leave undecided.
+    ``clock_hz``: of the gateware.
 
     Lanes of a mean go with its carrier, offsets and weights. Raises ValueError for an offset, which
     the device takes with a mean alone, and for what needs another generic of the core.
@@ -96,10 +103,13 @@ def load_frames(
     thermal = coefficients.thermal
     following = set(thermal.orders) if thermal is not None else set()
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
+    # An order that also has a lane with a condition: the calibration leaves its plain lane alone.
+    waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
         lane
         for lane, order in enumerate(coefficients.orders.tolist())
-        if lane not in followed and (coefficients.amplitudes[lane] or order in following)
+        if lane not in followed
+        and (coefficients.amplitudes[lane] or order in following or order in waves)
     ]
     begin = [len(lanes), coefficients.counts_per_rev]
 
@@ -129,8 +139,8 @@ def load_frames(
         ]
     if mean is not None:
         named += _mean_values(mean, coefficients.offset)
-    if force:
-        named.append(("force", [1]))
+    if force or unseen:
+        named.append(("force", [1 if force else 2]))
     whole = zlib.crc32(b"".join(_words(values) for _, values in named))
     return [*(_frame(name, values) for name, values in named), f"load end {whole:08X}"]
 
@@ -143,6 +153,8 @@ class SentSet:
     orders: tuple[int, ...]
     followed: int = 0
     """Lanes that follow a condition."""
+    unseen_followed: int = 0
+    """Those of them that no turn of two heads shows: order 0, and words of the processor."""
 
     @property
     def is_empty(self) -> bool:
@@ -156,14 +168,15 @@ def send_coefficients(
     progress: Callable[[int, int], None],
     *,
     force: bool = False,
+    unseen: bool = False,
 ) -> SentSet:
     """All frames, again from the first where one was spoiled; ``progress`` hears done and all.
 
-    With ``force`` the device takes orders that no turn can judge. Raises LoadRefusedError where the
+    ``force`` and ``unseen`` as in :func:`load_frames`. Raises LoadRefusedError where the
     device refuses the set, ConsoleError where it does not answer, ValueError as
     :func:`load_frames`.
     """
-    frames = load_frames(coefficients, force=force)
+    frames = load_frames(coefficients, force=force, unseen=unseen)
     orders = [int(frame.split()[3]) for frame in frames if frame.startswith("load lane ")]
     for attempt in range(1, ATTEMPTS + 1):
         try:
@@ -178,8 +191,11 @@ def send_coefficients(
                 raise
         else:
             break
-    followed = sum(frame.startswith("load followed ") for frame in frames)
-    return SentSet(int(frames[-1].split()[-1], 16), tuple(orders), followed)
+    followed = [frame.split() for frame in frames if frame.startswith("load followed ")]
+    unseen_followed = sum(
+        int(words[3]) >= _FIRST_WORD_OF_PROCESSOR or words[4] == "0" for words in followed
+    )
+    return SentSet(int(frames[-1].split()[-1], 16), tuple(orders), len(followed), unseen_followed)
 
 
 _WAITED = {

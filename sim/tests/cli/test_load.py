@@ -16,7 +16,7 @@ from sim.tests.firmware.emulator import PATIENCE_S
 from arctrue.cli import main
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Extension
+from arctrue.gateware.extension import Conditions, Extension
 from arctrue.gateware.mean_set import MeanSet
 
 COUNTS_PER_REV = 1 << 24
@@ -105,6 +105,41 @@ def test_what_is_not_active_in_the_end_is_no_success(
     assert done.exit_code == 1, done.output
     assert "these coefficients are not active" in done.output
     assert said in done.output
+
+
+class TakesAll:
+    """A console to which every frame is ok: the emulator's core has no MODULATORS."""
+
+    port = "a port"
+
+    def __init__(self) -> None:
+        self.frames: list[str] = []
+
+    def command(self, line: str) -> list[str]:
+        if line == "load status":
+            return ["load active", f"loaded_crc {self.frames[-1].split()[-1]}"]
+        self.frames.append(line)
+        return []
+
+
+def test_lanes_that_no_turn_shows_are_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Order 0 × direction is in both heads alike; order 1 × direction is not."""
+    plain = Coefficients.from_harmonics([1, 0, 1], [9.0, 5.0, 3.0], [0.0] * 3, COUNTS_PER_REV, 32)
+    extension = Extension(
+        conditions=Conditions(1600, 4, 45.0), modulators=((1, "direction"), (2, "direction"))
+    )
+    path = tmp_path / "coefficients.toml"
+    write_coefficient_file(path, dataclasses.replace(plain, extension=extension))
+    console = TakesAll()
+    monkeypatch.setattr("arctrue.cli.load.console_at", lambda port: console)
+    done = CliRunner().invoke(main, ["load", console.port, str(path), "--unseen"])
+    assert done.exit_code == 0, done.output
+    said = " ".join(done.output.split())
+    assert "1 orders are loaded and active, and 2 lanes that follow a condition" in said
+    assert "1 of these lanes no turn of two heads shows" in said
+    assert any(frame.startswith("load force 2 ") for frame in console.frames)
 
 
 @pytest.mark.parametrize(

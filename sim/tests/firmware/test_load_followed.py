@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import dataclasses
+import zlib
 from typing import Any
 
 import numpy as np
@@ -182,3 +183,125 @@ def test_a_wave_of_another_size_is_refused_by_the_turn_down(running: Firmware) -
     assert state(running) == "load waiting"
     running.turn(loose_turn(6, -1))
     assert state(running).startswith("load refused worse_prediction")
+
+
+def with_order_0(file: Coefficients) -> Coefficients:
+    """``file`` and, in the lane before the last, order 0 × direction."""
+    zero = Coefficients.from_harmonics([0], [HALF_REVERSAL_COUNTS], [np.pi], COUNTS, 1)
+    arrays = {
+        name: getattr(file, name).copy() for name in ("phase_steps", "phase_offsets", "amplitudes")
+    }
+    for name, values in arrays.items():
+        values[-2] = getattr(zero, name)[0]
+    extension = Extension(
+        conditions=CONDITIONS, modulators=((LANES - 2, "direction"), (LANES - 1, "direction"))
+    )
+    return dataclasses.replace(file, **arrays, extension=extension)
+
+
+def test_the_unseen_scope_takes_order_0_and_turns_still_judge_the_rest(running: Firmware) -> None:
+    """Order 1 × direction waits for the turn down; with force the first turn takes it."""
+    modulators(running)
+    frames = load_frames(with_order_0(loose_file()))
+    assert send(running, frames)[-1].startswith("error: load unseen_order")
+    frames = load_frames(with_order_0(loose_file()), unseen=True)
+    assert set(send(running, frames)) == {"ok"}
+    running.turn(loose_turn(5, 1))
+    assert state(running) == "load waiting"
+    assert "waits_for the_other_direction" in running.send("load status")
+    running.turn(loose_turn(6, -1))
+    assert state(running) == "load active"
+    assert set(send(running, load_frames(with_order_0(loose_file()), force=True))) == {"ok"}
+    running.turn(loose_turn(7, 1))
+    assert state(running) == "load active"
+
+
+def test_the_unseen_scope_takes_no_wrong_wave(running: Firmware) -> None:
+    modulators(running)
+    wrong = with_order_0(loose_file((LOOSE[1][0], LOOSE[1][1] + 1.0)))
+    assert set(send(running, load_frames(wrong, unseen=True))) == {"ok"}
+    running.turn(loose_turn(5, 1))
+    running.turn(loose_turn(6, -1))
+    assert state(running).startswith("load refused worse_prediction")
+
+
+def test_an_unknown_scope_is_refused(running: Firmware) -> None:
+    modulators(running)
+    frames = load_frames(loose_file(), force=True)
+    place = next(n for n, frame in enumerate(frames) if frame.startswith("load force"))
+    assert set(send(running, frames[:place])) == {"ok"}
+    wrong = f"load force 3 {zlib.crc32((3).to_bytes(4, 'little')):08X}"
+    assert running.send(wrong).startswith("error: load out_of_range")
+
+
+def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> None:
+    """20″ are in the disc: measured in either direction, whatever the file says.
+
+    Bounds: order 1 of the reading and of the angle differ by 0.1″, the noise adds 4 · 0.02″. Before
+    the set is at work the calibration sees order 1 change by 2·20″ from turn to turn: as a change
+    within the turn this is 40″/4π in u, over √2 a component.
+    """
+    by_change = 2.0 * LOOSE[1][0] / (4.0 * np.pi) / np.sqrt(2.0)
+    modulators(running)
+    size = 18.0
+    assert set(send(running, load_frames(loose_file((size, LOOSE[1][1]))))) == {"ok"}
+    for seed, direction in ((5, 1), (6, -1)):
+        told = running.turn(loose_turn(seed, direction))
+        ((order, name, measured, u, loaded),) = told["followed"]
+        assert (order, name) == (1, "direction")
+        assert loaded == pytest.approx(size, abs=0.01)
+        assert 0.0 < u < by_change + 0.2
+        assert abs(measured - LOOSE[1][0]) < 0.2, (measured, u)
+    # The same of the set at work, in each further turn.
+    assert set(send(running, load_frames(loose_file()))) == {"ok"}
+    for seed, direction in ((7, 1), (8, -1)):
+        running.turn(loose_turn(seed, direction))
+    assert state(running) == "load active"
+    told = running.turn(loose_turn(9, 1))
+    ((_, _, measured, u, loaded),) = told["followed"]
+    assert loaded == pytest.approx(LOOSE[1][0], abs=0.01)
+    assert 0.0 < u < 0.2
+    assert abs(measured - loaded) < 0.2
+
+
+def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmware) -> None:
+    """Order 3 is there by direction alone: its plain lane is 0 in the file, and stays 0."""
+    modulators(running)
+    bank = file_of({3: (0.0, 0.0)})
+    last = Coefficients.from_harmonics([3], [20.0 * COUNTS / 1_296_000], [0.7], COUNTS, 1)
+    arrays = {
+        name: np.append(getattr(bank, name)[:-1], getattr(last, name))
+        for name in ("phase_steps", "phase_offsets", "amplitudes")
+    }
+    extension = Extension(conditions=CONDITIONS, modulators=((LANES - 1, "direction"),))
+    bank = dataclasses.replace(bank, **arrays, extension=extension)
+    assert set(send(running, load_frames(bank))) == {"ok"}
+    for seed, direction in ((5, 1), (6, -1), (7, 1)):
+        orders = {**DISC.orders, 3: (20.0, 0.7 + (0.0 if direction > 0 else np.pi))}
+        told = running.turn(
+            counts_of(Disc(orders), 0.1, seed, samples=SAMPLES, direction=direction)
+        )
+    assert state(running) == "load active"
+    assert "loaded_order 3\r\n" in running.send("load status")
+    verdicts = {row[0]: row[4] for row in told["harmonics"]}
+    assert verdicts[3] == 0
+
+
+@pytest.mark.parametrize(("word", "value"), [("a", 1.0), ("a", -0.3), ("b", -1.0), ("b", 0.0)])
+def test_a_word_goes_to_its_register(running: Firmware, word: str, value: float) -> None:
+    """s1.16, rounded to the nearest."""
+    modulators(running)
+    assert running.send(f"word {word} {value}").strip() == "ok"
+    assert running.core.get(f"conditions.word_{word}") == round(value * 65536) % 2**32
+    other = "b" if word == "a" else "a"
+    assert address(f"conditions.word_{other}") not in dict(running.core.writes)
+
+
+def test_a_wrong_word_is_refused(running: Firmware) -> None:
+    assert "no_modulators" in running.send("word a 0.5")
+    modulators(running)
+    for line in ("word c 0.5", "word a 1.01", "word a -2", "word b much", "word a"):
+        assert running.send(line).startswith("error"), line
+    written = dict(running.core.writes)
+    assert address("conditions.word_a") not in written
+    assert address("conditions.word_b") not in written

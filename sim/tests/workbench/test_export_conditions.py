@@ -12,10 +12,13 @@ from sim.tests.command_line import arctrue as _run
 from arctrue.device.load import load_frames
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.workbench.effects.base import ConditionedLane, Lane
 from arctrue.workbench.effects.catalogue.latency import Latency
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
+from arctrue.workbench.model.export import ConditionSettings, export_model
+from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations.build import observations_of
 
 from .reversal_sets import REVERSAL, reversal_set
@@ -106,3 +109,48 @@ def test_products_keep_their_wave(made: MeasurementSet, condition: str, modulato
 def test_products_with_the_size_of_the_speed_have_no_modulator(made: MeasurementSet) -> None:
     effect = ProductOfParts(condition="|speed|", orders=[3.0], fixed_to="disc")
     assert effect.conditioned_lanes(np.array([0.3, -0.4]), {}, observations_of(made)) == []
+
+
+def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
+    """The export of order 1, and of ``order`` × direction."""
+    observations = observations_of(made)
+    settings = {"fixed_to": "disc"}
+    plain = ModelEffect(
+        "product_of_parts", {**settings, "orders": [1.0]}, coefficients=[36.0, -15.0]
+    )
+    loose = ModelEffect(
+        "product_of_parts",
+        {**settings, "orders": [float(order)], "condition": "direction"},
+        coefficients=[3.0, 4.0],
+    )
+    return export_model(
+        Model([plain, loose]),
+        observations,
+        {"product_of_parts": ProductOfParts},
+        lanes=lanes,
+        temperature_c=None,
+        conditions=ConditionSettings(),
+    ).coefficients
+
+
+@pytest.mark.parametrize("order", [1, 3])
+def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
+    made: MeasurementSet, order: int
+) -> None:
+    """Otherwise the calibration would fit it, with the direction of its turn in the value."""
+    held = exported(made, order, 4)
+    assert held.extension is not None
+    ((modulated, name),) = held.extension.modulators
+    assert (name, held.orders[modulated]) == ("direction", order)
+    plain = [lane for lane in range(4) if held.orders[lane] == order and lane != modulated]
+    assert len(plain) == 1
+    assert (held.amplitudes[plain[0]] == 0) == (order == 3)
+    sent = [frame.split()[3] for frame in load_frames(held) if frame.startswith("load lane ")]
+    assert sent.count(str(order)) == 1
+
+
+def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet) -> None:
+    """Two lanes: order 3 × direction and order 1; no lane is left for the calibration either."""
+    held = exported(made, 3, 2)
+    assert held.orders.tolist() == [1, 3]
+    assert (held.amplitudes != 0).all()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -295,7 +295,12 @@ def export_model(
         thermal = _Thermal(found, {})
     found = thermal.harmonics
     left_out = list(found.left_out)
-    by_order = found.components
+    owned = _orders_of_waves(followed.orders)
+    by_order = {order: np.zeros(2) for order in owned} | found.components
+    thermal = dataclasses.replace(
+        thermal, harmonics=dataclasses.replace(found, components=by_order)
+    )
+    found = thermal.harmonics
     if conditions is None:
         left_out += _would_follow(model, observations, effects)
     if len(followed.lanes) > lanes:
@@ -303,6 +308,8 @@ def export_model(
     orders = sorted(by_order, key=lambda order: -thermal.largest_arcsec(order))
     plain_lanes = lanes - len(followed.lanes)
     for order in orders[plain_lanes:]:
+        if thermal.largest_arcsec(order) == 0.0:
+            continue
         left_out.append(
             f"order {order} ({thermal.largest_arcsec(order):.3f}″): no lane left, {lanes} are there"
         )
@@ -333,6 +340,16 @@ def export_model(
             ),
         )
     return Export(coefficients, kept, sizes, left_out, found.warnings, followed.words())
+
+
+def _orders_of_waves(orders: Iterable[int]) -> list[int]:
+    """Orders of lanes that follow a condition, without order 0.
+
+    The file also holds the plain lane of such an order. Otherwise the device's calibration fits the
+    order, and its plain lane then has what the condition added to the calibrated turn. A file that
+    fills all lanes leaves the calibration none, so that a plain lane of 0 may be missing there.
+    """
+    return sorted({order for order in orders if order > 0})
 
 
 def lanes_by_condition(
