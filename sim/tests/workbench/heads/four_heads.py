@@ -41,6 +41,8 @@ class FourHeads:
     places_deg: tuple[float, ...] = PLACES_DEG
     slip: tuple[int, int, int] | None = None
     """Run, head (1, 2, …) and counts that are lost in the middle of it."""
+    settling: tuple[int, float, float] | None = None
+    """Head, arcseconds and seconds: its bracket bends at each start and settles."""
     turns: float = 2.0
     samples: int = 1200
     """A run."""
@@ -71,7 +73,12 @@ class FourHeads:
         warmth = warm + 1.5 * since / duration
         run = np.full(self.samples, number)
         time = 400.0 * number + since
-        return [run, time, warmth, *self._readings(number, angle, warmth, random)]
+        heads = self._readings(number, angle, warmth, random)
+        if self.settling is not None:
+            head, size_arcsec, constant_s = self.settling
+            bent = size_arcsec * np.exp(-since / constant_s) / 1_296_000.0 * COUNTS
+            heads[head - 1] += np.rint(bent).astype(np.int64)
+        return [run, time, warmth, *heads]
 
     def _readings(
         self, number: int, angle: Float, warmth: Float, random: np.random.Generator

@@ -92,6 +92,15 @@ def test_lost_counts_are_named_with_their_head(head: int) -> None:
     _close(values["counts"], expected)
 
 
+@pytest.mark.parametrize("head", [1, 4])
+def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
+    found = diagnosis_of(FourHeads(settling=(head, 1.5, 8.0)).measured(7))
+    assert found.decision.verdict == "unknown"
+    assert found.decision.described is not None
+    assert f"head {head} only" in found.decision.described.effect.describe({})
+    assert found.decision.described.effect.parts[0].startswith("settling")
+
+
 def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
     """The further heads tell it, not the world: it is synchronous with what a disc does."""
     world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:2])
