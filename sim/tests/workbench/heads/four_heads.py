@@ -36,6 +36,7 @@ class FourHeads:
     """What the table does beside turning."""
 
     motion: Motion = field(default=lambda angle: np.zeros_like(angle, dtype=np.complex128))
+    disc: tuple[tuple[int, float, float], ...] = DISC
     creep_arcsec_k: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     """Of each head's bracket, along the disc."""
     places_deg: tuple[float, ...] = PLACES_DEG
@@ -90,7 +91,7 @@ class FourHeads:
             head = RADIUS_M * np.exp(-1j * place)
             seen = np.angle((head - centre) / RADIUS_M * np.exp(1j * np.radians(place_deg)))
             disc = angle + np.radians(place_deg) - seen
-            error = sum(size * np.cos(order * disc + phase) for order, size, phase in DISC)
+            error = sum(size * np.cos(order * disc + phase) for order, size, phase in self.disc)
             reading = disc + (error + random.normal(0.0, NOISE_ARCSEC, angle.size)) * ARCSEC
             counts = np.rint(reading / (2.0 * np.pi) * COUNTS).astype(np.int64)
             counts += random.integers(-1, 2)

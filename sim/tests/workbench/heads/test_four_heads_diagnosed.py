@@ -9,6 +9,7 @@ from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.effects.base import Parameter
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.heads.four_heads import (
+    DISC,
     PLACES_DEG,
     RADIUS_M,
     FourHeads,
@@ -99,6 +100,18 @@ def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
     assert found.decision.described is not None
     assert f"head {head} only" in found.decision.described.effect.describe({})
     assert found.decision.described.effect.parts[0].startswith("settling")
+
+
+def test_an_order_that_two_heads_do_not_see_is_named() -> None:
+    """120 · 33° are eleven turns: R₂ − R₁ has nothing of it, and the other differences have."""
+    disc = (*DISC, (120, 0.3, 0.5))
+    found, values = _named(FourHeads(disc=disc), "high_order_graduation")
+    assert values["order"].value == 120.0
+    _close(values["amplitude"], 0.3)
+    assert 120 not in found.covers.blind_orders
+    two = diagnosis_of(FourHeads(disc=disc, places_deg=PLACES_DEG[:2]).measured(7))
+    assert two.decision.verdict == "adequate"
+    assert 120 in two.covers.blind_orders
 
 
 def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
