@@ -71,7 +71,7 @@ def test_settings_say_the_same_product(
         ({"orders": [0]}, "orders: expected a list of numbers above 0, found \\[0\\]"),
         ({"orders": [True]}, "orders: expected a list of numbers above 0"),
         ({"fixed_to": "axis"}, "fixed_to: expected one of disc, stator, head1"),
-        ({"electrical_head": 3}, "electrical_head: expected 1 or 2"),
+        ({"electrical_head": 5}, "electrical_head: expected 1 to 4"),
         ({"time_constant_s": -1.0}, "time_constant_s: expected seconds above 0"),
         ({"order": [1]}, "unknown setting order"),
     ],

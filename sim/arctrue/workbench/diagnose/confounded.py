@@ -12,6 +12,7 @@ import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic
 from arctrue.workbench.effects.product_of_parts import (
+    FRAME_OF_HEAD,
     Frame,
     ProductOfParts,
     recorded_conditions,
@@ -22,7 +23,7 @@ from arctrue.workbench.inference.design_matrix import Term
 ALIKE = 0.98
 """Canonical correlation of the columns, the model projected out: 4 % of the gain of the one would
 be left beside the other, so that only a gain above 150 could tell by it at a near tie of 6."""
-FRAMES: tuple[Frame, ...] = ("disc", "stator", "head1", "head2", "reference")
+FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "reference")
 
 
 def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:

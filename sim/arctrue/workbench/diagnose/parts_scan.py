@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.parts_range import only_cancels, resolved_orders
 from arctrue.workbench.effects.product_of_parts import (
+    FRAME_OF_HEAD,
     Condition,
     Frame,
     ProductOfParts,
@@ -143,13 +144,15 @@ def _frames(order: float | None, observations: Observations, in_reference: bool)
     """Frames worth a try, the most natural first: it wins when the data cannot tell."""
     frames: list[Frame] = []
     if observations.capture is not None and not in_reference:
+        further = [FRAME_OF_HEAD[head] for head in range(3, observations.heads + 1)]
+        heads: list[Frame] = ["head2", "head1", *further]
         if order is None:
-            frames = ["head2", "head1"]
+            frames = heads
         elif order == round(order):
-            frames = ["disc", "stator", "head2", "head1"]
+            frames = ["disc", "stator", *heads]
         else:
             # The disc closes after a turn: a half order cannot be fixed to it.
-            frames = ["stator", "head2", "head1", "disc"]
+            frames = ["stator", *heads, "disc"]
     if observations.reference is not None and in_reference:
         frames.append("reference")
     if observations.capture is None and not frames:
@@ -234,14 +237,13 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
         if tried_frames:
             scored.append(_natural(tried_frames, observations.rows))
     for condition in found:
-        for head in (1, 2):
+        for head in range(1, observations.heads + 1):
             rows = observations.capture
             if rows is None or rows.electrical1_rad is None or not condition.part:
                 continue
             if condition.part == "settling":
                 continue
-            frame_of_head: Frame = "head1" if head == 1 else "head2"
-            effect = ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
+            effect = ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, FRAME_OF_HEAD[head], head)
             scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))
     scored = [
         item

@@ -32,7 +32,8 @@ from arctrue.workbench.observations.column_unit import column_unit
 
 Float = NDArray[np.float64]
 Rows = CaptureRows | ReferenceRows
-Frame = Literal["disc", "stator", "head1", "head2", "reference"]
+Frame = Literal["disc", "stator", "head1", "head2", "head3", "head4", "reference"]
+FRAME_OF_HEAD: Mapping[int, Frame] = {1: "head1", 2: "head2", 3: "head3", 4: "head4"}
 
 
 @dataclass(frozen=True)
@@ -230,9 +231,9 @@ def _distinct(found: list[Condition], observations: Observations) -> list[Condit
     return kept
 
 
-def _of_head2(rows: CaptureRows) -> float:
-    """1 where the rows are of head 2; what it has of its own no other head shows."""
-    return 1.0 if rows.head == 2 else 0.0
+def _share(head: int, rows: CaptureRows) -> float:
+    """Of what a head has of its own in the reading of the rows' head less that of head 1."""
+    return -1.0 if head == 1 else float(rows.head == head)
 
 
 class ProductOfParts(Effect):
@@ -273,7 +274,7 @@ class ProductOfParts(Effect):
 
         ``condition``: a name of CONDITIONS; or ``time_constant_s`` > 0 for a settling, from
         ``each_run`` or the start of the set; or ``column``, less ``column_zero``. ``orders``: none
-        for a constant. ``electrical_head``: 1 or 2 for multiples of its electrical phase.
+        for a constant. ``electrical_head``: 1 to 4 for multiples of its electrical phase.
         """
         super().__init__(**settings)
         said = self.settings
@@ -296,11 +297,16 @@ class ProductOfParts(Effect):
             self._refuse("orders", "a list of numbers above 0")
         if said["fixed_to"] not in get_args(Frame):
             self._refuse("fixed_to", f"one of {', '.join(get_args(Frame))}")
-        if said["electrical_head"] not in (0, 1, 2):
-            self._refuse("electrical_head", "1 or 2, or 0 for the angle")
+        if said["electrical_head"] not in (0, *FRAME_OF_HEAD):
+            self._refuse("electrical_head", "1 to 4, or 0 for the angle")
         self.orders = tuple(float(order) for order in orders)  # type: ignore[attr-defined]
         self.frame = said["fixed_to"]  # type: ignore[assignment]
         self.electrical_head = int(str(said["electrical_head"])) or None
+
+    @property
+    def _head(self) -> int | None:
+        """The head that alone has it; None where no single head does."""
+        return next((head for head, name in FRAME_OF_HEAD.items() if name == self.frame), None)
 
     def _refuse(self, key: str, expected: str) -> None:
         raise ValueError(
@@ -365,23 +371,27 @@ class ProductOfParts(Effect):
         if factor is None or self.frame == "reference":
             return None
         if self.electrical_head is not None:
+            # Of another head's rows the share is 0, and the phase of any head will do.
             phase = rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
             if phase is None:
                 return None
-            wave = self._wave(phase, -1.0 if self.electrical_head == 1 else _of_head2(rows))
+            wave = self._wave(phase, _share(self.electrical_head, rows))
         elif self.frame == "disc" and self.orders:
             wave = disc_difference(rows.disc1_rad, rows.disc2_rad, self.orders)
         elif self.frame == "stator":
             wave = capture_motion(rows, self.orders)
         else:
-            wave = self._wave(rows.angle_rad, -1.0 if self.frame == "head1" else _of_head2(rows))
+            wave = self._wave(
+                rows.angle_rad, 1.0 if self._head is None else _share(self._head, rows)
+            )
         return factor[:, np.newaxis] * wave
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
         factor = self.condition.values(rows)
-        if factor is None or self.frame == "head2" or self.electrical_head == 2:
+        further = (self._head or 1) > 1 or (self.electrical_head or 1) > 1
+        if factor is None or further:
             return None
         if self.electrical_head == 1:
             if rows.electrical1_rad is None:
@@ -432,7 +442,7 @@ class ProductOfParts(Effect):
         if condition is None:
             return []
         if not self.orders:
-            if self.frame in ("head2", "reference"):
+            if self.frame == "reference" or (self._head or 1) > 1:
                 return []
             return [ConditionedLane(condition, Lane(0, float(coefficients[0]), 0.0))]
         lanes = self._waves(coefficients, observations)
@@ -459,7 +469,7 @@ class ProductOfParts(Effect):
         orders = [round(order) for order in self.orders if order == round(order)]
         if self.electrical_head == 1 and observations.grating_lines is not None:
             orders = [order * observations.grating_lines for order in orders]
-        elif self.electrical_head is not None or self.frame in ("head2", "reference"):
+        elif self.electrical_head is not None or self.frame == "reference" or (self._head or 1) > 1:
             return []
         if len(orders) != len(self.orders):
             return []
@@ -479,9 +489,8 @@ class ProductOfParts(Effect):
         frames = {
             "disc": "disc-fixed",
             "stator": "stator-fixed",
-            "head1": "head 1 only",
-            "head2": "head 2 only",
             "reference": "reference only",
+            **{name: f"head {head} only" for head, name in FRAME_OF_HEAD.items()},
         }
         size = parameters.get("amplitude") or parameters.get("size")
         text = " × ".join(words) if words else "constant"

@@ -51,6 +51,15 @@ class ScalarOfEachHead(ScalarEffect):
 
     defaults: ClassVar[Mapping[str, object]] = {"heads": []}
 
+    def __init__(self, **settings: object) -> None:
+        """With one head it is the product of parts of that head."""
+        super().__init__(**settings)
+        heads = self.integers("heads")
+        if len(heads) == 1:
+            self.in_parts = tuple(  # type: ignore[misc]
+                f"head{heads[0]}" if name == "head2" else name for name in type(self).in_parts
+            )
+
     def column_names(self, observations: Observations) -> list[str]:
         heads = self.integers("heads") or range(2, observations.heads + 1)
         return [

@@ -36,11 +36,14 @@ class FourHeads:
     """What the table does beside turning."""
 
     motion: Motion = field(default=lambda angle: np.zeros_like(angle, dtype=np.complex128))
+    disc: tuple[tuple[int, float, float], ...] = DISC
     creep_arcsec_k: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     """Of each head's bracket, along the disc."""
     places_deg: tuple[float, ...] = PLACES_DEG
     slip: tuple[int, int, int] | None = None
     """Run, head (1, 2, …) and counts that are lost in the middle of it."""
+    settling: tuple[int, float, float] | None = None
+    """Head, arcseconds and seconds: its bracket bends at each start and settles."""
     turns: float = 2.0
     samples: int = 1200
     """A run."""
@@ -71,7 +74,12 @@ class FourHeads:
         warmth = warm + 1.5 * since / duration
         run = np.full(self.samples, number)
         time = 400.0 * number + since
-        return [run, time, warmth, *self._readings(number, angle, warmth, random)]
+        heads = self._readings(number, angle, warmth, random)
+        if self.settling is not None:
+            head, size_arcsec, constant_s = self.settling
+            bent = size_arcsec * np.exp(-since / constant_s) / 1_296_000.0 * COUNTS
+            heads[head - 1] += np.rint(bent).astype(np.int64)
+        return [run, time, warmth, *heads]
 
     def _readings(
         self, number: int, angle: Float, warmth: Float, random: np.random.Generator
@@ -83,7 +91,7 @@ class FourHeads:
             head = RADIUS_M * np.exp(-1j * place)
             seen = np.angle((head - centre) / RADIUS_M * np.exp(1j * np.radians(place_deg)))
             disc = angle + np.radians(place_deg) - seen
-            error = sum(size * np.cos(order * disc + phase) for order, size, phase in DISC)
+            error = sum(size * np.cos(order * disc + phase) for order, size, phase in self.disc)
             reading = disc + (error + random.normal(0.0, NOISE_ARCSEC, angle.size)) * ARCSEC
             counts = np.rint(reading / (2.0 * np.pi) * COUNTS).astype(np.int64)
             counts += random.integers(-1, 2)

@@ -9,6 +9,7 @@ from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.effects.base import Parameter
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.heads.four_heads import (
+    DISC,
     PLACES_DEG,
     RADIUS_M,
     FourHeads,
@@ -90,6 +91,27 @@ def test_lost_counts_are_named_with_their_head(head: int) -> None:
     # A step of head 1 is one of every Rᵢ − R₁, downwards.
     expected = -40.0 if head == 1 else 40.0
     _close(values["counts"], expected)
+
+
+@pytest.mark.parametrize("head", [1, 4])
+def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
+    found = diagnosis_of(FourHeads(settling=(head, 1.5, 8.0)).measured(7))
+    assert found.decision.verdict == "unknown"
+    assert found.decision.described is not None
+    assert f"head {head} only" in found.decision.described.effect.describe({})
+    assert found.decision.described.effect.parts[0].startswith("settling")
+
+
+def test_an_order_that_two_heads_do_not_see_is_named() -> None:
+    """120 · 33° are eleven turns: R₂ − R₁ has nothing of it, and the other differences have."""
+    disc = (*DISC, (120, 0.3, 0.5))
+    found, values = _named(FourHeads(disc=disc), "high_order_graduation")
+    assert values["order"].value == 120.0
+    _close(values["amplitude"], 0.3)
+    assert 120 not in found.covers.blind_orders
+    two = diagnosis_of(FourHeads(disc=disc, places_deg=PLACES_DEG[:2]).measured(7))
+    assert two.decision.verdict == "adequate"
+    assert 120 in two.covers.blind_orders
 
 
 def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
