@@ -101,7 +101,7 @@ GATEWARE = "gateware"
     "--modulators",
     is_flag=True,
     help="For a gateware built with MODULATORS = true: reversal error, latency and what changes "
-    "with direction or speed become lanes that follow these.",
+    "with direction, speed or a further column of SET become lanes that follow these.",
 )
 @click.option(
     "--reversal-width",
@@ -203,7 +203,10 @@ def export(
     written = force or not refused
     if written:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_coefficient_file(path, result.coefficients, title=loaded.measurement)
+        # The scale of a word of the host is in the file too: the gateware does not need it.
+        scales = [text for text in result.followed if " word " in text]
+        title = "; ".join([loaded.measurement, *scales])
+        write_coefficient_file(path, result.coefficients, title=title)
     in_use = table(
         f"Lanes, {len(result.orders)} of {lanes} in use",
         number("order"),

@@ -193,6 +193,45 @@ def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) ->
     assert modulated.read("conditions.direction.value") == MODULATOR_ONE
 
 
+def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
+    """From 0.5 to -0.25 of 20 counts: the output goes over by 15, by the slew and without a step.
+
+    Bound: half a count each for the roundings of reading and output; an edge at a time.
+    """
+    pace, size = 0.1, 20.0
+    modulated.attach_curves(Script([(200_000, pace)]))  # type: ignore[arg-type]
+    modulated.reset()
+    modulated.firmware.start()
+    for name, value in (
+        ("counts_per_rev", COUNTS),
+        ("ramp_rate", 0xFFFF_FFFF),
+        ("ramp_acceleration", 0),
+        ("output_spacing", 1),
+        ("conditions.slew", 1 << 24),
+    ):
+        modulated.write(name, value)
+    modulated.command("rearm")
+    modulated.write_coefficients(order_0(size, "word_a"))
+    modulated.command("swap")
+    modulated.update("control", compensate=1, output_enable=1)
+    start = modulated.clock
+    modulated.record(every=1)
+    assert modulated.firmware.send("word a 0.5") == "ok"
+    modulated.run(120_000)
+    assert modulated.read("conditions.word_a") == MODULATOR_ONE // 2
+    assert modulated.firmware.send("word a -0.25") == "ok"
+    modulated.run_until(end_of_stimulus=True)
+    seen = modulated.recording().output
+    modulated.detach()
+    error = seen.position - seen.true_angle_rad * COUNTS / (2.0 * np.pi)
+    clock = seen.clock - start
+    before = float(np.mean(error[(clock > 90_000) & (clock < 119_000)]))
+    after = float(np.mean(error[clock > 175_000]))
+    assert after - before == pytest.approx(0.75 * size, abs=1.0)
+    late = clock > 90_000
+    assert np.abs(np.diff(seen.position[late])).max() == 1
+
+
 def test_every_word_of_the_window(modulated: Instrument) -> None:
     """Words 0 to 5 are written, 6 to 8 read only, the rest is refused; the lane reads back."""
     assert modulated.read("capability.modulators") == 1

@@ -10,15 +10,19 @@ import pytest
 from sim.tests.command_line import arctrue as _run
 
 from arctrue.device.load import load_frames
+from arctrue.gateware.amplitude_sweep import Modulators, modulated
 from arctrue.gateware.capability import EVERYTHING
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.table_conditions import MODULATOR_ONE
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.workbench.effects.base import ConditionedLane, Lane
 from arctrue.workbench.effects.catalogue.latency import Latency
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
-from arctrue.workbench.model.export import ConditionSettings, export_model
+from arctrue.workbench.model.export import ConditionSettings, Export, export_model
 from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.model.model_file import write_model
+from arctrue.workbench.model.taken_away import outcome
 from arctrue.workbench.observations.build import observations_of
 
 from .reversal_sets import REVERSAL, reversal_set
@@ -154,3 +158,102 @@ def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet
     held = exported(made, 3, 2)
     assert held.orders.tolist() == [1, 3]
     assert (held.amplitudes != 0).all()
+
+
+def with_columns(made: MeasurementSet, names: tuple[str, ...]) -> MeasurementSet:
+    """A load that goes from 20 to 60 in the reference run, under each name."""
+    assert made.reference is not None
+    load = np.linspace(20.0, 60.0, made.reference.target_deg.size)
+    return replace(made, reference=replace(made.reference, conditions=dict.fromkeys(names, load)))
+
+
+def column_export(made: MeasurementSet, names: tuple[str, ...]) -> Export:
+    """The export of a model with order 3 × (column − 40), 0.3″ and −0.4″ a unit, for each name."""
+    entries = [
+        ModelEffect(
+            "product_of_parts",
+            {"fixed_to": "disc", "orders": [3.0], "column": name, "column_zero": 40.0},
+            coefficients=[0.3, -0.4],
+        )
+        for name in names
+    ]
+    return export_model(
+        Model(entries),
+        observations_of(with_columns(made, names)),
+        {"product_of_parts": ProductOfParts},
+        lanes=4,
+        temperature_c=None,
+        conditions=ConditionSettings(),
+    )
+
+
+def test_a_product_with_a_column_follows_a_word_of_the_host(made: MeasurementSet) -> None:
+    """20 from the zero is the most, so that the word is 1 at 40 + 30: 0.5″ · 30 there."""
+    result = column_export(made, ("load_n",))
+    held = result.coefficients
+    assert held.extension is not None
+    ((lane, name),) = held.extension.modulators
+    assert (name, held.orders[lane]) == ("word_a", 3)
+    counts = 15.0 * COUNTS / 1_296_000
+    assert held.amplitudes_counts[lane] == pytest.approx(counts, abs=2.0**-11)
+    assert result.followed == [
+        "order 3 × load_n: 15″ at load_n = 70, where word a is 1; it is 0 at 40"
+    ]
+    # At a load of 55 the host writes 0.5: what the gateware takes off is the model's error.
+    at_55 = modulated(held, Modulators(word_a=MODULATOR_ONE // 2))
+    counts_seen = np.arange(0, COUNTS, 997)
+    angle = 3.0 * counts_seen * 2.0 * np.pi / COUNTS
+    expected = (0.3 * np.cos(angle) - 0.4 * np.sin(angle)) * 15.0 * COUNTS / 1_296_000
+    # A step of the amplitude and a step of the phase of 2π/2^24 at 6 counts.
+    assert np.abs(at_55.error_counts(counts_seen) - expected).max() < 2.0**-10
+
+
+def test_two_columns_have_a_word_and_a_third_has_none(made: MeasurementSet) -> None:
+    held = column_export(made, ("load_n", "torque_nm", "current_a")).coefficients
+    assert held.extension is not None
+    assert [name for _, name in held.extension.modulators] == ["word_a", "word_b"]
+
+
+def test_what_words_take_away_is_counted(made: MeasurementSet) -> None:
+    result = column_export(made, ("load_n",))
+    model = Model(
+        [
+            ModelEffect(
+                "product_of_parts",
+                {"fixed_to": "disc", "orders": [3.0], "column": "load_n", "column_zero": 40.0},
+                coefficients=[0.3, -0.4],
+            )
+        ]
+    )
+    became = outcome(
+        model,
+        observations_of(with_columns(made, ("load_n",))),
+        {"product_of_parts": ProductOfParts},
+        result.coefficients,
+        temperature_c=None,
+    )
+    assert became.effects[0].by == "lanes by condition"
+    assert became.effects[0].part_arcsec > 1.0
+    assert became.left_arcsec < 1e-9
+
+
+def test_the_file_states_the_scale_of_a_word(made: MeasurementSet, tmp_path: Path) -> None:
+    write_measurement_set(tmp_path / "set", with_columns(made, ("load_n",)))
+    (tmp_path / "load_wave.py").write_text(
+        "from arctrue.workbench.effects.product_of_parts import ProductOfParts\n\n\n"
+        "class LoadWave(ProductOfParts):\n"
+        '    name = "load_wave"\n'
+        "    needs_settings = False\n"
+        "    defaults = {**ProductOfParts.defaults, 'orders': [3.0], 'column': 'load_n',\n"
+        "                'column_zero': 40.0}\n",
+        encoding="utf-8",
+    )
+    model = tmp_path / "model.toml"
+    entry = ModelEffect("load_wave", columns=["cos 3", "sin 3"], coefficients=[0.3, -0.4])
+    write_model(model, Model([entry]))
+    words = ("export", tmp_path / "set", "--model", model, "--effects", tmp_path)
+    answer = _run(*words, "--out", tmp_path, "--modulators", "--force")
+    assert answer.exit_code == 0, answer.output
+    text = (tmp_path / "coefficients.toml").read_text(encoding="utf-8")
+    assert 'title = "reversal; order 3 × load_n: 15″ at load_n = 70, where word a is 1' in text
+    read_coefficient_file(tmp_path / "coefficients.toml", EVERYTHING)

@@ -86,19 +86,26 @@ class Lane:
     sine_arcsec: float
 
 
-Condition = Literal["direction", "speed", "speed_squared"]
-"""What the amplitude of a lane may follow by itself (the gateware's generic MODULATORS)."""
+Condition = Literal["direction", "speed", "speed_squared", "column"]
+"""What the amplitude of a lane may follow (the gateware's generic MODULATORS).
+
+``column``: a further column of the set, which the host measures and writes to a word.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class ConditionedLane:
     """A harmonic of head 1's error, order 0 a constant, in proportion to a condition.
 
-    Per unit of the condition: direction ±1, speed in rad/s or its square.
+    Per unit of the condition: direction ±1, speed in rad/s or its square, or the column's unit.
     """
 
     condition: Condition
     lane: Lane
+    column: str = ""
+    """Name of the column where that is the condition."""
+    column_zero: float = 0.0
+    """Value of the column at which the condition is 0."""
 
 
 @dataclass(frozen=True, slots=True)

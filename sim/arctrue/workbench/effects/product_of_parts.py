@@ -438,15 +438,18 @@ class ProductOfParts(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        condition = _BY_GATEWARE.get(self.condition.words)
+        column = self.condition.column or ""
+        condition = "column" if column else _BY_GATEWARE.get(self.condition.words)
         if condition is None:
             return []
+        zero = self.condition.column_zero
         if not self.orders:
             if self.frame == "reference" or (self._head or 1) > 1:
                 return []
-            return [ConditionedLane(condition, Lane(0, float(coefficients[0]), 0.0))]
+            constant = Lane(0, float(coefficients[0]), 0.0)
+            return [ConditionedLane(condition, constant, column, zero)]
         lanes = self._waves(coefficients, observations)
-        return [ConditionedLane(condition, lane) for lane in lanes]
+        return [ConditionedLane(condition, lane, column, zero) for lane in lanes]
 
     def lanes(
         self,

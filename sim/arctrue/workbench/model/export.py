@@ -342,6 +342,10 @@ def export_model(
     return Export(coefficients, kept, sizes, left_out, found.warnings, followed.words())
 
 
+WORDS = ("word_a", "word_b")
+"""Modulators that the host writes, by the order in which columns of the set get them."""
+
+
 def _orders_of_waves(orders: Iterable[int]) -> list[int]:
     """Orders of lanes that follow a condition, without order 0.
 
@@ -355,16 +359,25 @@ def _orders_of_waves(orders: Iterable[int]) -> list[int]:
 def lanes_by_condition(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[ConditionedLane]]:
-    """By the place in the model: effects that lanes can take away which follow a condition."""
+    """By the place in the model: effects that lanes can take away which follow a condition.
+
+    The gateware has two words, so that an effect with a third column is not among them.
+    """
     found = {}
+    columns: set[tuple[str, float]] = set()
     for index, entry in enumerate(model.effects):
         effect = entry.effect(effects)
         if not entry.coefficients:
             continue
         coefficients = np.array(entry.coefficients)
         lanes = effect.conditioned_lanes(coefficients, entry.search, observations)
-        if lanes and all(one.lane.order <= ORDER_MAX for one in lanes):
+        wanted = columns | {
+            (one.column, one.column_zero) for one in lanes if one.condition == "column"
+        }
+        fits = len(wanted) <= len(WORDS)
+        if lanes and fits and all(one.lane.order <= ORDER_MAX for one in lanes):
             found[index] = lanes
+            columns = wanted
     return found
 
 
@@ -409,7 +422,43 @@ class _FollowedLanes:
         """Of the condition where its modulator is 1."""
         if one.condition == "direction":
             return 1.0
+        if one.condition == "column":
+            return self._column_scale(one)
         return self.nominal_rad_s ** (1 if one.condition == "speed" else 2)
+
+    @property
+    def columns(self) -> list[tuple[str, float]]:
+        """Name and zero of each column that has a word, in the order of WORDS."""
+        named = ((one.column, one.column_zero) for one in self.lanes if one.condition == "column")
+        return list(dict.fromkeys(named))
+
+    def _column_scale(self, one: ConditionedLane) -> float:
+        """Of the column where its word is 1: half as much again as the set has."""
+        channels = (self.observations.capture, self.observations.every_reference_row)
+        most = [
+            float(np.nanmax(np.abs(rows.conditions[one.column] - one.column_zero)))
+            for rows in channels
+            if rows is not None and one.column in rows.conditions
+        ]
+        return float(f"{1.5 * max(most, default=0.0):.3g}") or 1.0
+
+    def _modulator(self, one: ConditionedLane) -> str:
+        """As the coefficient file names it."""
+        if one.condition != "column":
+            return one.condition
+        return WORDS[self.columns.index((one.column, one.column_zero))]
+
+    def _at_full(self, one: ConditionedLane) -> str:
+        """In words, where the modulator is 1."""
+        if one.condition == "direction":
+            return ""
+        if one.condition == "column":
+            word = self._modulator(one).removeprefix("word_")
+            return (
+                f" at {one.column} = {one.column_zero + self._column_scale(one):g}, where word "
+                f"{word} is 1; it is 0 at {one.column_zero:g}"
+            )
+        return f" at {np.degrees(self.nominal_rad_s):.4g}°/s"
 
     @property
     def sizes_arcsec(self) -> list[float]:
@@ -427,12 +476,8 @@ class _FollowedLanes:
     def words(self) -> list[str]:
         """For people, a line a lane."""
         return [
-            f"order {one.lane.order} × {one.condition.replace('_', ' ')}: {size:.4g}″"
-            + (
-                ""
-                if one.condition == "direction"
-                else f" at {np.degrees(self.nominal_rad_s):.4g}°/s"
-            )
+            f"order {one.lane.order} × {one.column or one.condition.replace('_', ' ')}: "
+            f"{size:.4g}″{self._at_full(one)}"
             for one, size in zip(self.lanes, self.sizes_arcsec, strict=True)
         ]
 
@@ -454,7 +499,7 @@ class _FollowedLanes:
                 f"{slope:.3g} counts a count while the direction goes over, and "
                 f"{LARGEST_REVERSAL_SLOPE:g} is the limit; choose more than {needed:.3g}°"
             )
-        names = tuple((first_lane + at, one.condition) for at, one in enumerate(self.lanes))
+        names = tuple((first_lane + at, self._modulator(one)) for at, one in enumerate(self.lanes))
         conditions = Conditions(
             max(round(width_counts * OFFSET_ONE), 1),
             self.settings.dead_zone_counts,

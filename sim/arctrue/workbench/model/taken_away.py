@@ -234,6 +234,9 @@ def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> F
     values = {"direction": direction, "speed": speed, "speed_squared": speed**2}
     total = np.zeros(rows.run.size)
     for one in lanes:
+        if one.condition == "column":
+            column = rows.conditions.get(one.column, np.full(rows.run.size, one.column_zero))
+            values["column"] = column - one.column_zero
         phase = one.lane.order * rows.angle_rad
         wave = one.lane.cosine_arcsec * np.cos(phase) + one.lane.sine_arcsec * np.sin(phase)
         total += values[one.condition] * wave
