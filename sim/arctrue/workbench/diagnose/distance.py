@@ -38,6 +38,8 @@ def ways_unlike(
         found.append("it has no capture of both heads")
     elif observations.recorded_runs < LEAST_REPEATS:
         found.append(f"its capture has fewer than {LEAST_REPEATS} runs")
+    if observations.heads > 2:
+        found.append(f"its capture has {observations.heads} heads")
     if reference is None:
         found.append("it has no reference")
     elif _visits(reference.target_rad) < LEAST_REPEATS:

@@ -30,6 +30,8 @@ def explained(folder: Path) -> Path:
     answer = arctrue("explain", str(folder), "--model", str(model))
     assert answer.exit_code == 0, answer.output
     assert "bearing_ball_pass" in answer.output
+    # Of the probabilities: no set of the benchmark has more than two.
+    assert "its capture has 4 heads" in " ".join(answer.output.split())
     return model
 
 
