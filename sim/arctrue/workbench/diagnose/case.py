@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from arctrue.workbench.diagnose.adding import Adding
+from arctrue.workbench.diagnose.aliases import above_half_the_samples
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import (
     Similar,
@@ -194,9 +195,14 @@ class Case:
 
     @cached_property
     def similar(self) -> Similar:
-        """What this data cannot tell from the best."""
-        assert self.best is not None
-        return alike(self.best, list(self.others.values()))
+        """What this data cannot tell from the best.
+
+        An order of the disc above half the samples a turn may be the alias of a line of any order.
+        """
+        best = self.best
+        assert best is not None
+        aliased = above_half_the_samples(best, self.survey.residuals)
+        return alike(best, list(self.others.values()), unspecific=aliased)
 
     @cached_property
     def rivals(self) -> list[Candidate]:
