@@ -81,8 +81,18 @@ class Case:
 
     @cached_property
     def at_every_speed(self) -> list[Candidate]:
-        """Of those, what shows at every speed at which it would."""
-        return [item for item in self.seen if at_other_speeds(item)]
+        """Of those, what shows at every speed at which it would, and is no alias of a better one.
+
+        An order of the disc above half the samples a turn that is behind another cause may be the
+        alias of that one in some of the runs.
+        """
+        return [item for item in self.seen if at_other_speeds(item) and not self._behind(item)]
+
+    def _behind(self, item: Candidate) -> bool:
+        if not above_half_the_samples(item, self.survey.residuals):
+            return False
+        causes = [other for other in self.seen if not other.effect.unspecific]
+        return any(other.delta_bic > item.delta_bic for other in causes)
 
     @cached_property
     def real(self) -> list[Candidate]:
