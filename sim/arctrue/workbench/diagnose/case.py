@@ -89,10 +89,11 @@ class Case:
         return [item for item in self.seen if at_other_speeds(item) and not self._behind(item)]
 
     def _behind(self, item: Candidate) -> bool:
-        if not above_half_the_samples(item, self.survey.residuals):
+        if item.effect.search_kind != "disc_order":
             return False
         causes = [other for other in self.seen if not other.effect.unspecific]
-        return any(other.delta_bic > item.delta_bic for other in causes)
+        ahead = any(other.delta_bic > item.delta_bic for other in causes)
+        return ahead and above_half_the_samples(item, self.survey.residuals)
 
     @cached_property
     def real(self) -> list[Candidate]:
