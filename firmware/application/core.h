@@ -225,6 +225,9 @@ void core_write_followed(const struct core_access *core, const struct followed *
                          uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,
                           uint32_t counts_per_rev, uint32_t lanes);
+/* Switch off the failover of a core that has one, and wait until no set is being loaded: the prepared sets
+   belong to other coefficients than those that come. */
+void core_failover_off(const struct core_access *core);
 void core_swap(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);

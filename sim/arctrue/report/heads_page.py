@@ -44,6 +44,8 @@ FAULT_TABLE = (
     "A head comes back after its next index, on request or after `failover.return_after`, under "
     "the ramp; its index repeats to ± 1 count. A dead head shows no index and stays out.",
     "The parity Σcᵢ·rᵢ is read with a snapshot; on three heads it does not exist.",
+    "The firmware writes no prepared sets yet, and switches the failover off before other "
+    "coefficients become active.",
     "",
 )
 """The faults of a head, as the benches of the gateware show them."""
