@@ -57,6 +57,11 @@ def state_folder() -> Path:
     help="Largest total size of files that are dropped in together, in megabytes.",
 )
 @click.option("--port", default="", help="Serial port of a device, for the button Load.")
+@click.option(
+    "--device",
+    default="",
+    help="Device to show live, through its daemon: its serial port or HOST:PORT.",
+)
 @for_people
 def serve(
     folder: Path,
@@ -66,6 +71,7 @@ def serve(
     state: Path | None,
     most_megabytes: int,
     port: str,
+    device: str,
 ) -> None:
     """Serve a page that compares a set with a model and names what the model lacks.
 
@@ -82,5 +88,6 @@ def serve(
         effect_folders=folders,
         most_bytes=most_megabytes * MEGABYTE,
         port=port,
+        device=device,
     )
     serve_page(settings, host, http_port, note)

@@ -13,9 +13,11 @@ from werkzeug.exceptions import HTTPException
 from arctrue.page.analyses import Analyses
 from arctrue.page.analysis_pages import analysis_pages
 from arctrue.page.commands import Commands
+from arctrue.page.device_pages import device_pages
 from arctrue.page.folder import ChosenFolder
 from arctrue.page.guard import guard
 from arctrue.page.jobs import Jobs
+from arctrue.page.live_device import LiveDevice
 from arctrue.page.plotly_file import plotly_file
 from arctrue.page.session import NoSuchSessionError, Sessions
 from arctrue.page.settings import PageSettings
@@ -54,6 +56,8 @@ def make_page(settings: PageSettings) -> Page:
     folder = ChosenFolder(settings.folder)
     app.register_blueprint(start_pages(settings, folder, analyses, commands))
     app.register_blueprint(analysis_pages(settings, analyses, jobs, commands))
+    if settings.device:
+        app.register_blueprint(device_pages(LiveDevice(settings.device), analyses))
 
     @app.get("/style.css")
     def style() -> Response:

@@ -48,6 +48,8 @@ def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None
     if page.folder.is_set:
         session, step = open_set_of(page.folder, ".", page.analyses)
         path = f"/s/{session.name}/{step.number}/"
+    elif settings.device:
+        path = "/device/"
     server = create_server(
         page.app,
         sockets=[listening],

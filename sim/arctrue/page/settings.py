@@ -13,6 +13,7 @@ MEGABYTE = 1_000_000
 class PageSettings:
     """``folder``: sets. ``state``: sessions. ``port``: serial port of a device, "" for none.
 
+    ``device``: serial port of a device with a daemon, or HOST:PORT of the daemon; "" for none.
     ``hosts``: names with port that requests may use; empty: any.
     """
 
@@ -21,5 +22,6 @@ class PageSettings:
     effect_folders: tuple[Path, ...] = ()
     most_bytes: int = 64 * MEGABYTE
     port: str = ""
+    device: str = ""
     hosts: Collection[str] = field(default_factory=tuple)
     token: str = ""

@@ -60,6 +60,7 @@ def start_pages(
                 "start.html.j2",
                 sets=folder.sets(),
                 folder=folder.named,
+                device=settings.device,
                 sessions=sessions,
                 kinds=_KINDS,
                 most_megabytes=settings.most_bytes // MEGABYTE,

@@ -1,0 +1,167 @@
+"""Follows the daemon of a device in a thread, for the page that shows the device live."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from arctrue.device.announcement import Announcement
+from arctrue.device.changes import calibration_turn, changes_since, order_change
+from arctrue.device.connection import Watch, ask, daemon_of
+from arctrue.device.console import ConsoleError
+
+_MOST_TURNS = 2_000
+_MOST_POINTS = 400
+"""In a chart; of more turns every second, third, … is drawn."""
+_MOST_ORDERS = 6
+"""In the chart of orders: those that changed most in units of u."""
+_MOST_EVENTS = 20
+_AGAIN_S = 1.0
+_EVENT_S = 2.0
+_CAPTURE_S = 400.0
+
+
+class LiveDevice:
+    """The latest turns and events of a device. ``port``: its serial port, or HOST:PORT."""
+
+    def __init__(self, port: str) -> None:
+        """Begin to follow the daemon; while there is none, look for it each second."""
+        self.port = port
+        self._turns: deque[dict[str, Any]] = deque(maxlen=_MOST_TURNS)
+        self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
+        self._connected, self._alarms = False, list[str]()
+        self._problem = f"{port}: no daemon runs; start it with arctrue device run"
+        self._lock = threading.Lock()
+        threading.Thread(target=self._keep_following, daemon=True).start()
+
+    def capture(self) -> Path:
+        """Take a capture and return the folder of its set. Raises ConsoleError, OSError."""
+        daemon = daemon_of(self.port)
+        if daemon is None:
+            raise ConsoleError(f"{self.port}: no daemon runs; start it with arctrue device run")
+        path = Path(ask(daemon, "capture", _CAPTURE_S)["capture"])
+        if not path.is_dir():
+            raise ConsoleError(f"the daemon wrote {path}, which is on another machine")
+        return path
+
+    def shown(self) -> dict[str, Any]:
+        """All that the page shows, for JSON."""
+        with self._lock:
+            turns, events = list(self._turns), list(self._events)
+            found = {
+                "problem": self._problem,
+                "connected": self._connected and not self._problem,
+                "alarms": list(self._alarms),
+            }
+        found["events"] = [{**event, "time": _utc(event["recorded_s"])} for event in events]
+        return found | ({"turn": None} if not turns else _history(turns))
+
+    def _keep_following(self) -> None:
+        while True:
+            problem = f"{self.port}: no daemon runs; start it with arctrue device run"
+            try:
+                daemon = daemon_of(self.port)
+                if daemon is not None:
+                    self._follow(daemon)
+            except ConsoleError as error:
+                problem = str(error)
+            with self._lock:
+                self._problem = problem
+            time.sleep(_AGAIN_S)
+
+    def _follow(self, daemon: Announcement) -> None:
+        """Take the daemon's events until it ends. Raises ConsoleError."""
+        state = ask(daemon, "status")
+        watch = Watch(daemon, latest=_MOST_TURNS)
+        with self._lock:
+            self._turns.clear()
+            self._problem = ""
+            self._connected, self._alarms = bool(state["connected"]), list(state["alarms"])
+        try:
+            while True:
+                event = watch.event(_EVENT_S)
+                if event is not None:
+                    with self._lock:
+                        self._take(event)
+        finally:
+            watch.close()
+
+    def _take(self, event: dict[str, Any]) -> None:
+        if event["event"] != "turn":
+            self._connected = bool(event["state"]["connected"])
+            shown = {"kind": event["event"], "text": event["text"]}
+            self._events.append({**shown, "recorded_s": event["recorded_s"]})
+            return
+        fields = event["telemetry"]
+        self._alarms = list(fields.get("alarms", []))
+        if fields["result"] != "alarm":
+            self._turns.append({**fields, "recorded_s": event["recorded_s"]})
+
+
+def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
+    """The latest turn, what changed since the calibration, and the columns of the charts."""
+    # A refused turn has no orders.
+    estimated = [turn for turn in turns if turn.get("harmonics")] or turns
+    before, now = estimated[calibration_turn(estimated)], estimated[-1]
+    changes = changes_since(before, now)
+    drawn = turns[:: -max(-(-len(turns) // _MOST_POINTS), 1)][::-1]
+    separation = now.get("separation_deg")
+    return {
+        "turn": turns[-1],
+        "recorded": _utc(turns[-1]["recorded_s"]),
+        "calibration": {"turn": before["turn"], "recorded": _utc(before["recorded_s"])},
+        "changes": [asdict(change) for change in changes],
+        "temperatures": [
+            {"name": name, "before": before[key], "now": now[key]}
+            for name, key in (("die", "temperature_c"), ("table", "table_c"))
+            if before.get(key) is not None and now.get(key) is not None
+        ],
+        "charts": {
+            "time": [_utc(turn["recorded_s"], "milliseconds") for turn in drawn],
+            "orders": _order_columns(drawn, before, now),
+            "separation": [
+                None
+                if turn.get("separation_deg") is None or separation is None
+                else 3600.0 * (turn["separation_deg"] - (before.get("separation_deg") or 0.0))
+                for turn in drawn
+            ],
+            "u_separation": [turn.get("u_separation_arcsec") for turn in drawn],
+            "die": [turn.get("temperature_c") for turn in drawn],
+            "table": [turn.get("table_c") for turn in drawn],
+        },
+    }
+
+
+def _order_columns(
+    drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
+) -> list[dict[str, Any]]:
+    """The change of the orders that changed most, with u, at each drawn turn."""
+    earlier = {row[0]: row for row in before.get("harmonics", [])}
+
+    def in_units_of_u(row: list[float]) -> float:
+        size, u = order_change(earlier[row[0]], row)
+        return size / u if u > 0.0 else size
+
+    known = [row for row in now.get("harmonics", []) if row[0] in earlier]
+    chosen = sorted(known, key=in_units_of_u, reverse=True)[:_MOST_ORDERS]
+    columns = []
+    for order in sorted(row[0] for row in chosen):
+        sizes: list[float | None] = []
+        errors: list[float | None] = []
+        for turn in drawn:
+            row = next((row for row in turn.get("harmonics", []) if row[0] == order), None)
+            size, u = (None, None) if row is None else order_change(earlier[order], row)
+            sizes.append(size)
+            errors.append(u)
+        columns.append({"order": order, "change": sizes, "u": errors})
+    return columns
+
+
+def _utc(seconds: float, unit: str = "seconds") -> str:
+    moment = datetime.fromtimestamp(seconds, UTC).replace(tzinfo=None)
+    return moment.isoformat(sep=" ", timespec=unit)

@@ -1,0 +1,81 @@
+"use strict";
+// Asks the server for the device's state each second and draws it; page.js has OPTIONS and dressed.
+
+const POLL_MS = 1000, POLL_ANSWER_MS = 10000;
+const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+const DASHES = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
+const FIELDS = [
+  ["recorded", "recorded (UTC)", ""], ["result", "result", ""], ["reason", "reason", ""],
+  ["separation_deg", "head separation", "°", 5], ["noise_arcsec", "noise of a reading", "″", 3],
+  ["residual_arcsec", "residual of the estimate", "″", 3], ["active_arcsec", "error that remains", "″", 3],
+  ["temperature_c", "die", "°C", 1], ["table_c", "table", "°C", 1],
+];
+
+function rows(body, content) {
+  body.replaceChildren(...content.map((cells) => {
+    const row = document.createElement("tr");
+    for (const text of cells) row.insertCell().textContent = text;
+    return row;
+  }));
+}
+
+function line(name, time, values, errors, index) {
+  const colour = COLOURS[index % COLOURS.length];
+  const found = { type: "scatter", mode: "lines+markers", name, x: time, y: values, marker: { size: 4 } };
+  found.line = { color: colour, dash: DASHES[index % DASHES.length] };
+  if (errors) found.error_y = { type: "data", array: errors, color: colour, thickness: 1, width: 0 };
+  return found;
+}
+
+function chart(id, traces, unit) {
+  const layout = { height: 300, margin: { l: 60, r: 10, t: 10, b: 40 }, showlegend: true, uirevision: id };
+  layout.xaxis = { title: { text: "time (UTC)" } };
+  layout.yaxis = { title: { text: unit }, rangemode: "tozero" };
+  if (id !== "chart-orders") delete layout.yaxis.rangemode;
+  layout.legend = { orientation: "h", y: 1.15 };
+  return Plotly.react(document.getElementById(id), traces, dressed(layout), OPTIONS);
+}
+
+async function show(state) {
+  document.getElementById("lost").textContent = state.problem || (state.connected ? "" : "The serial port is lost.");
+  const alarms = document.getElementById("alarm-list");
+  alarms.textContent = state.alarms.length ? state.alarms.join(", ") : "none";
+  alarms.className = state.alarms.length ? "problem" : "";
+  document.getElementById("events").replaceChildren(...state.events.slice().reverse().map((event) => {
+    const item = document.createElement("li");
+    item.textContent = `${event.time}  ${event.text}`;
+    return item;
+  }));
+  if (!state.turn) return;
+  const turn = { ...state.turn, recorded: state.recorded };
+  const known = FIELDS.filter(([key]) => turn[key] !== undefined && turn[key] !== null);
+  rows(document.querySelector("#now tbody"), [["turn", turn.turn], ...known.map(([key, name, unit, digits]) =>
+    [name, digits === undefined ? turn[key] : `${turn[key].toFixed(digits)} ${unit}`])]);
+  document.getElementById("since").textContent =
+    `Since turn ${state.calibration.turn} (${state.calibration.recorded} UTC), the first with the present coefficients.`;
+  const changes = state.changes.slice().sort((a, b) => b.significant - a.significant);
+  rows(document.querySelector("#changed tbody"), [
+    ...changes.map((c) => [c.quantity, `${c.size_arcsec.toFixed(3)}″`, `${c.u_arcsec.toFixed(3)}″`,
+      c.significant ? "changed" : "–"]),
+    ...state.temperatures.map((t) => [`temperature, ${t.name}`, `${(t.now - t.before).toFixed(1)} °C`, "", ""]),
+  ]);
+  const { time, orders, separation, u_separation: u, die, table } = state.charts;
+  await chart("chart-orders", orders.map((o, n) => line(`order ${o.order}`, time, o.change, o.u, n)), "arcsec");
+  await chart("chart-separation", [line("head 2", time, separation, u, 0)], "arcsec");
+  await chart("chart-temperatures", [line("die", time, die, null, 0), line("table", time, table, null, 1)], "°C");
+}
+
+document.addEventListener("DOMContentLoaded", async () => {
+  const main = document.querySelector("main[data-device]");
+  for (;;) {
+    try {
+      const answer = await fetch(main.dataset.device, { signal: AbortSignal.timeout(POLL_ANSWER_MS) });
+      const state = await answer.json();
+      await show(state);
+      main.dataset.turn = state.turn ? state.turn.turn : "";
+    } catch (error) {
+      document.getElementById("lost").textContent = `The page's server does not answer (${error.message}).`;
+    }
+    await new Promise((resolve) => setTimeout(resolve, POLL_MS));
+  }
+});
