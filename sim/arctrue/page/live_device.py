@@ -108,22 +108,17 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
     # A refused turn has no orders.
     estimated = [turn for turn in turns if turn.get("harmonics")] or turns
     before, now = estimated[calibration_turn(estimated)], estimated[-1]
-    changes = changes_since(before, now)
     drawn = turns[:: -max(-(-len(turns) // _MOST_POINTS), 1)][::-1]
     separation = now.get("separation_deg")
     return {
         "turn": turns[-1],
         "recorded": _utc(turns[-1]["recorded_s"]),
-        "calibration": {"turn": before["turn"], "recorded": _utc(before["recorded_s"])},
-        "changes": [asdict(change) for change in changes],
-        "temperatures": [
-            {"name": name, "before": before[key], "now": now[key]}
-            for name, key in (("die", "temperature_c"), ("table", "table_c"))
-            if before.get(key) is not None and now.get(key) is not None
-        ],
+        "since": {
+            "calibration": _comparison(drawn, before, now),
+            "first": _comparison(drawn, estimated[0], now),
+        },
         "charts": {
             "time": [_utc(turn["recorded_s"], "milliseconds") for turn in drawn],
-            "orders": _order_columns(drawn, before, now),
             "separation": [
                 None
                 if turn.get("separation_deg") is None or separation is None
@@ -134,6 +129,23 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
             "die": [turn.get("temperature_c") for turn in drawn],
             "table": [turn.get("table_c") for turn in drawn],
         },
+    }
+
+
+def _comparison(
+    drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
+) -> dict[str, Any]:
+    """What changed from turn ``before`` to turn ``now``, and the orders of the drawn turns."""
+    return {
+        "turn": before["turn"],
+        "recorded": _utc(before["recorded_s"]),
+        "changes": [asdict(change) for change in changes_since(before, now)],
+        "temperatures": [
+            {"name": name, "before": before[key], "now": now[key]}
+            for name, key in (("die", "temperature_c"), ("table", "table_c"))
+            if before.get(key) is not None and now.get(key) is not None
+        ],
+        "orders": _order_columns(drawn, before, now),
     }
 
 

@@ -89,6 +89,12 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
             ["order 1", "order 2", "order 5"]
         )
         picture(page, "device")
+        # Before it order 1 was 9 arcseconds larger; 1 of them came back since.
+        page.get_by_label("since").select_option("first")
+        expect(page.locator("#since")).to_contain_text("Since turn 0 ")
+        expect(changed.nth(1)).to_contain_text("order 18.000″0.028″")
+        page.get_by_label("since").select_option("calibration")
+        expect(changed.nth(1)).to_contain_text("order 11.000″0.028″")
         # A refused turn has no orders: those of the turn before it stay.
         replay.turn(31, swaps=1, result="refused", reason="noise", harmonics=[])
         expect(main).to_have_attribute("data-turn", "31")

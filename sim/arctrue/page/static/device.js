@@ -51,16 +51,17 @@ async function show(state) {
   const known = FIELDS.filter(([key]) => turn[key] !== undefined && turn[key] !== null);
   rows(document.querySelector("#now tbody"), [["turn", turn.turn], ...known.map(([key, name, unit, digits]) =>
     [name, digits === undefined ? turn[key] : `${turn[key].toFixed(digits)} ${unit}`])]);
-  document.getElementById("since").textContent =
-    `Since turn ${state.calibration.turn} (${state.calibration.recorded} UTC), the first with the present coefficients.`;
-  const changes = state.changes.slice().sort((a, b) => b.significant - a.significant);
+  const reference = document.getElementById("reference").value, since = state.since[reference];
+  document.getElementById("since").textContent = `Since turn ${since.turn} (${since.recorded} UTC), ` +
+    (reference === "first" ? "the first that the page has." : "the first with the present coefficients.");
+  const changes = since.changes.slice().sort((a, b) => b.significant - a.significant);
   rows(document.querySelector("#changed tbody"), [
     ...changes.map((c) => [c.quantity, `${c.size_arcsec.toFixed(3)}″`, `${c.u_arcsec.toFixed(3)}″`,
       c.significant ? "changed" : "–"]),
-    ...state.temperatures.map((t) => [`temperature, ${t.name}`, `${(t.now - t.before).toFixed(1)} °C`, "", ""]),
+    ...since.temperatures.map((t) => [`temperature, ${t.name}`, `${(t.now - t.before).toFixed(1)} °C`, "", ""]),
   ]);
-  const { time, orders, separation, u_separation: u, die, table } = state.charts;
-  await chart("chart-orders", orders.map((o, n) => line(`order ${o.order}`, time, o.change, o.u, n)), "arcsec");
+  const { time, separation, u_separation: u, die, table } = state.charts;
+  await chart("chart-orders", since.orders.map((o, n) => line(`order ${o.order}`, time, o.change, o.u, n)), "arcsec");
   await chart("chart-separation", [line("head 2", time, separation, u, 0)], "arcsec");
   await chart("chart-temperatures", [line("die", time, die, null, 0), line("table", time, table, null, 1)], "°C");
 }
