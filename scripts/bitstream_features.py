@@ -18,7 +18,7 @@ SHOWN: Final = 5
 INDEXED: Final = re.compile(r"(?P<name>.*)\[(?P<index>\d+)\]")
 
 Bits = Mapping[int, frozenset[int]]
-"""Address of a frame to its bits that are set, counted from bit 0 of word 0."""
+"""Set bits of each frame by its address, counted from bit 0 of word 0."""
 
 
 def bits_of_frames(path: Path) -> Bits:
@@ -60,7 +60,7 @@ class Features:
     """The enabled features of every tile of a chip."""
 
     def __init__(self, chip: Chip, bits: Bits) -> None:
-        """``bits``: of a whole configuration."""
+        """``bits`` are the set bits of a whole configuration."""
         self.chip = chip
         self._bits = bits
         self._found: dict[str, frozenset[str]] = {}

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What the operator has ordered, in memory that a new start after a fault does not clear.
+/* Keeps the operator's settings in memory that a restart after a fault does not clear.
 
-   Two copies, written in turn: a fault in the middle of a write leaves the one before. */
+   Two copies are written in turn, so that a fault during a write leaves the previous copy whole. */
 
 #ifndef ARCTRUE_KEPT_SETTINGS_H
 #define ARCTRUE_KEPT_SETTINGS_H
@@ -18,14 +18,14 @@ struct settings {
     uint32_t frozen;
     uint32_t bypassed;
     uint32_t telemetry;
-    /* New starts after a fault since the firmware last worked for a while. */
+    /* Restarts after faults since the firmware last worked long enough. */
     uint32_t faults_in_a_row;
 };
 
 struct settings_copy {
-    /* Of this structure: another layout is not read. */
+    /* Size of this structure; a copy of another size is not read. */
     uint32_t size;
-    /* The later copy has one more, modulo 2^32. */
+    /* The later copy has the next number, modulo 2^32. */
     uint32_t sequence;
     struct settings settings;
     uint32_t unused;
@@ -37,11 +37,11 @@ struct kept_settings {
     struct settings_copy copy[2];
 };
 
-/* The later of the copies that are whole and hold values that the console would take; false, and
-   `settings` as it was, where there is none. */
+/* Reads the later of the whole copies whose values the console would accept. Without one it returns false and
+   leaves `settings` unchanged. */
 bool kept_settings_read(const struct kept_settings *kept, struct settings *settings);
 
-/* Into the copy that is not the later whole one. */
+/* Overwrites the other copy, not the later whole one. */
 void kept_settings_write(struct kept_settings *kept, const struct settings *settings);
 
 #endif

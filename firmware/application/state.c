@@ -49,8 +49,8 @@ const struct coefficients *state_active(const struct application *application) {
     return application->has_active ? &application->active : NULL;
 }
 
-/* The correction is on only with coefficients of our own, or with those that it had before a fault: the
-   banks survive a reset of the core. */
+/* The correction is on only with coefficients that this program wrote, or with those from before a fault:
+   the banks survive a reset of the core. */
 bool application_corrects(const struct application *application) {
     return (application->has_active || application->inherited) && !application->bypassed;
 }
@@ -68,7 +68,7 @@ void state_assert(const struct application *application) {
     ASSERT((unsigned)application->saved_state <= SAVED_NOT_CONFIRMED);
     ASSERT((unsigned)application->dump <= DUMP_NOT_COPIED);
     ASSERT((unsigned)application->candidate_origin <= OF_SAVED);
-    /* What is not a core of ours may say anything. */
+    /* A device that is no ArcTrue core may answer with any number of lanes. */
     ASSERT(application->phase == PHASE_NO_CORE || application->configuration.lanes <= LANES_LIMIT);
     ASSERT(application->active.lanes <= LANES_LIMIT);
     ASSERT(!application->has_active ||

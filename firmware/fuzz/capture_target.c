@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Any capture: verified, and where it is accepted, calibrated with both methods, chosen from,
-   quantised and judged. What is not refused must be finite and fit the gateware.
+/* Verifies any capture and, if it is accepted, calibrates it with both methods, selects orders, quantises and
+   judges them. Every result that is not refused must be finite and fit the gateware.
 
-   Bytes of the input: one of choices, one of orders, counts a turn (4), flags (2), period or, of
-   an even turn, head 2's zero (4), angle offset (4); then the samples: as words, or, so that turns that can be used are met at all,
-   as small departures from an even turn. */
+   Bytes of the input: choices (1), orders (1), counts per turn (4), flags (2), period or, for an even turn,
+   head 2's zero (4), angle offset (4), then the samples. A choice states whether samples are words or small
+   departures from an even turn; the second form makes usable turns likely. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -78,7 +78,7 @@ static uint32_t clipped(uint32_t value, uint32_t low, uint32_t high) {
     return low + value % (high - low + 1);
 }
 
-/* Up to half a turn to each side. */
+/* At most half a turn in either direction. */
 static int32_t zero_of(uint32_t word, uint32_t counts_per_rev) {
     return (int32_t)(word % counts_per_rev) - (int32_t)(counts_per_rev / 2);
 }

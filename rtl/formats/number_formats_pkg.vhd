@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- The number formats of the data's way, each in this one place. `make generate` reads the
+-- The number formats of the data path; each is defined only here. `make generate` reads the
 -- integer constants below and writes them as a Python module and a C header.
 --
 -- Notation: u I.F is unsigned with I integer and F fraction bits (I + F bits);

@@ -2,7 +2,7 @@
 --
 -- # axi3_to_axi_lite
 --
--- Takes the AXI3 transfers of a processor port (M_AXI_GP0 of the Zynq-7000) apart into single
+-- Splits the AXI3 transfers of a processor port (M_AXI_GP0 of the Zynq-7000) into single
 -- AXI4-Lite accesses: bursts of up to 16 beats, of kind FIXED, INCR and WRAP, with IDs, and beats
 -- narrower than the bus. Source: AMBA AXI protocol specification, issue D, chapters A3 to A5.
 --
@@ -19,12 +19,12 @@
 -- **Errors.** A burst's write answer is the first one of its beats that was not OKAY; every read beat
 -- carries its own. SLVERR without any access: burst kind 3, `size` above 2, WRAP that is not 2, 4,
 -- 8 or 16 beats long or does not start at a multiple of its size. SLVERR also for a write whose WLAST
--- is not at its last beat; the number of beats that AWLEN names is taken. DECERR without access: an
+-- is not at its last beat; the entity accepts as many beats as AWLEN states. DECERR without access: an
 -- address outside of BASE .. BASE + 2**AXI_LITE_ADDRESS_WIDTH - 1. An exclusive access is answered OKAY, which
 -- tells the master that there is no monitor.
 --
 -- **Reset** drops a burst under way on both sides, so master and slave must be reset with it. A
--- burst that is asked for during the reset waits: no address is taken in it.
+-- burst requested during the reset waits, because the entity accepts no address then.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,11 +2,11 @@
 --
 -- # status_leds
 --
--- Four LEDs that a person can read: alive, capture, fault, compensation. What lasts one clock only is
--- stretched so that it is seen.
+-- Four LEDs that a person can read: alive, capture, fault, compensation. A state of one clock is
+-- stretched so that a person sees it.
 --
--- **Latency.** A state shows at the next window boundary: windows are 2**HOLD_LOG2 clocks long. It stays
--- lit for the whole windows in which the state was high in any clock, moved on by one window.
+-- **Latency.** A state shows at the next window boundary: windows are 2**HOLD_LOG2 clocks long. A
+-- LED is lit for a whole window if its state was high in any clock of the previous window.
 --
 -- **Number formats.** None: bits, high is lit.
 --

@@ -1,4 +1,4 @@
-"""Two to four heads of encoder_source: their signals are decoded here and compared with float64."""
+"""Decodes the signals of two to four heads of encoder_source and compares them with float64."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A read head: a point that stands still beside the disc."""
+"""A read head: a fixed point at the disc."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ class Head:
 
     point_m: complex
     index_offset_counts: int = 0
-    """How many counts late (counter-clockwise) this head takes the index mark."""
+    """Counts by which this head detects the index mark late, counter-clockwise."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be built."""
+        """Refuse a head on the axis."""
         if self.point_m == 0:
             raise ValueError("a read head cannot stand on the axis of the table")
 

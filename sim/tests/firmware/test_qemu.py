@@ -65,10 +65,10 @@ def test_start_up_and_console_without_a_core(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", ["fourier", "least_squares"])
 def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) -> None:
-    """12,000 × 2 samples in the window; what the console shows is what the host works out."""
+    """With 12,000 samples of two heads the console prints what the host calculates."""
     window = bytearray(core_window(counts))
     (flags,) = [r.address for r in REGISTERS if r.path == "head1.flags"]
-    # Without an index of head 1 nothing is worked on: the operator chooses first.
+    # Without an index of head 1 the firmware calculates nothing: the operator chooses first.
     window[flags] = 0
     with running(tmp_path, bytes(window)) as machine:
         machine.wait_for(GREETING)

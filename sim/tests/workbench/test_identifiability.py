@@ -1,4 +1,4 @@
-"""What a set can tell: undetermined coefficients, look-alikes, smallest effects that it shows."""
+"""Identifiability of a set: undetermined coefficients, similar effects, smallest effects found."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
                 runs=1, cycles=2, seed=seed, reversal_arcsec=2.0 * smallest * size
             )
             residuals = Residuals(fit([_graduation()], observations_of(made)))
-            # As the diagnosis does: the noise estimated anew beside the effect.
+            # As in the diagnosis, the noise is estimated again with the effect in the model.
             null = restricted_likelihood(residuals)
             found[size] += evidence(residuals, null, EFFECTS["hysteresis"](), {}).gain > 6.635
     # 95 % of 25 is 23.75; fewer than 20 has a chance of 1 in 3,000. At 0.4 of it 19 % are expected.
@@ -121,7 +121,7 @@ def test_canonical_correlations_against_numpy() -> None:
         columns = columns - base @ np.linalg.lstsq(base, columns, rcond=None)[0]
         bases.append(np.linalg.qr(columns)[0])
     expected = np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)
-    # The offsets of the runs are held by the index, not free: a difference of 1 in 10⁴.
+    # The index constrains the offsets of the runs: a difference of 1 in 10⁴.
     np.testing.assert_allclose(found, expected, atol=2e-3)
     assert 0.3 < found[0] < 0.999
 
@@ -132,5 +132,5 @@ def test_an_effect_is_wholly_like_itself_and_unlike_another_order() -> None:
     np.testing.assert_allclose(canonical_correlations(residuals, three, three), 1.0, atol=1e-6)
     assert np.max(canonical_correlations(residuals, three, five)) < 0.1
     inside = Term(ProductOfParts.of(ALWAYS, (1.0,), "disc"), {})
-    # What the model explains has no direction of its own.
+    # A column in the span of the model has no canonical direction.
     assert canonical_correlations(residuals, inside, three).size == 0

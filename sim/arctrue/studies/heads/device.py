@@ -39,9 +39,9 @@ Float = NDArray[np.float64]
 GRADUATION_ARCSEC = {2: 1.6, 5: 0.9}
 """Amplitudes of the disc's orders."""
 RECORDED_TURNS = 3.0
-"""Of a recording: the balls' order 4.37 is then a whole period off the disc's orders."""
+"""Length of a recording, over which the balls' order 4.37 is orthogonal to the disc's orders."""
 KEPT_EVERY = 16
-"""Edges from one that is kept to the next."""
+"""Of this many edges one is kept."""
 MOST_ORDER = 8
 MOTION_TURNS = 30.0
 START_RAD = -0.2
@@ -49,14 +49,14 @@ START_RAD = -0.2
 
 @dataclass(frozen=True)
 class Track:
-    """Table angles, and what a signal was off from them up to a constant, shape (n,)."""
+    """Table angles and the error of a signal, up to a constant; arrays (n,)."""
 
     angle_rad: Float
     error_arcsec: Float
 
     @classmethod
     def of(cls, edges: EdgeTrack) -> Track:
-        """Edges that were kept, as errors."""
+        """Convert kept edges to errors."""
         turn = edges.true_angle_rad / (2.0 * np.pi)
         counts = edges.position - turn * edges.counts_per_rev
         arcsec = 360.0 * 3600.0 / edges.counts_per_rev
@@ -144,17 +144,17 @@ class HeadsDevice:
         self.instrument.attach(self.table(*causes), motion)
 
     def turn_before(self, *causes: Cause, celsius: float = USUAL_TEMPERATURE_C) -> None:
-        """The same; the device looks for the indices anew and judges what it has by a turn."""
+        """Attach as :meth:`attach`; the device searches its indices and judges its coefficients."""
         self.attach(*causes, celsius=celsius)
         self.firmware.start()
 
     def run_until(self, reached: Callable[[], object], stage: str = "") -> None:
-        """Let the firmware work until it is so. Raises InstrumentError where the motion ends."""
+        """Run until ``reached`` is true. Raises InstrumentError if the motion ends first."""
         poll = self.settings.poll_clocks
         self.firmware.run(until=lambda _: reached(), poll_clocks=poll, stage=stage)
 
     def accepted_turn(self) -> dict[str, Any]:
-        """What telemetry says of the next turn that is not refused."""
+        """Return the telemetry line of the next turn that is not refused."""
         first = len(self.firmware.telemetry)
 
         def accepted() -> list[dict[str, Any]]:
@@ -165,7 +165,7 @@ class HeadsDevice:
         return accepted()[0]
 
     def dumped(self) -> MeasurementSet:
-        """One capture as the console tells it. Raises InstrumentError where rows are missing."""
+        """Read one capture from the console. Raises InstrumentError if rows are missing."""
         self.firmware.send("dump")
         said = ""
         while "end of dump" not in said:
@@ -175,11 +175,11 @@ class HeadsDevice:
         heads = [found for line in lines if (found := read_head(line)) is not None]
         rows = {row[0]: row[1:] for line in lines if (row := read_row(line)) is not None}
         if len(heads) != 1 or heads[0].missing(rows):
-            raise InstrumentError("the console told no whole capture")
+            raise InstrumentError("rows of the capture that the console printed are missing")
         return heads[0].measurement(rows, "the instrument")
 
     def load(self, coefficients: Coefficients) -> str:
-        """Send every frame and wait for the turn that judges them; the state that follows.
+        """Send every frame, wait for the turn that judges them, and return the state.
 
         Raises InstrumentError for a frame that the console refuses.
         """
@@ -191,7 +191,7 @@ class HeadsDevice:
         return self.firmware.send("load status").splitlines()[0].strip()
 
     def record(self) -> tuple[Track, Track]:
-        """Errors of the output, and of head 1 as it comes in, over some turns."""
+        """Record errors of the output and of the readings of head 1 over some turns."""
         self.run_until(lambda: not self.instrument.read("status.ramp_busy"), "the ramp")
         self.instrument.record(every=KEPT_EVERY, turns=RECORDED_TURNS)
         end = self.instrument.true_angle_rad + RECORDED_TURNS * 2.0 * np.pi
@@ -202,14 +202,14 @@ class HeadsDevice:
 
 @dataclass(frozen=True)
 class HeadsResult:
-    """Amplitudes at the case's order that the effect adds, arcseconds."""
+    """Amplitudes that the effect adds at the order of the case, arcseconds."""
 
     case: HeadsCase
     counts_per_rev: int
     head1_arcsec: float
-    """On head 1, which two heads put out less a correction that does not know of it."""
+    """In head 1; the correction from two heads does not contain it."""
     mean_arcsec: float
-    """On the mean of four."""
+    """In the mean of four heads."""
     clocks: int
 
     def as_json(self) -> dict[str, Any]:
@@ -231,7 +231,7 @@ def run_on_heads(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> HeadsResult:
-    """Calibrate the mean of four heads from one capture, then let the effect appear; fit nothing.
+    """Calibrate the mean of four heads from one capture, then add the effect without a new fit.
 
     Raises InstrumentError where the device refuses the mean or does not come back to it.
     """

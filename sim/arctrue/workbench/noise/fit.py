@@ -1,7 +1,7 @@
-"""The noise of a set beside a model: estimated with the model's coefficients, channel by channel.
+"""Estimates the noise of a set, channel by channel, together with the coefficients of a model.
 
-Each channel's restricted likelihood knows what the other channel tells of the coefficients, so
-that 24 reference rows beside a long capture have their own scatter, and alone have none.
+The restricted likelihood of a channel contains the information of the other channel about the
+coefficients. So 24 reference rows show their scatter if a long capture determines the coefficients.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 FIT_ROUNDS = 1
-"""Fits beside whose residuals the noise is estimated, from white noise on: the restricted
-likelihood knows what coefficients take, so that those of a first fit will do."""
+"""Number of fits before the noise is estimated. One fit with white noise suffices, because the
+restricted likelihood accounts for the degrees of freedom of the coefficients."""
 FIRST_ROUNDS, NEXT_ROUNDS = 30, 8
-"""Steps of the likelihood's maximum from a rough start, and from a near one."""
+"""Largest number of steps to the likelihood's maximum, from a rough and from a near start."""
 LEAST_FREEDOM = 3.0
-"""Readings beyond what the coefficients take: with fewer a scatter is not known."""
+"""Degrees of freedom that a channel needs for an estimate of its scatter."""
 NO_KNOWLEDGE_ARCSEC2 = 1.0
-"""Where nothing tells a variance; the channel is then without weight, or the set undetermined."""
+"""Variance of a channel whose noise cannot be estimated; it has no weight if another has one."""
 
 
 class DesignColumns(Protocol):
-    """The columns of a model on the rows of a set, of which the residuals of a fit are known."""
+    """Design matrix of a model on the rows of a set."""
 
     @property
     def observations(self) -> Observations:
@@ -44,23 +44,23 @@ class DesignColumns(Protocol):
 
     @property
     def shared(self) -> int:
-        """Coefficients of the terms, which both channels share."""
+        """Number of coefficients that both channels share."""
 
     def columns(self, *, capture: bool) -> Matrix:
-        """Of a channel, shape (rows, shared), arcseconds."""
+        """Columns of a channel, shape (rows, shared), arcseconds."""
 
     def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
-        """The same with the noise made one; None without that channel."""
+        """Whitened columns of a channel; None without that channel."""
 
 
 class Design(DesignColumns, Protocol):
-    """What the noise is estimated beside: a model that can be fitted to the rows."""
+    """Design matrix whose coefficients can be fitted."""
 
     def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
         """Sums of least squares over the rows of a channel; None without it."""
 
     def residuals(self, noise: Noise) -> tuple[Float | None, Float | None]:
-        """What the fit with this noise leaves of (capture, reference), arcseconds."""
+        """Residuals of a fit with this noise in (capture, reference), arcseconds."""
 
 
 def white_noise(
@@ -95,7 +95,7 @@ def _with_laws(
 
 
 def estimated_noise(design: Design) -> tuple[Noise, frozenset[str]]:
-    """The noise at the maximum of its restricted likelihood; channels whose noise nothing tells."""
+    """Return the noise of the largest restricted likelihood, and channels without an estimate."""
     noise, unknown = _white_start(design)
     for _ in range(FIT_ROUNDS):
         left = design.residuals(noise)
@@ -112,9 +112,10 @@ def noise_of(
     warm: bool = True,
     rounds: int = NEXT_ROUNDS,
 ) -> Noise:
-    """The noise of residuals (capture, reference) that a model leaves.
+    """Estimate the noise from the residuals ``left`` of a model in (capture, reference).
 
-    ``before`` weights the channels against each other; with ``warm`` the search begins there.
+    ``before`` is the earlier noise, which weights the channels; with ``warm`` the search starts
+    from it.
     """
     noise = before
     groups: list[FittedGroup] = []
@@ -144,7 +145,7 @@ def noise_of(
 
 
 def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
-    """What is known of a row's variance: the rounding of counts, and what the set states."""
+    """Bounds of a row's white variance: the rounding of counts, and the stated uncertainty."""
     count = observations.count_arcsec or 0.0
     if capture:
         # Two heads, each rounded to whole counts.
@@ -154,7 +155,7 @@ def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
 
 
 def _channel_rows(design: DesignColumns, residual: Float, *, capture: bool) -> ChannelRows:
-    """The rows of a channel as the noise sees them."""
+    """Rows of a channel in the form that the noise estimate needs."""
     if capture:
         rows = design.observations.capture
         assert rows is not None
@@ -171,7 +172,7 @@ def _channel_rows(design: DesignColumns, residual: Float, *, capture: bool) -> C
 
 
 def _white_start(design: Design) -> tuple[Noise, frozenset[str]]:
-    """White noise with the scatter that each channel has beside what the other one tells."""
+    """Estimate white noise of both channels together, and the channels without an estimate."""
     observations = design.observations
     noise = white_noise(observations, (1.0, 1.0))
     unknown = set()
@@ -201,7 +202,7 @@ def _white_start(design: Design) -> tuple[Noise, frozenset[str]]:
             laws.append(None)
             continue
         spectra = tuple(Spectrum(variance[channel]) for _ in law.spectra)
-        # The only channel keeps its weight: the set is then undetermined as a whole.
+        # A single channel keeps its weight: the whole set is then undetermined.
         weightless = channel in unknown and len(variance) > len(unknown)
         laws.append(replace(law, spectra=spectra, weightless=weightless))
     return _with_laws(observations, laws[0], laws[1]), frozenset(unknown)
@@ -214,7 +215,7 @@ def _scatter(
     channel: str,
     shared: int,
 ) -> tuple[float, float]:
-    """Variance of a row and its degrees of freedom, all with unit variance but for the ratio."""
+    """Variance of a channel's rows and its degrees of freedom, given the other's variance."""
     size = own.gram.shape[0]
     known = variance.get(channel, 1.0)
     normal, moment = own.gram / known, own.moment / known
@@ -243,7 +244,7 @@ def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matri
 def _beside(
     design: DesignColumns, left: tuple[Float | None, Float | None], noise: Noise, *, capture: bool
 ) -> Beside:
-    """What the other channel tells of the coefficients, from the residuals it has now."""
+    """Information of the other channel about the coefficients, from its present residuals."""
     shared = design.shared
     of_rows = noise.reference if capture else noise.capture
     residual = left[1] if capture else left[0]

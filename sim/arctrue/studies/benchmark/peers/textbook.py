@@ -1,4 +1,4 @@
-"""A set as one least-squares problem, and each effect's columns as a textbook has them."""
+"""Least-squares problem of a set, and the columns of each effect by its textbook equation."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ Whole = NDArray[np.int64]
 
 BASE_ORDERS = 20
 CHUNK = 32
-"""Places of a search that are looked at together."""
+"""Number of places of a search that are evaluated at once."""
 BELL_WIDTHS = 5.0
-"""Beyond so many a bell is below 4e-6 of its height."""
+"""Standard deviations from its centre at which a bell is below 4e-6 of its height."""
 STANDS_S = 0.5
-"""Stations that are further apart in time are not passed on the move."""
+"""If two stations are further apart in time, the table stopped between them."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def _of_reference(reference: Reference | None) -> dict[str, Any]:
     pace = np.where(moving, steps / np.where(moving, waits, 1.0), np.nan)
     speed = np.zeros(rows)
     if moving.any():
-        # The last station of a pass has its speed from those before it.
+        # The last station of a pass gets the speed of the previous station.
         known = np.flatnonzero(moving)
         near = known[np.maximum(np.searchsorted(known, np.arange(rows), side="right") - 1, 0)]
         passed = np.arange(rows) - near <= 1
@@ -178,10 +178,10 @@ def _of_reference(reference: Reference | None) -> dict[str, Any]:
 
 
 class Fit:
-    """An orthonormal basis of the model so far, and what is left of the data.
+    """An orthonormal basis of the present model, and the residuals of the data.
 
-    Rows: the capture, the reference, and one for each run, which says that the offset of its
-    index is 0 within the index's repeatability.
+    Rows: the capture, the reference, and one for each run with the measured value 0 for the offset
+    of its index, with the repeatability of the index as standard deviation.
     """
 
     def __init__(self, given: Problem) -> None:
@@ -206,7 +206,7 @@ class Fit:
         self.scale[self.part(2)] = given.index_arcsec
         self.basis = np.zeros((self.data.size, 0))
         self._take(base / self.scale[:, None])
-        # Each channel in its own noise, as far as the base model shows it.
+        # Each channel is scaled by the scatter of its residuals of the base model.
         left = self.left()
         for channel in (0, 1):
             if self.rows[channel]:
@@ -230,7 +230,7 @@ class Fit:
         return found / self.scale[:, None, None]
 
     def add(self, columns: Float) -> None:
-        """Take scaled columns ``(rows, rank)`` into the model."""
+        """Add scaled columns ``(rows, rank)`` to the model."""
         self._take(columns)
 
     def _take(self, columns: Float) -> None:
@@ -241,12 +241,12 @@ class Fit:
 
     @property
     def scaled_left(self) -> Float:
-        """What is left of the data in units of the noise, ``(rows,)``."""
+        """Residuals in units of the noise, ``(rows,)``."""
         scaled = self.data / self.scale
         return np.asarray(scaled - self.basis @ (self.basis.T @ scaled))
 
     def left(self) -> Float:
-        """What is left of the data, arcseconds, ``(rows,)``."""
+        """Residuals in arcseconds, ``(rows,)``."""
         return self.scaled_left * self.scale
 
 
@@ -265,9 +265,9 @@ class TextbookEffect:
     name: str
     columns: Columns
     places: Places
-    """One 0 where nothing is searched."""
+    """A single 0 for an effect without a search."""
     share: float = 1.0
-    """Places that a given one stands for: of a line that was picked from a spectrum."""
+    """Number of places that one given place represents, if a line was selected from a spectrum."""
 
 
 def effects_of(fit: Fit) -> Iterator[TextbookEffect]:
@@ -376,7 +376,7 @@ def _bells(angle: Float, places: Places) -> Float:
 
 
 def _strongest_line_hz(given: Problem, left: Float) -> tuple[float, float]:
-    """The strongest line in time of any run, above 2 Hz; and how many were to choose from."""
+    """Frequency of the strongest line of any run above 2 Hz, and the number of candidates."""
     best, where, searched = 0.0, 3.0, 1.0
     for number in given.runs:
         inside = given.run == number
