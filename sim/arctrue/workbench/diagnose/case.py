@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from arctrue.workbench.diagnose.adding import Adding
-from arctrue.workbench.diagnose.aliases import above_half_the_samples
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import (
     Similar,
@@ -81,19 +80,8 @@ class Case:
 
     @cached_property
     def at_every_speed(self) -> list[Candidate]:
-        """Of those, what shows at every speed at which it would, and is no alias of a better one.
-
-        An order of the disc above half the samples a turn that is behind another cause may be the
-        alias of that one in some of the runs.
-        """
-        return [item for item in self.seen if at_other_speeds(item) and not self._behind(item)]
-
-    def _behind(self, item: Candidate) -> bool:
-        if item.effect.search_kind != "disc_order":
-            return False
-        causes = [other for other in self.seen if not other.effect.unspecific]
-        ahead = any(other.delta_bic > item.delta_bic for other in causes)
-        return ahead and above_half_the_samples(item, self.survey.residuals)
+        """Of those, what shows at every speed at which it would."""
+        return [item for item in self.seen if at_other_speeds(item)]
 
     @cached_property
     def real(self) -> list[Candidate]:
@@ -206,14 +194,9 @@ class Case:
 
     @cached_property
     def similar(self) -> Similar:
-        """What this data cannot tell from the best.
-
-        An order of the disc above half the samples a turn may be the alias of a line of any order.
-        """
-        best = self.best
-        assert best is not None
-        aliased = above_half_the_samples(best, self.survey.residuals)
-        return alike(best, list(self.others.values()), unspecific=aliased)
+        """What this data cannot tell from the best."""
+        assert self.best is not None
+        return alike(self.best, list(self.others.values()))
 
     @cached_property
     def rivals(self) -> list[Candidate]:

@@ -35,16 +35,13 @@ class Similar:
         return [*self.equals, *self.larger]
 
 
-def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = False) -> Similar:
-    """Candidates whose columns explain what the best one explains.
-
-    ``unspecific``: those count too that only say what is seen, where the best says why.
-    """
+def alike(best: Candidate, others: Sequence[Candidate]) -> Similar:
+    """Candidates whose columns explain what the best one explains."""
     similar = Similar()
     for other in others:
         if other.gain < LEAST_SHARE * best.gain or other.name == best.name:
             continue
-        if other.effect.unspecific and not (unspecific or best.effect.unspecific):
+        if other.effect.unspecific and not best.effect.unspecific:
             continue
         if not stands_in(best, other):
             continue

@@ -52,27 +52,16 @@ def estimated_law(
     before: NoiseLaw | None = None,
     rounds: int = 40,
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
-    """Estimate the law of a channel; ``before``, the law of another hypothesis, is the start.
-
-    Scales of runs or of parts of the turn are estimated anew if ``before`` has some, because an
-    effect that the model lacked can cause such scatter itself.
-    """
+    """Estimate the law of a channel; ``before``, the law of another hypothesis, is the start."""
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))
-    warm = before is not None
-    if warm and _is_uneven(law):
-        law = NoiseLaw(law.spectra, law.runs, np.ones(law.runs.size))
-    elif warm:
-        return _with_spectra(rows, law, beside, white, warm, rounds)
-    law, groups = _with_spectra(rows, law, beside, white, warm, rounds)
+    law, groups = _with_spectra(rows, law, beside, white, before is not None, rounds)
+    if before is not None:
+        return law, groups
     uneven = _uneven(rows, law)
     if uneven is None:
         return law, groups
     return _with_spectra(rows, uneven, beside, white, True, rounds)
-
-
-def _is_uneven(law: NoiseLaw) -> bool:
-    return law.angle_scale is not None or bool(np.any(law.run_scale != 1.0))
 
 
 def row_noise(rows: ChannelRows, law: NoiseLaw) -> RowNoise:

@@ -33,9 +33,7 @@ WORKBENCH = Path(arctrue.workbench.__file__).parent
 
 def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: bool = False):  # type: ignore[no-untyped-def]
     """A candidate as the rules see it; ``real``: held-out rows and every pass show it."""
-    effect = SimpleNamespace(
-        unspecific=False, search_kind=None, step_at=("run", "instant") if step else None
-    )
+    effect = SimpleNamespace(unspecific=False, step_at=("run", "instant") if step else None)
     return SimpleNamespace(
         name=name, gain=gain, delta_bic=gain, p_corrected=p, rank=1, evidence=object(), real=real,
         regular=None,
