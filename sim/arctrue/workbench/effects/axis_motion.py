@@ -20,8 +20,9 @@ def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
 
     Head 1 sees y and a head at α after it x·sin α + y·cos α (docs/architecture.md, "Head
     geometry"); the difference is x·sin α + y·(cos α − 1), all as displacement over the radius, in
-    arcseconds. Three heads see two such differences and so x and y, but for the disc; four tell
-    both from the disc, all but the forward circle of order 1, which an eccentric disc makes too.
+    arcseconds. Three heads have two such differences, from which x and y follow if the disc is
+    known. Four heads separate x and y from the disc, except the forward circle of order 1, which
+    an eccentric disc causes as well.
     """
     waves = harmonic_columns(rows.angle_rad, orders)
     alpha = rows.head_separation_rad

@@ -32,7 +32,7 @@ def capture_block(
 
 
 def in_place_of_head(column: Columns, rows: CaptureRows) -> Columns:
-    """Columns that head i alone has a coefficient of, among those of all further heads.
+    """Place the columns of head i among those of all further heads; the others are 0.
 
     ``column`` has shape (rows, k); the result has k columns for each of heads 2 … H.
     """

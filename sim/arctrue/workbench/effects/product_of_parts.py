@@ -232,7 +232,7 @@ def _distinct(found: list[Condition], observations: Observations) -> list[Condit
 
 
 def _share(head: int, rows: CaptureRows) -> float:
-    """Of what a head has of its own in the reading of the rows' head less that of head 1."""
+    """Share of one head's own error in Rᵢ − R₁ of the rows' head i."""
     return -1.0 if head == 1 else float(rows.head == head)
 
 

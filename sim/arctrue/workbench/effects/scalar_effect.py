@@ -76,7 +76,7 @@ class ScalarOfEachHead(ScalarEffect):
         return np.asarray(values[:, np.newaxis] * shares)
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """With one head, where the others are not worth their columns."""
+        """Keep one head if the others gain less than the BIC penalty of their columns."""
         observations = residuals.observations
         if observations.heads == 2 or observations.capture is None or self.integers("heads"):
             return self, 1.0

@@ -72,7 +72,7 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
         np.fft.rfft(np.bincount(number[part], weights=precise[part], minlength=length), padded)
         for part in channel_rows(rows)
     ]
-    # The square root of a square is the absolute value but for a rounding: one spectrum as it is.
+    # One spectrum is used directly: the square root of its square would differ by rounding.
     sums = np.abs(spectra[0]) if len(spectra) == 1 else np.sqrt(power_of_channels(spectra))
     rates = np.arange(sums.size) / (padded * width)
     # Each run of a capture has an offset of its own, so that a line has to be there within one.
@@ -80,8 +80,8 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
     first = int(np.searchsorted(rates, lowest, side="right"))
     there = slice(first, int(np.searchsorted(rates, 0.5 / width)))
     rates, sums = rates[there], sums[there]
-    told = _information(rates, place, noise, in_time=in_time)
-    amplitude = np.divide(2.0 * sums, told, out=told)
+    information = _information(rates, place, noise, in_time=in_time)
+    amplitude = np.divide(2.0 * sums, information, out=information)
     return LineSpectrum(rates, amplitude * sums, amplitude, span, lowest)
 
 

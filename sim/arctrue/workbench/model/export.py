@@ -433,7 +433,7 @@ class _FollowedLanes:
         return list(dict.fromkeys(named))
 
     def _column_scale(self, one: ConditionedLane) -> float:
-        """Of the column where its word is 1: half as much again as the set has."""
+        """Value of the column at which its word is 1: 1.5 times the largest of the set."""
         channels = (self.observations.capture, self.observations.every_reference_row)
         most = [
             float(np.nanmax(np.abs(rows.conditions[one.column] - one.column_zero)))

@@ -81,7 +81,7 @@ class RadialErrorMotion(Effect):
         return reference_motion(rows, self.integers("orders"))
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """With the orders that are there, best first: each must be worth its two columns."""
+        """Keep the orders whose gain exceeds the BIC penalty of their columns."""
         observations = residuals.observations
         # Two heads and a reference cannot tell order 1 from the disc's.
         first = (1,) if observations.heads >= SEPARATING_HEADS else ()
@@ -90,12 +90,12 @@ class RadialErrorMotion(Effect):
             order: residuals.score(RadialErrorMotion(orders=[order]), {}).gain for order in orders
         }
         reference, capture = observations.reference, observations.capture
-        told = 0 if reference is None else reference.run.size
+        rows = 0 if reference is None else reference.run.size
         columns = 2.0
         if observations.heads >= SEPARATING_HEADS and capture is not None:
-            told, columns = capture.run.size, 2.0 * (observations.heads - 2)
-        worth = columns * float(np.log(max(2, told)))
-        kept = [order for order in orders if gains[order] > worth]
+            rows, columns = capture.run.size, 2.0 * (observations.heads - 2)
+        penalty = columns * float(np.log(max(2, rows)))
+        kept = [order for order in orders if gains[order] > penalty]
         if not kept or len(kept) == len(orders):
             return self, 1.0
         return RadialErrorMotion(orders=kept), float(comb(len(orders), len(kept)))
