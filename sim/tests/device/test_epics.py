@@ -102,7 +102,7 @@ def test_a_turn_becomes_pvs_with_unit_limits_severity_and_time(
         # Without the daemon no value is valid.
         running.process.kill()
         shows("HeadSeparation", lambda found: found.metadata.severity == 3)
-        assert read("Connected").data[0] == 0
+        shows("Connected", lambda found: found.data[0] == 0)
 
 
 def test_nobody_writes_unless_it_is_allowed(
