@@ -94,12 +94,13 @@ def test_a_turn_becomes_pvs_with_unit_limits_severity_and_time(
         limits = read("DieTemperature", "control").metadata
         assert limits.units == b"degC"
         assert (limits.upper_warning_limit, limits.upper_alarm_limit) == (85.0, 100.0)
-        replay.turn(8, temperature_c=90.0, alarms=["temperature"])
+        replay.turn(8, temperature_c=90.0, alarms=["temperature"], separation_deg=33.25)
         shows("Turn", lambda found: found.data[0] == 8)
         shows("DieTemperature", lambda found: found.metadata.severity == 1)
         shows("Alarms", lambda found: found.metadata.severity == 2)
         assert bytes(read("Alarms").data).rstrip(b"\0") == b"temperature"
         # Without the daemon no value is valid.
+        assert read("HeadSeparation").metadata.severity == 0
         running.process.kill()
         shows("HeadSeparation", lambda found: found.metadata.severity == 3)
         shows("Connected", lambda found: found.data[0] == 0)
