@@ -89,6 +89,11 @@ def _parser() -> argparse.ArgumentParser:
         choices=("true", "false"),
         help="a head of three or four that fails is left out of the mean",
     )
+    parser.add_argument(
+        "--local-table",
+        choices=("true", "false"),
+        help="a table over the turn corrects what a sum of orders cannot hold",
+    )
     parser.add_argument("--heads", type=int, choices=(2, 3, 4), default=2, help="read heads (2)")
     parser.add_argument(
         "--mean",
@@ -125,6 +130,7 @@ def main(arguments: list[str] | None = None) -> int:
         "ROTATION": chosen.rotation,
         "MODULATORS": True if chosen.modulators == "true" else None,
         "FAILOVER": True if chosen.failover == "true" else None,
+        "LOCAL_TABLE": True if chosen.local_table == "true" else None,
         "HEADS": chosen.heads if chosen.heads > 2 else None,
         "MEAN": True if chosen.mean == "true" and chosen.heads == 2 else None,
     }

@@ -58,7 +58,7 @@ def vhdl_addresses(top: AddrmapNode, block: AddrmapNode) -> str:
     assert isinstance(offset, RegNode)
     named = [(memory.inst_name, memory.absolute_address) for memory in memories_of(top)]
     named += [("coefficient_offset", offset.absolute_address)]
-    for name in ("head3", "conditions", "snapshot"):
+    for name in ("head3", "conditions", "local_place", "snapshot"):
         group = top.get_child_by_name(name)
         assert isinstance(group, RegfileNode)
         named += [(name, group.absolute_address)]

@@ -131,6 +131,22 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/local_table/test_local_table.py",
     ),
     Mutation(
+        "table_taken_by_any_swap",
+        "a swap of the lanes alone changes the banks of the local table",
+        "rtl/local_table/local_table_banks.vhd",
+        "  takes  <= swap_comes and asked;\n",
+        "  takes  <= swap_comes;\n",
+        "tb/local_table/test_local_table.py",
+    ),
+    Mutation(
+        "copy_under_the_angles",
+        "the place of the windows changes under angles that are still on their way",
+        "rtl/local_table/local_table_banks.vhd",
+        "      left_clear <= LOCAL_TABLE_LATENCY;\n",
+        "      left_clear <= 1;\n",
+        "tb/local_table/test_local_table.py",
+    ),
+    Mutation(
         "near_edges_are_swallowed",
         "counted edges that follow too fast are reported as swallowed",
         "rtl/decoder/plausibility_check.vhd",

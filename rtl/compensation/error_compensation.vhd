@@ -31,13 +31,15 @@
 -- becomes the carrier, `jumped` is high with its first angle and `jump` is what the reading jumps by: the ramp takes
 -- it up, as it takes up counts that are put back, so the corrected reading makes no step.
 --
+-- **Local table.** With LOCAL_TABLE, `local_value` of the same angle joins the sum with all its bits (local_table).
+--
 -- **Limit.** The total is clipped to whole counts strictly below half a turn, at
 -- ±min(floor((counts_per_rev − 1) / 2), 2¹⁹ − 1) counts; `correction_limited` is high with each
 -- output that was clipped. Since angle < counts_per_rev, one fold then gives
 -- 0 <= corrected_angle < counts_per_rev.
 --
 -- **Number formats.** pair sums s15.F, F = PAIR_FRACTION, in magnitude at most 2¹⁴ + 2; offset s13.11 counts; mean_term s19.20
--- counts, in magnitude at most 2¹⁸·1.5 + 1, so that the sum of all stays below 2²⁰; ε s20.F; total s19.F;
+-- counts, in magnitude at most 2¹⁸·1.5 + 1; local_value s13.22 counts; so that the sum of all stays below 2²⁰; ε s20.F; total s19.F;
 -- correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
 --
 -- **Reset.** The total, r and the last `apply` are 0: the first angle with `apply` high starts a
@@ -49,13 +51,15 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.carry_save_pkg.all;
+  use work.local_table_pkg.all;
   use work.number_formats_pkg.all;
 
 entity error_compensation is
   generic (
-    LANES : positive range 1 to LANES_MAX := LANES_DEFAULT; -- whose pair sums arrive in one clock
-    FOLD  : positive range 1 to 8         := 1;             -- clocks in which those of an angle arrive
-    MEAN  : boolean                       := false          -- the mean of the heads is corrected
+    LANES       : positive range 1 to LANES_MAX := LANES_DEFAULT; -- whose pair sums arrive in one clock
+    FOLD        : positive range 1 to 8         := 1;             -- clocks in which those of an angle arrive
+    MEAN        : boolean                       := false;         -- the mean of the heads is corrected
+    LOCAL_TABLE : boolean                       := false          -- a local table corrects too
   );
   port (
     clock              : in    std_ulogic;
@@ -71,6 +75,7 @@ entity error_compensation is
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
     jumped             : in    std_ulogic                               := '0';                -- with swap_marker: another carrier
     jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts that the reading jumps by there
+    local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
@@ -90,7 +95,7 @@ end entity error_compensation;
 architecture rtl of error_compensation is
 
   constant PAIRS : positive := (LANES + 1) / 2;
-  constant TERMS        : positive := PAIRS + 1 + boolean'pos(MEAN);
+  constant TERMS        : positive := PAIRS + 1 + boolean'pos(MEAN) + boolean'pos(LOCAL_TABLE);
   -- So many numbers are left of them in the first clock, by carry-save levels alone, so that the second one has one
   -- such level before its carry chain: folded, the sum of the angle so far is the third number.
   constant SAVED        : positive := 3 - boolean'pos(FOLD > 1);
@@ -98,6 +103,7 @@ architecture rtl of error_compensation is
   constant TURN_WIDTH   : positive := ANGLE_WIDTH + 3;
   constant ALIGN_OFFSET : natural  := PAIR_FRACTION - AMPLITUDE_FRACTION;
   constant ALIGN_MEAN   : natural  := PAIR_FRACTION - MEAN_TERM_FRACTION;
+  constant ALIGN_LOCAL  : natural  := PAIR_FRACTION - LOCAL_VALUE_FRACTION;
   constant LIMIT_MAX    : u_unsigned(18 downto 0) := (others => '1');
 
   subtype turn_sum is u_signed(TURN_WIDTH - 1 downto 0);
@@ -224,7 +230,11 @@ begin
       terms_1((PAIRS + 1) * SUM_WIDTH - 1 downto PAIRS * SUM_WIDTH) := shift_left(resize(offset, SUM_WIDTH), ALIGN_OFFSET)
                                                                        and (SUM_WIDTH - 1 downto 0 => last_sums);
       if MEAN then
-        terms_1(terms_1'high downto terms_1'length - SUM_WIDTH) := shift_left(resize(mean_term, SUM_WIDTH), ALIGN_MEAN)
+        terms_1((PAIRS + 2) * SUM_WIDTH - 1 downto (PAIRS + 1) * SUM_WIDTH) := shift_left(resize(mean_term, SUM_WIDTH), ALIGN_MEAN)
+                                                                               and (SUM_WIDTH - 1 downto 0 => last_sums);
+      end if;
+      if LOCAL_TABLE then
+        terms_1(terms_1'high downto terms_1'length - SUM_WIDTH) := shift_left(resize(local_value, SUM_WIDTH), ALIGN_LOCAL)
                                                                    and (SUM_WIDTH - 1 downto 0 => last_sums);
       end if;
 

@@ -25,6 +25,9 @@
 --
 -- **Failover.** With FAILOVER a head of three or four that fails is left out of the mean by a prepared set of words (head_failover).
 --
+-- **Local table.** With LOCAL_TABLE a table over the turn or over windows of it corrects what a sum of orders cannot hold
+-- (local_table_banks).
+--
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen its index. The
 -- position that is corrected is the one that no index changes, so the output makes no step when
 -- the index is found; the difference of the correction decays at the ramp rate.
@@ -44,6 +47,7 @@ library ieee;
   use work.axi_lite_pkg.all;
   use work.conditions_pkg.all;
   use work.decoder_pkg.all;
+  use work.local_table_pkg.all;
   use work.number_formats_pkg.all;
 
 entity arctrue_core is
@@ -55,7 +59,8 @@ entity arctrue_core is
     MEAN          : boolean                       := false;                 -- correct the mean of two heads; of more it is in any case
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
-    FAILOVER      : boolean                       := false                  -- a head of three or four that fails is left out
+    FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
+    LOCAL_TABLE   : boolean                       := false                  -- a table corrects what a sum of orders cannot hold
   );
   port (
     clock           : in    std_ulogic;
@@ -119,6 +124,9 @@ architecture rtl of arctrue_core is
   -- Clocks from an edge of a pulse input to its strobe, the filter off, and of head 1 to its position.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
+
+  -- Address bit that tells the local table's points from the place of its windows.
+  constant LOCAL_POINTS_BIT : positive := 16;
 
   constant IS_TABLE : boolean := ROTATION = "table";
 
@@ -186,6 +194,11 @@ architecture rtl of arctrue_core is
   signal word_a           : modulator;
   signal word_b           : modulator;
   signal speed_squared    : modulator;
+  signal local_word       : u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
+  signal local_read       : std_ulogic;
+  signal local_write      : std_ulogic;
+  signal local_done       : std_ulogic;
+  signal local_data       : std_ulogic_vector(31 downto 0);
   signal sets_read        : std_ulogic;
   signal sets_write       : std_ulogic;
   signal sets_done        : std_ulogic;
@@ -770,6 +783,9 @@ begin
 
   -- Positions to corrected positions -----------------------------------------------------------
 
+  local_word <= u_unsigned(access_address(LOCAL_INDEX_WIDTH + 1 downto 2)) when access_address(LOCAL_POINTS_BIT) = '1' else
+                resize(u_unsigned(access_address(4 downto 2)), LOCAL_INDEX_WIDTH);
+
   follow <= hwif_out.control.output_enable.value and not changes_turn;
 
   compensation : entity work.compensation_pipeline
@@ -779,7 +795,8 @@ begin
       FOLD         => FOLD,
       MEAN         => HAS_MEAN,
       ROTATION     => ROTATION,
-      MODULATORS   => MODULATORS
+      MODULATORS   => MODULATORS,
+      LOCAL_TABLE  => LOCAL_TABLE
     )
     port map (
       clock              => clock,
@@ -815,6 +832,13 @@ begin
       word_a             => word_a,
       word_b             => word_b,
       speed_squared      => speed_squared,
+      local_read         => local_read,
+      local_write        => local_write,
+      local_of_place     => not access_address(LOCAL_POINTS_BIT),
+      local_address      => local_word,
+      local_data         => access_data,
+      local_done         => local_done,
+      local_answer       => local_data,
       corrected_angle    => corrected_angle,
       corrected_position => corrected_position,
       corrected_referenced => corrected_referenced,
@@ -1014,7 +1038,8 @@ begin
       HEADS         => HEADS,
       MEAN          => HAS_MEAN,
       MODULATORS    => MODULATORS,
-      FAILOVER      => FAILOVER
+      FAILOVER      => FAILOVER,
+      LOCAL_TABLE   => LOCAL_TABLE
     )
     port map (
       clock             => clock,
@@ -1049,6 +1074,10 @@ begin
       conditions_write  => conditions_write,
       conditions_done   => conditions_done,
       conditions_data   => conditions_data,
+      local_read        => local_read,
+      local_write       => local_write,
+      local_done        => local_done,
+      local_data        => local_data,
       take_snapshot     => take_snapshot,
       capture_read      => capture_read,
       capture_done      => capture_valid,
@@ -1095,6 +1124,8 @@ begin
   hwif_in.capability.rotation.next_q              <= '1' when IS_TABLE else
                                                      '0';
   hwif_in.capability.modulators.next_q            <= '1' when MODULATORS else
+                                                     '0';
+  hwif_in.capability.local_table.next_q           <= '1' when LOCAL_TABLE else
                                                      '0';
   hwif_in.capability.failover.next_q              <= '1' when FAILOVER else
                                                      '0';

@@ -42,6 +42,9 @@
 --
 -- **Modulators.** With MODULATORS the amplitude of a lane follows direction, speed or a word (coefficient_memory).
 --
+-- **Local table.** With LOCAL_TABLE a table over the turn or windows of it joins the sum (local_table_banks); it takes part in the
+-- swaps that it is written for.
+--
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
 -- from the angle in the clock after `swap`, or the next accepted one. A swap waits while the idle bank is
 -- filled after the one before, and for the end of a write that is under way.
@@ -58,6 +61,7 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.conditions_pkg.all;
+  use work.local_table_pkg.all;
   use work.number_formats_pkg.all;
 
 entity compensation_pipeline is
@@ -67,7 +71,8 @@ entity compensation_pipeline is
     FOLD         : positive range 1 to 8         := 1;       -- lanes that share a pipeline: 1, 2, 4 or 8
     MEAN         : boolean                       := false;   -- the mean of the heads is corrected
     ROTATION     : string                        := "cordic"; -- or "table": how a lane finds its cosine
-    MODULATORS   : boolean                       := false    -- amplitudes follow conditions
+    MODULATORS   : boolean                       := false;   -- amplitudes follow conditions
+    LOCAL_TABLE  : boolean                       := false    -- a table corrects what a sum of orders cannot hold
   );
   port (
     clock              : in    std_ulogic;
@@ -103,6 +108,13 @@ entity compensation_pipeline is
     word_a             : in    modulator              := (others => '0');     -- s1.16
     word_b             : in    modulator              := (others => '0');     -- s1.16
     speed_squared      : out   modulator;                                     -- s1.16, as the lanes have it
+    local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
+    local_write        : in    std_ulogic             := '0';                 -- pulse: write one
+    local_of_place     : in    std_ulogic             := '0';                 -- it is one of the place of its windows
+    local_address      : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0) := (others => '0'); -- number of the word
+    local_data         : in    std_ulogic_vector(31 downto 0) := (others => '0'); -- the word
+    local_done         : out   std_ulogic;                                    -- pulse: read or written
+    local_answer       : out   std_ulogic_vector(31 downto 0);                -- idle bank, with local_done
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     corrected_referenced : out   std_ulogic;                                    -- corrected_angle counts from an index
@@ -160,6 +172,9 @@ architecture rtl of compensation_pipeline is
   signal of_mean         : std_ulogic_vector(MEAN_WIDTH - 1 downto 0);
   signal delayed_mean    : std_ulogic_vector(MEAN_WIDTH - 1 downto 0);
   signal may_swap        : std_ulogic;
+  signal new_bank_comes  : std_ulogic;
+  signal swap_waits      : std_ulogic;
+  signal delayed_local   : std_ulogic_vector(LOCAL_VALUE_WIDTH - 1 downto 0);
 
 begin
 
@@ -218,9 +233,9 @@ begin
       idle_offset       => idle_offset,
       swap              => swap,
       swap_allowed      => may_swap,
-      swap_comes        => swap_comes,
+      swap_comes        => new_bank_comes,
       swap_marker       => swap_marker,
-      swap_busy         => swap_busy,
+      swap_busy         => swap_waits,
       slot              => slot,
       phase_steps       => phase_steps,
       phase_offsets     => phase_offsets,
@@ -233,6 +248,9 @@ begin
       word_b            => word_b,
       speed_squared     => speed_squared
     );
+
+  swap_comes <= new_bank_comes;
+  swap_busy  <= swap_waits;
 
   phase : entity work.phase_unit
     generic map (
@@ -292,11 +310,53 @@ begin
     delayed_mean <= (others => '0');
   end generate mean_of_heads;
 
+  table_over_the_turn : if LOCAL_TABLE generate
+
+    signal local_value : u_signed(LOCAL_VALUE_WIDTH - 1 downto 0);
+
+  begin
+
+    banks : entity work.local_table_banks
+      port map (
+        clock          => clock,
+        reset          => reset,
+        angle          => angle,
+        counts_per_rev => counts_per_rev,
+        swap_comes     => new_bank_comes,
+        hold           => swap or swap_waits,
+        read_enable    => local_read,
+        write_enable   => local_write,
+        of_place       => local_of_place,
+        address        => local_address,
+        write_data     => local_data,
+        done           => local_done,
+        read_data      => local_answer,
+        value          => local_value
+      );
+
+    delay_of_local : entity work.delay_line
+      generic map (
+        WIDTH  => LOCAL_VALUE_WIDTH,
+        CLOCKS => READING_DELAY - LOCAL_TABLE_LATENCY
+      )
+      port map (
+        clock     => clock,
+        undelayed => std_ulogic_vector(local_value),
+        delayed   => delayed_local
+      );
+
+  else generate
+    delayed_local <= (others => '0');
+    local_done    <= '0';
+    local_answer  <= (others => '0');
+  end generate table_over_the_turn;
+
   compensation : entity work.error_compensation
     generic map (
-      LANES => BUILT,
-      FOLD  => FOLD,
-      MEAN  => MEAN
+      LANES       => BUILT,
+      FOLD        => FOLD,
+      MEAN        => MEAN,
+      LOCAL_TABLE => LOCAL_TABLE
     )
     port map (
       clock              => clock,
@@ -313,6 +373,7 @@ begin
       mean_term          => u_signed(delayed_mean(MEAN_TERM_WIDTH - 1 downto 0)),
       jump               => u_signed(delayed_mean(MEAN_WIDTH - 2 downto MEAN_TERM_WIDTH)),
       jumped             => delayed_mean(MEAN_WIDTH - 1),
+      local_value        => u_signed(delayed_local),
       counts_per_rev     => counts_per_rev,
       ramp_rate          => ramp_rate,
       ramp_acceleration  => ramp_acceleration,

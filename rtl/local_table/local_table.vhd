@@ -19,11 +19,10 @@
 -- points are used. Against the exact line the value is off by at most the largest difference of two neighbouring points
 -- times 2⁻¹³ + 2⁻¹³ with one window, and 2⁻¹² more with two or four.
 --
--- **Size.** 924 LUT, 459 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys). The longest path, which window holds the angle, has
--- 6.6 ns by the estimate.
+-- **Size.** 893 LUT, 507 FF, 4 DSP48E1 and 4 RAMB36 for both banks (Yosys).
 --
--- **Writing.** A point is written to the bank that `write_bank` names. A point that is written while it is read may give the old or
--- the new value.
+-- **Access.** `write_bank` and `write_address` choose a point of either bank: it is written with `write_enable`, and `read_word` is the
+-- point of the clock before, while both stand. A point that is written while an angle reads it may give the old or the new value.
 --
 -- There is no reset: it would only touch angles on their way.
 
@@ -48,6 +47,7 @@ entity local_table is
     write_bank     : in    std_ulogic;
     write_address  : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);    -- which point
     write_data     : in    u_signed(LOCAL_POINT_WIDTH - 1 downto 0);      -- counts, s(17 − F).F
+    read_word      : out   u_signed(LOCAL_POINT_WIDTH - 1 downto 0);      -- counts, s(17 − F).F
     value          : out   u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0') -- counts, s13.22
   );
 end entity local_table;
@@ -69,6 +69,8 @@ architecture rtl of local_table is
 
   type places is array (0 to 1) of local_place;
 
+  type last_counts is array (0 to 1) of angle_count;
+
   constant LINE_WIDTH : positive := LOCAL_INDEX_WIDTH; -- bits of the place between two points
 
   function starts_of (place : local_place) return angles is
@@ -78,17 +80,16 @@ architecture rtl of local_table is
 
   end function starts_of;
 
-  -- Whether an offset from its start lies within a window of 2**-width turn.
-  function is_inside (
-    offset : angle_count;
-    width  : u_unsigned(2 downto 0);
-    turn   : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)
-  ) return std_ulogic is
+  -- The last count of a window of 2**-width turn: offset · 2**width < turn for the counts up to it.
+  function last_count (
+    width : u_unsigned(2 downto 0);
+    turn  : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)
+  ) return angle_count is
   begin
 
-    return shift_left(resize(offset, ANGLE_WIDTH + 7), to_integer(width)) ?< turn;
+    return resize(shift_right(turn - 1, to_integer(width)), ANGLE_WIDTH);
 
-  end function is_inside;
+  end function last_count;
 
   function number_of (bit : std_ulogic) return natural is
   begin
@@ -105,6 +106,14 @@ architecture rtl of local_table is
   signal step          : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);
   signal in_window     : u_unsigned(PHASE_WIDTH - 1 downto 0);
 
+  -- Of a window of each bank. They stand while angles meet them.
+  signal last_of_bank  : last_counts := (others => (others => '0'));
+
+  -- Points at `write_address`, a clock later
+  signal half_place    : half_index;
+  signal even_there    : point := (others => '0');
+  signal odd_there     : point := (others => '0');
+
   -- Bank and window of the angles on their way, by stage
   signal banks     : std_ulogic_vector(1 to LOCAL_TABLE_LATENCY - 1) := (others => '0');
   signal even_word : point                                          := (others => '0');
@@ -115,6 +124,9 @@ architecture rtl of local_table is
 begin
 
   place_of_bank <= (bank0_place, bank1_place);
+  half_place    <= write_bank & write_address(LOCAL_INDEX_WIDTH - 1 downto 1);
+  read_word     <= odd_there when write_address(0) = '1' else
+                   even_there;
   step          <= place_of_bank(number_of(banks(4))).step;
 
   place_in_window : entity work.phase_lane
@@ -135,10 +147,11 @@ begin
   begin
 
     if rising_edge(clock) then
-      even_word <= word;
-      word      := memory(to_integer(even_read));
+      even_word  <= word;
+      word       := memory(to_integer(even_read));
+      even_there <= memory(to_integer(half_place));
       if write_enable = '1' and write_address(0) = '0' then
-        memory(to_integer(write_bank & write_address(LOCAL_INDEX_WIDTH - 1 downto 1))) := write_data;
+        memory(to_integer(half_place)) := write_data;
       end if;
     end if;
 
@@ -152,10 +165,11 @@ begin
   begin
 
     if rising_edge(clock) then
-      odd_word <= word;
-      word     := memory(to_integer(odd_read));
+      odd_word  <= word;
+      word      := memory(to_integer(odd_read));
+      odd_there <= memory(to_integer(half_place));
       if write_enable = '1' and write_address(0) = '1' then
-        memory(to_integer(write_bank & write_address(LOCAL_INDEX_WIDTH - 1 downto 1))) := write_data;
+        memory(to_integer(half_place)) := write_data;
       end if;
     end if;
 
@@ -276,7 +290,7 @@ begin
       place := place_of_bank(number_of(banks(2)));
 
       for number in 1 to LOCAL_WINDOWS loop
-        inside3(number) := place.enable(number - 1) and is_inside(offset2(number), place.width, counts_per_rev);
+        inside3(number) := place.enable(number - 1) and (offset2(number) ?<= last_of_bank(number_of(banks(2))));
         offset3(number) := offset2(number);
         offset2(number) := u_unsigned(difference1(number)(ANGLE_WIDTH - 1 downto 0));
         if difference1(number)(ANGLE_WIDTH) = '1' then
@@ -290,7 +304,8 @@ begin
         difference1(number) := signed(resize(angle, ANGLE_WIDTH + 1)) - signed(resize(starts(number), ANGLE_WIDTH + 1));
       end loop;
 
-      banks <= bank & banks(1 to LOCAL_TABLE_LATENCY - 2);
+      banks        <= bank & banks(1 to LOCAL_TABLE_LATENCY - 2);
+      last_of_bank <= (last_count(bank0_place.width, counts_per_rev), last_count(bank1_place.width, counts_per_rev));
     end if;
 
   end process follow;

@@ -3,12 +3,12 @@
 -- # access_guard
 --
 -- Says whose an access is: the generated register block's, a coefficient of a lane, the coefficient
--- offset, a word of the mean, of the further heads, of a prepared set, of the conditions or of the capture; and refuses what is
--- nobody's or illegal for this core's generics or state: a coefficient word of a lane that is not built, a write of a coefficient, of
--- the offset, of the mean or of a prepared set without all four bytes, a word of a head, of a prepared set or of the conditions that
--- are not built, a capture word beyond the two words of every sample of a bank, any capture
--- word while no bank is ready, a write of a capture word, and what the register map does not let a register's
--- word be read or written.
+-- offset, a word of the mean, of the further heads, of a prepared set, of the conditions, of the local table or of the
+-- capture; and refuses what is nobody's or illegal for this core's generics or state: a coefficient word of a lane that is not
+-- built, a write of a coefficient, of the offset, of the mean, of a prepared set or of the local table without all four bytes, a
+-- word of a head, of a prepared set, of the conditions or of the local table that are not built, a capture word beyond the two
+-- words of every sample of a bank, any capture word while no bank is ready, a write of a capture word, and what the register map
+-- does not let a register's word be read or written.
 --
 -- **Latency.** 1 clock from `judge` to the verdict, of which one bit is high; it stands until the next. The pulse
 -- that asks the unit comes with it, for one clock.
@@ -33,7 +33,8 @@ entity access_guard is
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;
     MODULATORS    : boolean                       := false;
-    FAILOVER      : boolean                       := false
+    FAILOVER      : boolean                       := false;
+    LOCAL_TABLE   : boolean                       := false
   );
   port (
     clock           : in    std_ulogic;
@@ -49,6 +50,7 @@ entity access_guard is
     to_heads        : out   std_ulogic;
     to_conditions   : out   std_ulogic;
     to_sets         : out   std_ulogic;
+    to_local        : out   std_ulogic;
     to_capture      : out   std_ulogic;
     refused         : out   std_ulogic;
     -- Pulses in the first clock of the verdict
@@ -65,6 +67,8 @@ entity access_guard is
     write_set         : out   std_ulogic := '0';
     read_conditions   : out   std_ulogic := '0';
     write_conditions  : out   std_ulogic := '0';
+    read_local        : out   std_ulogic := '0';
+    write_local       : out   std_ulogic := '0';
     read_capture      : out   std_ulogic := '0'
   );
 end entity access_guard;
@@ -80,6 +84,8 @@ architecture rtl of access_guard is
   constant HEADS_FIRST        : byte_address := to_unsigned(HEAD3_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant CONDITIONS_FIRST   : byte_address := to_unsigned(CONDITIONS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant SETS_FIRST         : byte_address := to_unsigned(PREPARED_SETS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant PLACE_FIRST        : byte_address := to_unsigned(LOCAL_PLACE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant POINTS_FIRST       : byte_address := to_unsigned(LOCAL_POINTS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
   -- The bit of a table, chosen half by half: an index would become a memory, whose contents a proof by induction
@@ -111,7 +117,7 @@ begin
 
   assert CAPTURE_ADDRESS = 16#20000# and FURTHER_CAPTURE_ADDRESS = 16#40000# and COEFFICIENTS_ADDRESS mod 1024 = 0
          and MEAN_ADDRESS mod 64 = 0 and HEAD3_ADDRESS mod 256 = 0 and CONDITIONS_ADDRESS mod 64 = 0
-         and PREPARED_SETS_ADDRESS = 16#8000#
+         and PREPARED_SETS_ADDRESS = 16#8000# and LOCAL_PLACE_ADDRESS mod 32 = 0 and LOCAL_POINTS_ADDRESS = 16#10000#
     report "access_guard: the windows of the register map have moved; adapt the decoding"
     severity failure;
 
@@ -136,6 +142,7 @@ begin
     variable of_heads     : boolean;
     variable conditions   : boolean;
     variable of_set       : boolean;
+    variable of_local     : boolean;
 
   begin
 
@@ -183,6 +190,10 @@ begin
                       and is_at_most(place(14 downto 12), HEADS)
                       and ((place(11 downto 10) = "00" and is_at_most(lane, LANES - 1))
                            or (place(11 downto 6) = "100000" and (mean_word or place(5 downto 2) = "1111")));
+      -- Seven words of the place, and 4,096 points.
+      of_local     := LOCAL_TABLE and not partial
+                      and ((place(place'high downto 5) = PLACE_FIRST(place'high downto 5) and is_at_most(place(4 downto 2), 6))
+                           or place(place'high downto 14) = POINTS_FIRST(place'high downto 14));
       capture      := (place(place'high downto 17) = CAPTURE_FIRST(place'high downto 17)
                        or (HEADS > 2 and place(place'high downto 17) = FURTHER_FIRST(place'high downto 17)
                            and (HEADS > 3 or place(2) = '0')))
@@ -201,6 +212,8 @@ begin
       write_set         <= '0';
       read_conditions   <= '0';
       write_conditions  <= '0';
+      read_local        <= '0';
+      write_local       <= '0';
       read_capture      <= '0';
       if judge = '1' then
         ask_registers     <= '1' when registers else '0';
@@ -216,6 +229,8 @@ begin
         write_set         <= is_write when of_set else '0';
         read_conditions   <= not is_write when conditions else '0';
         write_conditions  <= is_write when conditions else '0';
+        read_local        <= not is_write when of_local else '0';
+        write_local       <= is_write when of_local else '0';
         read_capture      <= '1' when capture else '0';
         to_registers    <= '1' when registers else '0';
         to_coefficients <= '1' when coefficients else '0';
@@ -224,8 +239,10 @@ begin
         to_heads        <= '1' when of_heads else '0';
         to_sets         <= '1' when of_set else '0';
         to_conditions   <= '1' when conditions else '0';
+        to_local        <= '1' when of_local else '0';
         to_capture      <= '1' when capture else '0';
-        refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or of_set or conditions or capture else '1';
+        refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or of_set or conditions
+                           or of_local or capture else '1';
       end if;
     end if;
 

@@ -33,7 +33,8 @@ entity register_access is
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false; -- the mean of the heads is built
     MODULATORS    : boolean                       := false; -- amplitudes follow conditions
-    FAILOVER      : boolean                       := false  -- a head that fails is left out
+    FAILOVER      : boolean                       := false; -- a head that fails is left out
+    LOCAL_TABLE   : boolean                       := false  -- a local table corrects too
   );
   port (
     clock             : in    std_ulogic;
@@ -71,6 +72,10 @@ entity register_access is
     conditions_write  : out   std_ulogic;                     -- pulse
     conditions_done   : in    std_ulogic := '0';              -- pulse
     conditions_data   : in    std_ulogic_vector(31 downto 0) := (others => '0');
+    local_read        : out   std_ulogic;                     -- pulse
+    local_write       : out   std_ulogic;                     -- pulse
+    local_done        : in    std_ulogic := '0';              -- pulse
+    local_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
     take_snapshot     : out   std_ulogic;                     -- pulse: the registers of the snapshot are latched
     capture_read      : out   std_ulogic;                     -- pulse
     capture_done      : in    std_ulogic;                     -- pulse
@@ -94,6 +99,7 @@ architecture rtl of register_access is
   signal to_heads        : std_ulogic;
   signal to_conditions   : std_ulogic;
   signal to_sets         : std_ulogic;
+  signal to_local        : std_ulogic;
   signal to_capture      : std_ulogic;
 
   signal judge            : std_ulogic;
@@ -150,7 +156,8 @@ begin
       HEADS         => HEADS,
       MEAN          => MEAN,
       MODULATORS    => MODULATORS,
-      FAILOVER      => FAILOVER
+      FAILOVER      => FAILOVER,
+      LOCAL_TABLE   => LOCAL_TABLE
     )
     port map (
       clock           => clock,
@@ -166,6 +173,7 @@ begin
       to_heads        => to_heads,
       to_conditions   => to_conditions,
       to_sets         => to_sets,
+      to_local        => to_local,
       to_capture      => to_capture,
       refused         => refused,
       ask_registers   => register_request,
@@ -181,6 +189,8 @@ begin
       write_set         => sets_write,
       read_conditions   => conditions_read,
       write_conditions  => conditions_write,
+      read_local        => local_read,
+      write_local       => local_write,
       read_capture      => capture_read
     );
 
@@ -227,7 +237,7 @@ begin
   end process hold_for_registers;
 
   answered <= register_read or register_written or coefficient_done or mean_done or heads_done or conditions_done or sets_done
-              or capture_done;
+              or local_done or capture_done;
   data     <= (register_data and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)
@@ -235,6 +245,7 @@ begin
               or (heads_data and to_heads)
               or (conditions_data and to_conditions)
               or (sets_data and to_sets)
+              or (local_data and to_local)
               or (capture_data and to_capture);
 
 end architecture rtl;

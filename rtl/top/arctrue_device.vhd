@@ -33,6 +33,7 @@ entity arctrue_device is
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
@@ -121,7 +122,8 @@ begin
       MEAN          => MEAN,
       ROTATION      => ROTATION,
       MODULATORS    => MODULATORS,
-      FAILOVER      => FAILOVER
+      FAILOVER      => FAILOVER,
+      LOCAL_TABLE   => LOCAL_TABLE
     )
     port map (
       clock               => clock,

@@ -23,6 +23,7 @@ entity arctrue_zynq_heads_top is
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
@@ -77,6 +78,7 @@ begin
       ROTATION      => ROTATION,
       MODULATORS    => MODULATORS,
       FAILOVER      => FAILOVER,
+      LOCAL_TABLE   => LOCAL_TABLE,
       LED_HOLD_LOG2 => LED_HOLD_LOG2,
       DNA_PORTS     => DNA_PORTS
     )

@@ -13,3 +13,13 @@ def test_local_table(counts_per_rev: int) -> None:
         environment={"COUNTS_PER_REV": str(counts_per_rev)},
         backend="llvm",
     )
+
+
+@pytest.mark.parametrize("counts_per_rev", [2**24, 1_234_567])
+def test_local_table_banks(counts_per_rev: int) -> None:
+    simulate(
+        "local_table_banks",
+        "tb.local_table.local_table_banks_bench",
+        environment={"COUNTS_PER_REV": str(counts_per_rev)},
+        backend="llvm",
+    )

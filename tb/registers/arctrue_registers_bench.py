@@ -20,6 +20,7 @@ CAPTURE_DEPTH = 100
 HEADS = int(os.environ.get("HEADS", "2"))
 HAS_MEAN = "HEADS" in os.environ
 HAS_FAILOVER = "FAILOVER" in os.environ
+HAS_LOCAL_TABLE = "LOCAL_TABLE" in os.environ
 
 ADDRESSES = sorted(
     {
@@ -28,6 +29,18 @@ ADDRESSES = sorted(
         for word in range(register.words)
     }
 )
+
+
+LOCAL_PLACES = [
+    *(model_map.LOCAL_PLACE + 4 * word for word in range(-1, model_map.LOCAL_PLACE_WORDS + 2)),
+    *(
+        model_map.LOCAL_POINTS + 4 * word
+        for word in (-1, 0, 1, 2047, 2048, model_map.LOCAL_POINT_WORDS - 1)
+    ),
+    model_map.LOCAL_POINTS + 4 * model_map.LOCAL_POINT_WORDS,
+    model_map.LOCAL_POINTS + 0x8000,
+]
+"""Words of the local table, of its place and beside both."""
 
 
 async def prepared(
@@ -41,7 +54,9 @@ async def prepared(
     bus = await start(dut)
     if stall:
         bus.stall(generator, stall)
-    model = RegisterModel(LANES, CAPTURE_DEPTH, inputs, HEADS, HAS_MEAN, HAS_FAILOVER)
+    model = RegisterModel(
+        LANES, CAPTURE_DEPTH, inputs, HEADS, HAS_MEAN, HAS_FAILOVER, HAS_LOCAL_TABLE
+    )
     for latching in (
         *model_map.GROUPS,
         *model_map.WIDE,
@@ -58,6 +73,9 @@ async def prepared(
         await bus.write(address, 0)
     for address in set_places():
         if model.set_word_exists(address):
+            await bus.write(address, 0)
+    for address in LOCAL_PLACES:
+        if model.local_word_exists(address):
             await bus.write(address, 0)
     return bus, model
 
@@ -80,7 +98,7 @@ def set_places() -> list[int]:
 
 def random_address(generator: random.Random) -> int:
     """Every kind of place: registers, holes beside them, both windows and beyond their ends."""
-    kind = generator.randrange(13)
+    kind = generator.randrange(14)
     if kind < 5:
         return generator.choice(ADDRESSES)
     if kind == 5:
@@ -99,6 +117,8 @@ def random_address(generator: random.Random) -> int:
         return model_map.FURTHER_CAPTURE + 4 * generator.randrange(2 * CAPTURE_DEPTH + 20)
     if kind == 11:
         return generator.choice(set_places())
+    if kind == 12:
+        return generator.choice(LOCAL_PLACES)
     return 4 * generator.randrange(1 << 17)
 
 
@@ -151,7 +171,7 @@ async def every_word_of_the_map(dut):
     places += [model_map.MEAN + 4 * word for word in range(-1, 17)]
     places += [model_map.CONDITIONS + 4 * word for word in range(17)]
     places += [model_map.HEADS + 4 * word for word in range(-1, 65)]
-    places += set_places()
+    places += [*set_places(), *LOCAL_PLACES]
     places += [model_map.FURTHER_CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH)]
     for address in places:
         expected, word = model.read(address)

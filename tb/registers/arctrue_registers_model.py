@@ -59,7 +59,7 @@ READ_ONLY = {
     0x090: (0xFFFF, "zero"),
     0x094: (WORD, "zero_slip"),
     0x098: (WORD, "put_back"),
-    0x0A8: (0x13F, "capability"),
+    0x0A8: (0x1BF, "capability"),
     0x0C0: (0x7F, "head1_flags"),
     0x0C4: (WORD, "head1_faults"),
     0x0C8: (0xFFFF, "head1_overspeeds"),
@@ -124,6 +124,10 @@ DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
 FAILOVER = {35, 36, *range(40, 47)}
 PARITY_VALUE = 44
 """More of them with the failover; weights of heads that are not built are refused."""
+LOCAL_PLACE = 0x01840
+LOCAL_PLACE_WORDS = 7
+LOCAL_POINTS = 0x10000
+LOCAL_POINT_WORDS = 4096
 PREPARED_SETS = 0x08000
 SET_BYTES = 0x1000
 CAPTURE_WORDS = 32_768
@@ -151,6 +155,7 @@ class RegisterModel:
     heads: int = 2
     has_mean: bool = False
     has_failover: bool = False
+    has_local_table: bool = False
     values: dict[int, int] = field(
         default_factory=lambda: {address: reset for address, (_, reset, _) in READ_WRITE.items()}
     )
@@ -159,6 +164,7 @@ class RegisterModel:
     mean: dict[int, int] = field(default_factory=dict)
     of_heads: dict[int, int] = field(default_factory=dict)
     sets: dict[int, int] = field(default_factory=dict)
+    local: dict[int, int] = field(default_factory=dict)
     offset: int = 0
     interrupts: int = 0
 
@@ -195,6 +201,8 @@ class RegisterModel:
             return True, self.of_heads.get(address, 0)
         if self.set_word_exists(address):
             return True, self.sets.get(address, 0)
+        if self.local_word_exists(address):
+            return True, self.local.get(address, 0)
         word = (address & 0x1FFFF) // 4
         windows = (CAPTURE,) if self.heads == 2 else (CAPTURE, FURTHER_CAPTURE)
         if address & ~0x1FFFF in windows and word < 2 * self.capture_depth:
@@ -232,6 +240,12 @@ class RegisterModel:
             )
         )
 
+    def local_word_exists(self, address: int) -> bool:
+        """Whether ``address`` is a word of the local table: of its place, or a point."""
+        place = 0 <= address - LOCAL_PLACE < 4 * LOCAL_PLACE_WORDS
+        point = 0 <= address - LOCAL_POINTS < 4 * LOCAL_POINT_WORDS
+        return self.has_local_table and (place or point)
+
     def mean_exists(self, address: int) -> bool:
         """Whether ``address`` is a word of the mean for a head that is built, or the choice."""
         word = (address - MEAN) // 4
@@ -267,5 +281,8 @@ class RegisterModel:
             return True
         if self.set_word_exists(address):
             self.sets[address] = word
+            return True
+        if self.local_word_exists(address):
+            self.local[address] = word
             return True
         return False

@@ -17,7 +17,8 @@ entity register_access_harness is
     CAPTURE_DEPTH : positive := 100;
     HEADS         : positive := 2;
     MEAN          : boolean  := false;
-    FAILOVER      : boolean  := false
+    FAILOVER      : boolean  := false;
+    LOCAL_TABLE   : boolean  := false
   );
   port (
     clock           : in    std_ulogic;
@@ -56,6 +57,10 @@ architecture simulation of register_access_harness is
   signal sets_write        : std_ulogic;
   signal sets_done         : std_ulogic := '0';
   signal sets_data         : std_ulogic_vector(31 downto 0);
+  signal local_read        : std_ulogic;
+  signal local_write       : std_ulogic;
+  signal local_done        : std_ulogic := '0';
+  signal local_data        : std_ulogic_vector(31 downto 0);
   signal capture_read      : std_ulogic;
   signal capture_done      : std_ulogic := '0';
   signal capture_data      : std_ulogic_vector(31 downto 0);
@@ -68,7 +73,8 @@ begin
       CAPTURE_DEPTH => CAPTURE_DEPTH,
       HEADS         => HEADS,
       MEAN          => MEAN,
-      FAILOVER      => FAILOVER
+      FAILOVER      => FAILOVER,
+      LOCAL_TABLE   => LOCAL_TABLE
     )
     port map (
       clock             => clock,
@@ -99,6 +105,10 @@ begin
       sets_write        => sets_write,
       sets_done         => sets_done,
       sets_data         => sets_data,
+      local_read        => local_read,
+      local_write       => local_write,
+      local_done        => local_done,
+      local_data        => local_data,
       take_snapshot     => open,
       capture_read      => capture_read,
       capture_done      => capture_done,
@@ -116,13 +126,16 @@ begin
     variable mean_words   : words(0 to 15)                 := (others => (others => '0'));
     variable head_words   : words(0 to 63)                 := (others => (others => '0'));
     variable set_words    : words(0 to 8191)               := (others => (others => '0'));
-    variable window       : std_ulogic_vector(5 downto 0)  := "000000";
-    variable answer       : std_ulogic_vector(5 downto 0);
+    -- Points, and the place after them
+    variable local_words  : words(0 to 8191)               := (others => (others => '0'));
+    variable local_word   : natural range 0 to 8191        := 0;
+    variable window       : std_ulogic_vector(6 downto 0)  := "0000000";
+    variable answer       : std_ulogic_vector(6 downto 0);
 
   begin
 
     if rising_edge(clock) then
-      answer := "000000";
+      answer := "0000000";
       if waiting = 1 then
         answer := window;
       end if;
@@ -131,17 +144,20 @@ begin
       end if;
 
       if (coefficient_read or coefficient_write or offset_read or offset_write
-          or mean_read or mean_write or heads_read or heads_write or sets_read or sets_write or capture_read) = '1' then
+          or mean_read or mean_write or heads_read or heads_write or sets_read or sets_write
+          or local_read or local_write or capture_read) = '1' then
         assert waiting = 0
           report "a request before the answer to the last one"
           severity failure;
         waiting  := to_integer(memory_latency);
-        window   := (sets_read or sets_write) & (heads_read or heads_write) & (mean_read or mean_write) & capture_read
+        window   := (local_read or local_write) & (sets_read or sets_write)
+                    & (heads_read or heads_write) & (mean_read or mean_write) & capture_read
                     & (offset_read or offset_write) & (coefficient_read or coefficient_write);
         word     := to_integer(u_unsigned(access_address(16 downto 2)));
         if window(0) = '1' then
           word := to_integer(u_unsigned(access_address(9 downto 2)));
         end if;
+        local_word := to_integer(not access_address(16) & u_unsigned(access_address(13 downto 2)));
         if coefficient_write = '1' then
           coefficients(word) := access_data;
         elsif offset_write = '1' then
@@ -152,6 +168,8 @@ begin
           head_words(word mod 64) := access_data;
         elsif sets_write = '1' then
           set_words(word mod 8192) := access_data;
+        elsif local_write = '1' then
+          local_words(local_word) := access_data;
         end if;
       end if;
 
@@ -164,6 +182,8 @@ begin
       heads_data       <= head_words(word mod 64);
       sets_done        <= answer(5);
       sets_data        <= set_words(word mod 8192);
+      local_done       <= answer(6);
+      local_data       <= local_words(local_word);
       capture_done     <= answer(2);
       capture_data     <= not std_ulogic_vector(to_unsigned(word, 16)) & std_ulogic_vector(to_unsigned(word, 16));
     end if;

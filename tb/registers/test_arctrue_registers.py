@@ -36,6 +36,8 @@ def test_generated_names_equal_the_model() -> None:
     assert registers.COEFFICIENTS_ADDRESS == model_map.COEFFICIENTS
     assert registers.CAPTURE_ADDRESS == model_map.CAPTURE
     assert registers.MEAN_ADDRESS == model_map.MEAN
+    assert registers.LOCAL_PLACE_CHOICE_ADDRESS == model_map.LOCAL_PLACE
+    assert registers.LOCAL_POINTS_ADDRESS == model_map.LOCAL_POINTS
     assert registers.FURTHER_CAPTURE_ADDRESS == model_map.FURTHER_CAPTURE
     assert registers.MAP_BYTES == 1 << 19
 
@@ -46,7 +48,11 @@ def test_registers_do_not_overlap() -> None:
         for word in range(register.words):
             address = register.address + 4 * word
             assert address not in taken, f"{register.path} overlaps {taken[address]}"
-            windows = ((model_map.HEADS, 256), (model_map.CONDITIONS, 64))
+            windows = (
+                (model_map.HEADS, 256),
+                (model_map.CONDITIONS, 64),
+                (model_map.LOCAL_PLACE, 32),
+            )
             has_window = any(first <= address < first + size for first, size in windows)
             assert address < registers.COEFFICIENTS_ADDRESS or has_window
             taken[address] = register.path
@@ -116,4 +122,16 @@ def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) ->
             generics={"HEADS": heads, "MEAN": "true", "FAILOVER": str(failover).lower()},
             testcase=testcase,
             environment={"HEADS": str(heads), **({"FAILOVER": "yes"} if failover else {})},
+        )
+
+
+def test_windows_of_the_local_table() -> None:
+    """Points and place are answered where they are built, and addresses beside them refused."""
+    for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
+        simulate(
+            "arctrue_registers_harness",
+            "tb.registers.arctrue_registers_bench",
+            generics={"LOCAL_TABLE": "true"},
+            testcase=testcase,
+            environment={"LOCAL_TABLE": "yes"},
         )

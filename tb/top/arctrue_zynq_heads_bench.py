@@ -54,6 +54,7 @@ async def each_head_has_its_pins(dut: Any) -> None:
         "mean": 1,
         "rotation": 0,
         "modulators": 0,
+        "local_table": 0,
         "failover": 0,
     }
     # The slave has 512 KiB: its last word is there, the one after it is not.

@@ -162,7 +162,8 @@ class Coefficients:
 
         The bounds are the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
         most that a lane can exceed the chord between two of them, c₂h²/4. Phases are ignored:
-        Σ n·|c_n| bounds the sum of all lanes anywhere in the turn.
+        Σ n·|c_n| bounds the sum of all lanes anywhere in the turn. The slope of a local table adds
+        to that of the lanes.
         """
         thermal, orders = self.thermal, self.orders.astype(np.float64)
         written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
@@ -181,7 +182,10 @@ class Coefficients:
             bow *= step**2 / 4.0
         largest = float((sizes + bow).max())
         slope = float((sizes @ orders).max() + bow @ orders)
-        return slope * 2.0 * math.pi / self.counts_per_rev, largest
+        slope *= 2.0 * math.pi / self.counts_per_rev
+        if self.extension is not None and self.extension.local_table is not None:
+            slope += self.extension.local_table.steepest(self.counts_per_rev)
+        return slope, largest
 
     @property
     def lanes(self) -> int:

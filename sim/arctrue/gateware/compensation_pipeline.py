@@ -20,6 +20,7 @@ from arctrue.gateware.error_compensation import (
 )
 from arctrue.gateware.harmonic_lane import Rotation
 from arctrue.gateware.harmonic_unit import harmonic_unit
+from arctrue.gateware.local_table import LocalTable, local_table
 from arctrue.gateware.phase_unit import phase_unit
 from arctrue.generated.number_formats import COSINE_WIDTH, PAIR_FRACTION
 
@@ -50,17 +51,21 @@ def compensate(
     coefficients: Coefficients,
     cosine_width: int = COSINE_WIDTH,
     rotation: Rotation = "cordic",
+    table: LocalTable | None = None,
 ) -> Subtracted:
     """Give the settled outputs: compensation on, no ramp active.
 
     ``angle``: counts, 0 <= angle < counts_per_rev, and ``position``: counts, both (readings,).
+    ``table``: that of a core with LOCAL_TABLE.
     Returns corrected angle and position in counts and the correction in 2⁻¹¹ count, int64.
 
     Raises ValueError for an angle outside the turn.
     """
     angles, positions = _readings(angle, position, coefficients.counts_per_rev)
     limit = correction_limit(coefficients.counts_per_rev) << PAIR_FRACTION
-    total = add_pairs(pair_sums(angles, coefficients, cosine_width, rotation), coefficients.offset)
+    sums = pair_sums(angles, coefficients, cosine_width, rotation)
+    value = None if table is None else local_table(angles, table)
+    total = add_pairs(sums, coefficients.offset, value)
     return subtract(angles, positions, np.clip(total, -limit, limit), coefficients.counts_per_rev)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.gateware.correction_ramp import RampState, correction_ramp
+from arctrue.gateware.local_table import VALUE_FRACTION
 from arctrue.generated.number_formats import (
     AMPLITUDE_FRACTION,
     CORRECTION_FRACTION,
@@ -55,13 +56,20 @@ def correction_limit(counts_per_rev: int) -> int:
     return min((counts_per_rev - 1) // 2, LIMIT_MAX_COUNTS)
 
 
-def add_pairs(pair_sums: NDArray[np.int64], offset: int | NDArray[np.int64]) -> NDArray[np.int64]:
+def add_pairs(
+    pair_sums: NDArray[np.int64],
+    offset: int | NDArray[np.int64],
+    local_value: NDArray[np.int64] | None = None,
+) -> NDArray[np.int64]:
     """ε in 2⁻ᶠ count, (clocks,), F = PAIR_FRACTION.
 
-    ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``offset``: in 2⁻¹¹ count, one or one a clock.
+    ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``offset``: in 2⁻¹¹ count, one or one a clock;
+    ``local_value``: of the local table in 2⁻²² count, (clocks,).
     """
     aligned = np.asarray(offset, dtype=np.int64) << (PAIR_FRACTION - AMPLITUDE_FRACTION)
     total: NDArray[np.int64] = pair_sums.sum(axis=-1, dtype=np.int64) + aligned
+    if local_value is not None:
+        total += local_value << (PAIR_FRACTION - VALUE_FRACTION)
     return total
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from arctrue.gateware.capability import Capability
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.generated.number_formats import ANGLE_WIDTH, PHASE_STEP_WIDTH
@@ -71,6 +73,21 @@ class LocalTable:
                     f"points[{number}]: {point}, expected {-POINT_LIMIT} to {POINT_LIMIT - 1}; "
                     "choose fewer fraction_bits"
                 )
+
+    def steepest(self, counts_per_rev: int) -> float:
+        """Give the largest |dε/dR| of the table.
+
+        The value leaps from 0 to the first point where a window that is no whole turn begins: a
+        leap counts as a slope over one count.
+        """
+        windows = len(self.starts_counts)
+        words = np.zeros(POINTS)
+        words[: len(self.points)] = self.points
+        each = words.reshape(windows, -1) / float(1 << self.fraction_bits)
+        between = counts_per_rev / float(2**self.width_exponent * each.shape[1])
+        rise = float(np.abs(np.roll(each, -1, axis=1) - each).max()) / between
+        leap = float(np.abs(each[:, 0]).max()) if self.width_exponent else 0.0
+        return max(rise, leap)
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arctrue.gateware.phase_lane import phase_lane
 from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PHASE_WIDTH
+
+if TYPE_CHECKING:
+    from arctrue.gateware import extension
 
 POINTS = 4096
 FRACTIONS = (4, 6, 8, 10)
@@ -49,6 +53,30 @@ class LocalTable:
             )
         if self.points.shape != (POINTS,) or np.abs(self.points + 0.5).max() > 2**17:
             raise ValueError(f"points: expected {POINTS} words of 18 bits")
+
+    @classmethod
+    def of_file(cls, table: extension.LocalTable, counts_per_rev: int) -> LocalTable:
+        """Make the bank that a coefficient file describes; points that it lacks are 0.
+
+        Raises ValueError for a table that the gateware cannot hold.
+        """
+        points = np.zeros(POINTS, dtype=np.int64)
+        points[: len(table.points)] = table.points
+        return cls(
+            counts_per_rev, table.starts_counts, table.width_exponent, table.fraction_bits, points
+        )
+
+    def place_words(self) -> list[int]:
+        """Give the seven words of the window ``local_place``, the choice first."""
+        windows = len(self.starts)
+        choice = (
+            ((1 << windows) - 1)
+            | (windows.bit_length() - 1) << 4
+            | self.width << 8
+            | FRACTIONS.index(self.fraction) << 12
+        )
+        starts = [*self.starts, *[0] * (4 - windows)]
+        return [choice, *starts, self.step & 0xFFFF_FFFF, self.step >> 32]
 
     @property
     def step(self) -> int:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.capability import HEADS_MOST
 from arctrue.gateware.extension import Conditions
+from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.register_types import Register
 from arctrue.gateware.table_conditions import condition_registers
@@ -229,6 +230,18 @@ class RegisterMap:
             if number >= 2 * HEADS_MOST or number % HEADS_MOST < mean.heads:
                 address = self._base + registers.MEAN_ADDRESS + 4 * number
                 await self._write_words(address, [word])
+
+    async def write_local_table(self, table: LocalTable) -> None:
+        """Write the idle bank of the local table. It acts with ``command("swap")``.
+
+        The choice is written last: it asks for the next swap to take the table over.
+        """
+        points = [point & _WORD for point in table.points.tolist()]
+        await self._write_words(self._base + registers.LOCAL_POINTS_ADDRESS, points)
+        choice, *others = table.place_words()
+        first = register_named("local_place.choice").address
+        await self._write_words(self._base + first + 4, others)
+        await self._write_words(self._base + first, [choice])
 
     async def write_set(self, number: int, coefficients: CoefficientSet, mean: MeanSet) -> None:
         """Write prepared set ``number``: 0 with all heads, else without that head."""

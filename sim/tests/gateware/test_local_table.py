@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from arctrue.gateware import extension
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.local_table import POINTS, VALUE_FRACTION, LocalTable, line_bound, local_table
 
 TURN = 2**24
@@ -81,3 +83,38 @@ def test_what_the_gateware_cannot_hold_is_refused(changed: dict, message: str) -
     }
     with pytest.raises(ValueError, match=message):
         LocalTable(**(values | changed))
+
+
+def test_words_of_a_file_become_a_bank() -> None:
+    """Points that the file lacks are 0; the words of the place are those of the register map."""
+    of_file = extension.LocalTable((7, -8), (5, TURN - 1), 3, 6)
+    table = LocalTable.of_file(of_file, TURN)
+    assert table.points[:3].tolist() == [7, -8, 0]
+    assert table.points.shape == (POINTS,)
+    # enable 0b11, two windows (code 1), width 3, fraction 6 (code 1); step 2^48 * 2^3 / 2^24.
+    choice = 0b11 | 1 << 4 | 3 << 8 | 1 << 12
+    assert table.place_words() == [choice, 5, TURN - 1, 0, 0, 1 << 27, 0]
+
+
+@pytest.mark.parametrize(("width", "leaps"), [(0, 0.0), (4, 2.0)])
+def test_the_slope_of_a_table_counts_with_that_of_the_lanes(width: int, leaps: float) -> None:
+    """A wave of 300 counts over the window has the slope 2π·300 / its length; and it leaps by 2."""
+    place = 2.0 * np.pi * np.arange(POINTS) / POINTS
+    points = tuple(np.rint((300.0 * np.sin(place) + leaps) * 2**6).astype(int).tolist())
+    table = extension.LocalTable(points, (0,), width, 6)
+    slope = 2.0 * np.pi * 300.0 / (TURN / 2**width)
+    # Points are rounded to 2⁻⁶ count: a slope between two is off by 2⁻⁶ over their distance.
+    rounding = 2.0**-6 / (TURN / 2**width / POINTS)
+    assert table.steepest(TURN) == pytest.approx(max(slope, leaps), abs=rounding)
+    lane = Coefficients.from_harmonics([40], [1000.0], [0.0], TURN, 1)
+    plain, _ = lane.extent()
+    with_table = Coefficients(
+        lane.phase_steps,
+        lane.phase_offsets,
+        lane.amplitudes,
+        0,
+        TURN,
+        None,
+        extension.Extension(local_table=table),
+    )
+    assert with_table.extent()[0] == pytest.approx(plain + table.steepest(TURN), rel=1e-12)

@@ -1,0 +1,127 @@
+"""cocotb test of the core with LOCAL_TABLE: pins in, a scratch of the disc taken away.
+
+A table of four windows joins a sum of orders. In every clock the correction is the models'.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.triggers import ClockCycles, FallingEdge
+from cocotbext.axi import AxiResp
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.gateware.local_table import POINTS, LocalTable
+from arctrue.generated import registers
+from arctrue.generated.number_formats import CORRECTION_FRACTION, PIPELINE_LATENCY
+from tb.core import arctrue_core_table as table
+from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, prepared
+
+COUNTS = table.COUNTS_PER_REV
+HEIGHT = 9.0
+"""Counts, of the scratch in each window."""
+SIGNED = ("healed", "correction", "corrected_position")
+NAMES = ("angle_in", *SIGNED)
+LATENCY = PIPELINE_LATENCY + FOLD - 1
+
+
+def coefficients() -> Coefficients:
+    return Coefficients.from_harmonics([1, 2, 5], [5.0, 6.0, 2.0], [0.4, -1.1, 2.0], COUNTS, LANES)
+
+
+def scratches(sign: int) -> LocalTable:
+    """A smooth bump in each of four windows of a sixteenth of the turn, one over the zero."""
+    place = np.arange(POINTS // 4) / (POINTS // 4)
+    bump = sign * HEIGHT * np.sin(np.pi * place) ** 2
+    points = np.rint(np.concatenate([bump, -bump, bump / 2.0, bump / 3.0]) * 2**10).astype(int)
+    starts = (COUNTS - 20, COUNTS // 4, COUNTS // 2, 3 * COUNTS // 4)
+    return LocalTable(COUNTS, starts, 4, 10, points)
+
+
+async def settled(machine: Machine) -> None:
+    await ClockCycles(machine.dut.clock, 2 * LATENCY)  # the ramp starts with the first new output
+    while (await machine.registers.read_fields("status"))["ramp_busy"]:
+        pass
+
+
+async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None) -> None:
+    """Two turns: the correction of every accepted angle is the model's, with this table."""
+    seen: list[list[int]] = []
+    turning = cocotb.start_soon(machine.turn(machine.now + turns(1.5)))
+    while not turning.done():
+        await FallingEdge(dut.clock)
+        seen.append(
+            [
+                value.to_signed() if name in SIGNED else value.to_unsigned()
+                for name, value in ((name, getattr(dut.unit, name).value) for name in NAMES)
+            ]
+        )
+    rows = np.array(seen, dtype=np.int64)[:-LATENCY]
+    later = np.array(seen, dtype=np.int64)[LATENCY:]
+    model = compensate(rows[:, 0], rows[:, 1], coefficients(), table=loaded)
+    if FOLD == 1:
+        assert np.array_equal(later[:, 2], model.correction)
+        assert np.array_equal(later[:, 3], model.corrected_position)
+    else:
+        # Every FOLDth angle is taken: which, the outputs tell.
+        same = [
+            np.mean(later[start::FOLD, 2] == model.correction[start::FOLD]) for start in range(FOLD)
+        ]
+        assert sum(share == 1.0 for share in same) == 1, same
+    if loaded is not None:
+        # The sum has no such bump: it is the table's.
+        without = compensate(rows[:, 0], rows[:, 1], coefficients())
+        added = (model.correction - without.correction) / 2.0**CORRECTION_FRACTION
+        assert np.abs(added).max() > 0.9 * HEIGHT
+
+
+def turns(number: float) -> NDArray[np.float64]:
+    """Motion in counts, one place a clock."""
+    return np.arange(int(number * COUNTS * CLOCKS_PER_COUNT)) / CLOCKS_PER_COUNT
+
+
+@cocotb.test()
+async def scratches_are_taken_away(dut: Any) -> None:
+    """Load, turn, turn the table over, switch it off; each with a swap, the lanes as they are."""
+    machine = await prepared(dut)
+    names = machine.registers
+    assert (await names.read_fields("capability"))["local_table"] == 1
+    await names.write_coefficients(coefficients())
+    await names.command("swap")
+    await names.update("control", output_enable=1, compensate=1)
+    await machine.turn(machine.now + turns(1.5))
+    for loaded in (scratches(1), scratches(-1)):
+        await names.write_local_table(loaded)
+        await names.command("swap")
+        await settled(machine)
+        await turn_and_compare(machine, dut, loaded)
+        # The lanes are swapped alone: the table stays.
+        await names.write_coefficients(coefficients())
+        await names.command("swap")
+        await settled(machine)
+        await turn_and_compare(machine, dut, loaded)
+        assert await names.read("local_place.start2") == loaded.starts[1]
+    await names.update("local_place.choice", enable=0)
+    await names.command("swap")
+    await settled(machine)
+    await turn_and_compare(machine, dut, None)
+
+
+@cocotb.test()
+async def words_of_the_table(dut: Any) -> None:
+    """Every word reads back; parts of a word and addresses beyond are refused."""
+    machine = await prepared(dut)
+    bus = machine.bus
+    first, place = registers.LOCAL_POINTS_ADDRESS, registers.LOCAL_PLACE_CHOICE_ADDRESS
+    for address, word in ((first, 5), (first + 4 * 4095, -7), (place + 24, 0xFFFF)):
+        assert await bus.write(address, word & 0xFFFF_FFFF) == AxiResp.OKAY
+        assert await bus.read(address) == (AxiResp.OKAY, word & 0xFFFF_FFFF)
+        assert await bus.write(address, 1, strobes=0b0011) == AxiResp.SLVERR
+        assert await bus.read(address) == (AxiResp.OKAY, word & 0xFFFF_FFFF)
+    assert await bus.write(place + 28, 1) == AxiResp.SLVERR
+    for beyond in (place + 28, first + 4 * POINTS):
+        assert await bus.read(beyond) == (AxiResp.SLVERR, 0)
