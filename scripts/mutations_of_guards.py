@@ -190,10 +190,19 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{GUARDS}::test_what_says_why_goes_before_what_says_what_is_seen",
     ),
     Mutation(
+        "line_beside_its_order",
+        "a line that takes a little more than the order of the disc under it is named",
+        f"{DIAGNOSE}/classes.py",
+        "return stands_in(line, other) or of_its_order(line, other)",
+        "return stands_in(line, other)",
+        "sim/tests/workbench/heads/test_four_heads_diagnosed.py"
+        "::test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc",
+    ),
+    Mutation(
         "line_in_every_class",
         "an effect that states its cause is ambiguous with its own line",
         f"{DIAGNOSE}/classes.py",
-        "if other.effect.unspecific and not best.effect.unspecific:",
+        "if other.effect.unspecific and not (unspecific or best.effect.unspecific):",
         "if False:",
         "sim/tests/workbench/test_periodic_error.py"
         "::test_a_drive_of_a_broken_tooth_count_has_its_own_name",

@@ -9,8 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from arctrue.workbench.diagnose.adding import Adding
+from arctrue.workbench.diagnose.aliases import above_half_the_samples
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import (
+    OF_THE_SAME_KIND,
     Similar,
     adds,
     alike,
@@ -41,10 +43,6 @@ LACK_OF_FIT = 1e-4
 """A lack of fit with a smaller p is sure."""
 REFUSED_P = LACK_OF_FIT
 """As sure as a lack of fit: an effect that is refused tells one."""
-OF_THE_SAME_KIND = 0.1
-"""Share of the first effect's gain and of its mean square: what is left beside it and is larger, a
-third of its size, may be its own shape, that the catalogue does not have. Smaller, it is a matter
-of its own."""
 LEAST_COLOUR = 0.02
 """Sum of the squares of 20 autocorrelations: what many rows show of noise that the parts of its
 spectrum take but for a fiftieth of the variance changes no σ by more than 1 %."""
@@ -80,8 +78,19 @@ class Case:
 
     @cached_property
     def at_every_speed(self) -> list[Candidate]:
-        """Of those, what shows at every speed at which it would."""
-        return [item for item in self.seen if at_other_speeds(item)]
+        """Of those, what shows at every speed at which it would, and is no alias of a better one.
+
+        An order of the disc above half the samples a turn that is behind another cause may be the
+        alias of that one in some of the runs.
+        """
+        return [item for item in self.seen if at_other_speeds(item) and not self._behind(item)]
+
+    def _behind(self, item: Candidate) -> bool:
+        if item.effect.search_kind != "disc_order":
+            return False
+        causes = [other for other in self.seen if not other.effect.unspecific]
+        ahead = any(other.delta_bic > item.delta_bic for other in causes)
+        return ahead and above_half_the_samples(item, self.survey.residuals)
 
     @cached_property
     def real(self) -> list[Candidate]:
@@ -194,9 +203,14 @@ class Case:
 
     @cached_property
     def similar(self) -> Similar:
-        """What this data cannot tell from the best."""
-        assert self.best is not None
-        return alike(self.best, list(self.others.values()))
+        """What this data cannot tell from the best.
+
+        An order of the disc above half the samples a turn may be the alias of a line of any order.
+        """
+        best = self.best
+        assert best is not None
+        aliased = above_half_the_samples(best, self.survey.residuals)
+        return alike(best, list(self.others.values()), unspecific=aliased)
 
     @cached_property
     def rivals(self) -> list[Candidate]:

@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.scan import TOLD_APART
 from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
@@ -18,6 +19,10 @@ LEAST_SHARE = 0.5
 NOTHING_LEFT_P = 0.001
 """Beside the other, an effect adds nothing when its gain, for all places that it looked at, is no
 rarer than this."""
+OF_THE_SAME_KIND = 0.1
+"""Share of the first effect's gain and of its mean square: what is left beside it and is larger, a
+third of its size, may be its own shape, that the catalogue does not have. Smaller, it is a matter
+of its own."""
 FAR = 30.0
 """Of the logarithm of a variance, to either side of that at which noise and effect are alike."""
 
@@ -35,13 +40,16 @@ class Similar:
         return [*self.equals, *self.larger]
 
 
-def alike(best: Candidate, others: Sequence[Candidate]) -> Similar:
-    """Candidates whose columns explain what the best one explains."""
+def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = False) -> Similar:
+    """Candidates whose columns explain what the best one explains.
+
+    ``unspecific``: those count too that only say what is seen, where the best says why.
+    """
     similar = Similar()
     for other in others:
         if other.gain < LEAST_SHARE * best.gain or other.name == best.name:
             continue
-        if other.effect.unspecific and not best.effect.unspecific:
+        if other.effect.unspecific and not (unspecific or best.effect.unspecific):
             continue
         if not stands_in(best, other):
             continue
@@ -122,5 +130,32 @@ def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
     return [
         item
         for item in found
-        if not item.effect.unspecific or not any(stands_in(item, other) for other in specific)
+        if not item.effect.unspecific or not any(_explained(item, other) for other in specific)
     ]
+
+
+def _explained(line: Candidate, other: Candidate) -> bool:
+    return stands_in(line, other) or of_its_order(line, other)
+
+
+def of_its_order(line: Candidate, other: Candidate) -> bool:
+    """The line is at the order of the disc that the other effect searched, which takes most of it.
+
+    A line has a size and a phase for each head, so that it also takes what moves an order of the
+    disc by a little: an eccentric disc of 80″ moves the phase of order 120 by 0.05. At the whole
+    order the line must take as much as at its own, or the orders differ.
+    """
+    if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):
+        return False
+    known = line.evidence or other.evidence
+    order, whole = line.nonlinear.get("order", 0.0), other.nonlinear["order"]
+    if known is None or abs(order - whole) > known.base.observations.order_resolution:
+        return False
+    base = known.base
+    own = base.score(line.effect, line.nonlinear).gain
+    there = {**line.nonlinear, "order": whole}
+    if own - base.score(line.effect, there).gain > TOLD_APART:
+        return False
+    score = base.score(other.effect, other.nonlinear)
+    beside = Residuals(base.solution_with(other.effect, other.nonlinear, score))
+    return beside.score(line.effect, there).gain < OF_THE_SAME_KIND * own

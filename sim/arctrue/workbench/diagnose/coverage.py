@@ -21,7 +21,6 @@ from arctrue.workbench.inference.detectable import (
 from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.inference.scan import (
     BLIND_FACTOR,
-    STATION_DECIMALS,
     samples_a_turn,
 )
 from arctrue.workbench.inference.significance import corrected_p_value
@@ -44,9 +43,6 @@ GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that stand for all: slow and fast, whole and half; None: no wave."""
 HIGHEST_BLIND_ORDER = 1000
 """Orders that are listed; a thousand have 8 blind ones at 33°. Shown, it decides nothing."""
-UNEVEN = 1e-3
-"""Of the distance of two stations: of 360 stations it turns the phase of the 360th order by 0.4°
-from one to the next, so that all orders look alike there."""
 
 
 @dataclass(frozen=True)
@@ -110,33 +106,6 @@ def blind_orders(residuals: Residuals) -> list[int]:
         seen = stations / 2.0
     blind = best_factor(rows, orders) < BLIND_FACTOR
     return [int(order) for order in orders[blind & (orders > seen)]]
-
-
-def aliases(item: Candidate, observations: Observations) -> list[float]:
-    """Orders that even stations see as they see the order of an effect, the lowest first.
-
-    An order with two stations a period or more has none below half the stations; with fewer the
-    stations show k·N ± n alike. Empty too where the stations are uneven, or the heads show the
-    effect as well.
-    """
-    rows, capture = observations.reference, observations.capture
-    order = item.effect.declared_order(observations)
-    stated = item.parameters().get("order")
-    order = stated.value if stated is not None else order
-    shown = None
-    if capture is not None:
-        few = capture.part(slice(0, 8)).of_head(2)
-        shown = item.effect.capture_columns(few, item.nonlinear, item.solution.context)
-    if rows is None or order is None or shown is not None:
-        return []
-    place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
-    gaps = np.diff(place, append=place[0] + 2.0 * np.pi)
-    stations = place.size
-    if np.ptp(gaps) > UNEVEN * float(gaps.mean()) or order <= stations / 2.0:
-        return []
-    low = float(order % stations)
-    others = {low, stations - low, stations + low, 2.0 * stations - low}
-    return sorted(round(one, 6) for one in others if one > 0.0 and abs(one - order) > UNEVEN)
 
 
 def blindness(
@@ -258,7 +227,6 @@ def _frames(observations: Observations) -> list[Frame]:
 __all__ = [
     "Blindness",
     "Coverage",
-    "aliases",
     "blind_orders",
     "blindness",
     "coverage",

@@ -20,6 +20,7 @@ from arctrue.workbench.diagnose.candidates import (
     tried_products,
     with_regular,
 )
+from arctrue.workbench.diagnose.classes import of_its_order
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
 from arctrue.workbench.diagnose.of_the_runs import leaves_the_index, p_among_the_runs
 from arctrue.workbench.diagnose.regular import Findings
@@ -239,12 +240,17 @@ def _bic_beside(item: Candidate, real: Candidate) -> float:
 
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Those not far behind, or that take more: they may be the larger effect around the other."""
+    """Those not far behind, or that take more: they may be the larger effect around the other.
+
+    The order of the disc at which a line was found is weighed however far it is behind the line.
+    """
     _score_beside(items, real)
     return [
         item
         for item in items
-        if _bic_beside(item, real) > -FAR_BEHIND or _gain_beside(item, real) > real.gain
+        if _bic_beside(item, real) > -FAR_BEHIND
+        or _gain_beside(item, real) > real.gain
+        or (real.effect.unspecific and of_its_order(real, item))
     ]
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from arctrue.base.percent import probability_percent
+from arctrue.workbench.diagnose.aliases import aliases, in_capture
 from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.coverage import Coverage, aliases
+from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.posterior import SILENT
 from arctrue.workbench.diagnose.second_finding import SecondFinding
@@ -101,7 +102,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         },
         "verdict": result.verdict,
         "named": None if result.named is None else result.named.name,
-        "aliases": [] if said.first is None else aliases(said.first, result.observations),
+        "aliases": _with_aliases(result)[1],
         "class": result.effect_class,
         "class_correlation": dict(said.class_correlation),
         "description": result.description,
@@ -251,16 +252,34 @@ def _covered(covers: Coverage) -> list[str]:
 
 
 def _aliased(result: Diagnosis) -> list[str]:
-    """Orders that the stations cannot exclude, one sentence."""
-    first = result.decision.first
-    found = [] if first is None else aliases(first, result.observations)
-    if not found:
+    """Orders that the samples or the stations cannot exclude, one sentence."""
+    item, found = _with_aliases(result)
+    if item is None:
         return []
     orders = ", ".join(f"{order:.6g}" for order in found)
+    if in_capture(item, result.observations):
+        return [
+            f"Order {item.nonlinear['order']:.6g} or its alias {orders}: the samples of the "
+            "capture see them alike. A run with another number of samples a turn, or from another "
+            "angle, would tell."
+        ]
     return [
         f"Its order has fewer than two stations a period: orders {orders} and others look the same "
         "at these stations. Stations that are closer, or uneven, would tell."
     ]
+
+
+def _with_aliases(result: Diagnosis) -> tuple[Candidate | None, list[float]]:
+    """The first effect of the class whose order has aliases, and these."""
+    first = result.decision.first
+    others = [] if first is None else result.candidates
+    names = set(result.effect_class)
+    for item in [first, *others]:
+        if item is None or (item is not first and item.name not in names):
+            continue
+        if found := aliases(item, result.observations):
+            return item, found
+    return None, []
 
 
 MOST_ORDERS = 5

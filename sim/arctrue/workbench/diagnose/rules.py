@@ -15,8 +15,13 @@ import numpy as np
 
 from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.case import AGAIN, LACK_OF_FIT, NEAR_TIE, OF_THE_SAME_KIND, Case
-from arctrue.workbench.diagnose.classes import adds, stands_in, without_unspecific
+from arctrue.workbench.diagnose.case import AGAIN, LACK_OF_FIT, NEAR_TIE, Case
+from arctrue.workbench.diagnose.classes import (
+    OF_THE_SAME_KIND,
+    adds,
+    stands_in,
+    without_unspecific,
+)
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.next_measurement import (

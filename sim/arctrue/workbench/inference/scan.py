@@ -53,6 +53,9 @@ LEAST_OWN = 0.05
 is 1 − sinc²(δT), so that a line is looked for from an eighth of a period beside an order on."""
 BLIND_FACTOR = 0.02
 """|e^{jnα} − 1| below this: two heads cannot see the order."""
+ALIAS_AHEAD = 6.0
+"""Gain by which an order above half the samples a turn must exceed the best one below: odds of 20
+to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 STATION_DECIMALS = 6
 """Of a radian: stations nearer than this are one."""
 LARGEST_GAP_STEPS = 8.0
@@ -144,13 +147,18 @@ def samples_a_turn(residuals: Residuals) -> float:
 
 
 def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Whole orders of the declared range, up to half the samples a turn."""
+    """Whole orders of the declared range whose alias at even samples is above that range's start.
+
+    With N samples a turn, order n and N − n differ by a phase in each run: runs that start at
+    different angles separate them, one run does not. The lower order is then preferred.
+    """
     low, high = effect.search_range("order")
     above = int(low) - 1
     capture = residuals.observations.capture
     if capture is None:
         return []
-    highest = int(min(samples_a_turn(residuals) / 2.0, DISC_BINS / 8.0, high))
+    a_turn = samples_a_turn(residuals)
+    highest = int(min(a_turn - low if a_turn > 2.0 * low else 0.0, DISC_BINS / 8.0, high))
     if highest <= above:
         return []
     orders = np.arange(highest + 1)
@@ -159,9 +167,17 @@ def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     blind = best_factor(capture, orders) < BLIND_FACTOR
     power[blind | (orders <= above)] = 0.0
     best = np.argsort(power)[::-1][:BEST_PLACES]
-    return scored(
-        effect, residuals, ({"order": float(order)} for order in best), float(highest - above)
+    aliases = np.abs(np.round(a_turn) - best)
+    tried = np.unique(np.concatenate([best, aliases[aliases <= highest].astype(np.int64)]))
+    found = scored(
+        effect, residuals, ({"order": float(order)} for order in tried), float(highest - above)
     )
+    if not found or found[0].nonlinear["order"] <= a_turn / 2.0:
+        return found
+    below = next((item for item in found if item.nonlinear["order"] <= a_turn / 2.0), None)
+    if below is None or found[0].gain - below.gain > ALIAS_AHEAD:
+        return found
+    return [below, *(item for item in found if item is not below)]
 
 
 def stations_a_turn(rows: ReferenceRows) -> float:

@@ -23,7 +23,7 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 
 STEP_S, SWEEP_S, SWEEPS = 0.1, 18.0, 7
-TIME_S = np.arange(int(SWEEP_S * SWEEPS / STEP_S)) * STEP_S
+TIME_S: Float = np.arange(int(SWEEP_S * SWEEPS / STEP_S), dtype=np.float64) * STEP_S
 RUN = (TIME_S // SWEEP_S).astype(np.int64)
 UP = RUN % 2 == 0
 STROKE = np.where(UP, TIME_S / SWEEP_S - RUN, 1.0 - TIME_S / SWEEP_S + RUN)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import ALPHA, measurement_set
 
-from arctrue.workbench.diagnose.coverage import aliases, blindness, coverage, effect_or_noise
+from arctrue.workbench.diagnose.aliases import aliases
+from arctrue.workbench.diagnose.coverage import blindness, coverage, effect_or_noise
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in

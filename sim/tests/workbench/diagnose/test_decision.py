@@ -8,7 +8,7 @@ import numpy as np
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import ARCSEC, COUNTS_PER_REV, measurement_set, paper_error
 
-from arctrue.workbench.diagnose.case import OF_THE_SAME_KIND
+from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in

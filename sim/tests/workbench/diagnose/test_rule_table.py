@@ -13,8 +13,8 @@ from scipy.stats import multivariate_normal
 
 import arctrue.workbench
 from arctrue.workbench.diagnose import next_measurement
-from arctrue.workbench.diagnose.case import AGAIN, OF_THE_SAME_KIND, REFUSED_P, Case
-from arctrue.workbench.diagnose.classes import family_gain
+from arctrue.workbench.diagnose.case import AGAIN, REFUSED_P, Case
+from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND, family_gain
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.rules import (
@@ -33,7 +33,9 @@ WORKBENCH = Path(arctrue.workbench.__file__).parent
 
 def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: bool = False):  # type: ignore[no-untyped-def]
     """A candidate as the rules see it; ``real``: held-out rows and every pass show it."""
-    effect = SimpleNamespace(unspecific=False, step_at=("run", "instant") if step else None)
+    effect = SimpleNamespace(
+        unspecific=False, search_kind=None, step_at=("run", "instant") if step else None
+    )
     return SimpleNamespace(
         name=name, gain=gain, delta_bic=gain, p_corrected=p, rank=1, evidence=object(), real=real,
         regular=None,

@@ -36,7 +36,7 @@ class FourHeads:
     """What the table does beside turning."""
 
     motion: Motion = field(default=lambda angle: np.zeros_like(angle, dtype=np.complex128))
-    disc: tuple[tuple[int, float, float], ...] = DISC
+    disc: tuple[tuple[float, float, float], ...] = DISC
     creep_arcsec_k: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     """Of each head's bracket, along the disc."""
     places_deg: tuple[float, ...] = PLACES_DEG

@@ -114,6 +114,37 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
     assert 120 in two.covers.blind_orders
 
 
+@pytest.mark.parametrize(("order", "size_arcsec"), [(120, 0.6), (120, 2.0), (97, 0.6), (200, 2.0)])
+def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
+    order: int, size_arcsec: float
+) -> None:
+    """The 80″ of order 1 move the phase of order 200 by 0.08 at each head in its own way.
+
+    A line with a size and a phase for each head takes that too, so that it gains more.
+    """
+    found, values = _named(
+        FourHeads(disc=(*DISC, (order, size_arcsec, 0.5))), "high_order_graduation"
+    )
+    assert values["order"].value == order
+    _close(values["amplitude"], size_arcsec)
+    line = next(item for item in found.candidates if item.name == "periodic_error")
+    assert line.gain > found.decision.first.gain  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("order", [97.0, 97.02])
+def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
+    """The axis moves by 0.2 µm along x: each head sees its own share, the disc no order."""
+    world = FourHeads(motion=lambda angle: 0.2e-6 * np.cos(order * angle) + 0j)
+    _, values = _named(world, "periodic_error")
+    assert values["order"].value == pytest.approx(order, abs=SIGMAS * values["order"].sigma)
+
+
+def test_a_line_beside_a_whole_order_is_not_the_whole_order() -> None:
+    """The phase of 0.02 periods a turn runs on by 14° over the two turns of each run."""
+    _, values = _named(FourHeads(disc=(*DISC, (97.02, 0.6, 0.5))), "periodic_error")
+    assert values["order"].value == pytest.approx(97.02, abs=SIGMAS * values["order"].sigma)
+
+
 def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
     """The further heads tell it, not the world: it is synchronous with what a disc does."""
     world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:2])

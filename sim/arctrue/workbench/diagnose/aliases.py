@@ -1,0 +1,89 @@
+"""Orders that the samples of a capture, or the stations of a reference, cannot distinguish."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import (
+    ALIAS_AHEAD,
+    DISC_BINS,
+    STATION_DECIMALS,
+    samples_a_turn,
+)
+from arctrue.workbench.observations import Observations
+
+UNEVEN = 1e-3
+"""Of the distance of two stations: of 360 stations it turns the phase of the 360th order by 0.4°
+from one to the next, so that all orders look alike there."""
+HIGHEST_ORDER = DISC_BINS / 8.0
+"""Aliases above the orders that are searched are not listed."""
+
+
+def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:
+    """A searched order of the disc has fewer than two samples of the capture a period."""
+    if item.effect.search_kind != "disc_order" or residuals.observations.capture is None:
+        return False
+    return item.nonlinear["order"] > samples_a_turn(residuals) / 2.0
+
+
+def aliases(item: Candidate, observations: Observations) -> list[float]:
+    """Orders that the rows see as they see the order of an effect, the lowest first."""
+    if not in_capture(item, observations):
+        return _of_stations(item, observations)
+    return _of_samples(item)
+
+
+def in_capture(item: Candidate, observations: Observations) -> bool:
+    """It has columns in R₂ − R₁."""
+    capture = observations.capture
+    if capture is None:
+        return False
+    few, context = capture.part(slice(0, 8)).of_head(2), item.solution.context
+    return item.effect.capture_columns(few, item.nonlinear, context) is not None
+
+
+def _of_samples(item: Candidate) -> list[float]:
+    """The orders N ± ν, of N samples a turn, that explain all rows as well as ν does.
+
+    Each is scored on the rows themselves: runs that start at different angles, with other numbers
+    of samples a turn, or a reference exclude it. Of an effect that was not weighed there are none.
+    """
+    order = item.nonlinear.get("order", 0.0)
+    if order <= 0.0 or item.evidence is None:
+        return []
+    base = item.evidence.base
+    a_turn = samples_a_turn(base)
+    own = base.score(item.effect, item.nonlinear).gain
+    whole = bool(item.effect.disc_orders(item.nonlinear))
+    found = []
+    for one in (abs(a_turn - order), a_turn + order):
+        alias = float(round(one)) if whole else one
+        low, high = item.effect.search_range("order")
+        if not max(low, 1.0) <= alias <= min(high, HIGHEST_ORDER) or abs(alias - order) < 1.0:
+            continue
+        if own - base.score(item.effect, {**item.nonlinear, "order": alias}).gain < ALIAS_AHEAD:
+            found.append(round(alias, 6))
+    return sorted(found)
+
+
+def _of_stations(item: Candidate, observations: Observations) -> list[float]:
+    """At even stations the orders k·N ± n; n has aliases below half the stations only.
+
+    Empty too where the stations are uneven.
+    """
+    rows = observations.reference
+    order = item.effect.declared_order(observations)
+    stated = item.parameters().get("order")
+    order = stated.value if stated is not None else order
+    if rows is None or order is None:
+        return []
+    place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
+    gaps = np.diff(place, append=place[0] + 2.0 * np.pi)
+    stations = place.size
+    if np.ptp(gaps) > UNEVEN * float(gaps.mean()) or order <= stations / 2.0:
+        return []
+    low = float(order % stations)
+    others = {low, stations - low, stations + low, 2.0 * stations - low}
+    return sorted(round(one, 6) for one in others if one > 0.0 and abs(one - order) > UNEVEN)
