@@ -26,6 +26,7 @@ COMPENSATED = {
     "lanes": "by lanes",
     "offset": "by the offset",
     "modulators": "by lanes of a bitstream with `MODULATORS`",
+    "local_table": "by the table of a bitstream with `LOCAL_TABLE`",
     "none": "no",
     "reference": "nothing to take away",
 }
@@ -34,6 +35,7 @@ TAKEN = {
     "lanes": "lanes",
     "firmware's model": "the firmware's model: lanes at the table's temperature",
     "lanes by condition": "lanes of a bitstream with `MODULATORS`",
+    "local table": "the table of a bitstream with `LOCAL_TABLE`",
     "nothing": "nothing",
     "not in the output": "not in the output: head 2 alone has it",
     "reference": "no error of the table, but of the reference",

@@ -45,6 +45,7 @@ from arctrue.table.rotary_table import RotaryTable
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.export import ConditionSettings, export_model
 from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.local_errors import taken_off_arcsec
 from arctrue.workbench.model.model import Model, ModelEffect, default_model
 from arctrue.workbench.model.taken_away import outcome
 from arctrue.workbench.observations.build import observations_of
@@ -168,10 +169,14 @@ def _left(
         lanes=LANES_DEFAULT,
         temperature_c=None,
         conditions=ConditionSettings() if follows else None,
+        with_local_table=effects[name].compensation == "local_table",
     ).coefficients
     counts = made.table.reading_rad(0, fresh) / made.table.count_rad
     correction = _correction_counts(export, counts, fresh)
     left = error_arcsec - correction * made.table.count_rad * ARCSEC_PER_RAD
+    if export.extension is not None and export.extension.local_table is not None:
+        reading_rad = counts * made.table.count_rad
+        left -= taken_off_arcsec(export.extension.local_table, export.counts_per_rev, reading_rad)
     became = outcome(model, observations, effects, export, temperature_c=None)
     by = next((item.by for item in became.effects if item.effect == name), "")
     return float(left.std()), by

@@ -35,6 +35,7 @@ CORRECTED_BY = {
     "lanes": "lanes",
     "offset": "offset",
     "modulators": "lanes of a bitstream with MODULATORS",
+    "local_table": "the table of a bitstream with LOCAL_TABLE",
     "none": "nothing",
     "reference": "nothing",
 }

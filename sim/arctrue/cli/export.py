@@ -111,6 +111,12 @@ GATEWARE = "gateware"
     help="With --modulators: degrees of travel from the middle of a wind-up to its end.",
 )
 @click.option(
+    "--local-table",
+    is_flag=True,
+    help="For a gateware built with LOCAL_TABLE = true: errors at one place of the turn, such as a "
+    "scratch, go into its table.",
+)
+@click.option(
     "--coefficients",
     "coefficient_file",
     type=OutputFile(),
@@ -138,6 +144,7 @@ def export(
     range_c: tuple[float, float] | None,
     modulators: bool,
     reversal_width: float,
+    local_table: bool,
     coefficient_file: Path | None,
     force: bool,
 ) -> None:
@@ -187,6 +194,7 @@ def export(
         sensor_time_constant_s=sensor_lag,
         range_c=range_c,
         conditions=ConditionSettings(reversal_width) if modulators else None,
+        with_local_table=local_table,
     )
     became = outcome(
         model, loaded.observations, loaded.effects, result.coefficients, temperature_c=temperature
@@ -231,6 +239,8 @@ def export(
         )
     for text in result.followed:
         console.print(f"follows its condition: {text}")
+    for text in result.local:
+        console.print(f"in the local table: {text}")
     _tell_what_became(became)
     for text in result.left_out:
         console.print(f"not corrected: {text}")
@@ -248,6 +258,7 @@ def export(
                 for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True)
             ],
             "followed": result.followed,
+            "local_table": result.local,
             "not_corrected": result.left_out,
             "effects": [asdict(item) for item in became.effects],
             "left_arcsec": became.left_arcsec,

@@ -218,14 +218,17 @@ def print_result(result: HiddenResult) -> None:
     left = result.judged_arcsec()
     if "unit_left_out" in left:
         order = result.case.judged_order
+        unit = "local table" if result.case.local_table else "lanes that follow a condition"
         say(
             ("Largest error" if order is None else f"Order {order} of the error")
             + f" in the fresh turns: {left['paper']:.2f}″ with the paper's model, "
-            f"{left['unit_left_out']:.2f}″ with the exported one without the lanes that follow a "
-            f"condition, {left['corrected']:.2f}″ with all of it"
+            f"{left['unit_left_out']:.2f}″ with the exported one without the {unit}, "
+            f"{left['corrected']:.2f}″ with all of it"
         )
     for text in result.export.followed:
         say(f"follows its condition: {text}")
+    for text in result.export.local:
+        say(f"in the local table: {text}")
     for text in result.export.left_out:
         if "no lane left" not in text:
             say(f"not corrected: {text}")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from arctrue.base.printable import time_left
 from arctrue.base.progress import ReportStep
 from arctrue.gateware.extension import Conditions
+from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.register_access import CaptureBank, CoefficientSet, RegisterMap, Snapshot
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, CLOCK_HZ, LANES_DEFAULT
 from arctrue.instrument.build import build
@@ -471,6 +472,10 @@ class Instrument:
     def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
         """Write what direction and speed are worked out with, for this instrument's clock."""
         _now(self.registers.write_conditions(conditions, counts_per_rev, self.clock_hz))
+
+    def write_local_table(self, table: LocalTable) -> None:
+        """Write the idle bank of the local table; ``command("swap")`` makes it active."""
+        _now(self.registers.write_local_table(table))
 
     # What leaves the core ---------------------------------------------------------------------
 

@@ -23,3 +23,12 @@ def test_effects_with_lanes_by_condition_name_the_bitstream() -> None:
     for name in said:
         note = built_in()[name].compensation_note
         assert "default bitstream does not" in note
+
+
+def test_effects_of_the_local_table_name_the_bitstream() -> None:
+    """Those that give a local error, which only a bitstream with LOCAL_TABLE takes away."""
+    local = {name for name, kind in built_in().items() if "local_error" in vars(kind)}
+    said = {name for name, kind in built_in().items() if kind.compensation == "local_table"}
+    assert local == said == {"graduation_defect"}
+    assert "LOCAL_TABLE" in COMPENSATION_WORDS["local_table"]
+    assert "LOCAL_TABLE" in CORRECTED_BY["local_table"]

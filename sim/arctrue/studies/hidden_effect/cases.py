@@ -11,6 +11,7 @@ from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.table.cause import Cause
 from arctrue.table.causes.centrifugal_lobes import CentrifugalLobes
+from arctrue.table.causes.graduation_bump import GraduationBump
 from arctrue.table.causes.loose_centre import LooseCentre
 from arctrue.table.causes.reading_latency import ReadingLatency
 from arctrue.table.causes.shaft_wind_up import ShaftWindUp
@@ -65,6 +66,8 @@ class Case:
     least_lanes: int = 1
     modulators: bool = False
     """The gateware is built with lanes that follow direction and speed."""
+    local_table: bool = False
+    """The gateware is built with a table over the turn."""
     order1_warms: bool = False
     """Order 1 changes with the temperature: it can be followed while the table warms."""
 
@@ -115,6 +118,18 @@ def _centrifugal(settings: HiddenSettings) -> list[Cause]:
 def _loose_centre(settings: HiddenSettings) -> list[Cause]:
     # 0.2 µm at a radius of 54 mm are 0.76″.
     return [LooseCentre(cmath.rect(0.2e-6 * _coarser(settings), 0.4))]
+
+
+def _scratch(settings: HiddenSettings) -> list[Cause]:
+    # 20″ high and 0.2° wide at half of its height, at 84° of the disc. With coarser counts both
+    # grow, by the square root: the slope stays, and no head makes two counts in a clock.
+    larger = math.sqrt(_coarser(settings))
+    width_rad = math.radians(0.2) * larger / SIGMAS_OF_HALF
+    return [GraduationBump(20.0 * RAD_PER_ARCSEC * larger, math.radians(84.0), width_rad)]
+
+
+SIGMAS_OF_HALF = 2.0 * math.sqrt(2.0 * math.log(2.0))
+"""Standard deviations between the two halves of a bell's height."""
 
 
 def _at_once(settings: HiddenSettings) -> list[Cause]:
@@ -200,6 +215,13 @@ _ALL = (
         fresh=RunPlan(start_s=3600.0, side=-1, temperature_c=(FRESH_C, FRESH_C), second_speed=SLOW),
         effects=4,
         least_lanes=8,
+    ),
+    Case(
+        "graduation_defect",
+        "a scratch of the disc",
+        _scratch,
+        (RunPlan(side=-1),),
+        local_table=True,
     ),
     Case(
         "warm_ovality",

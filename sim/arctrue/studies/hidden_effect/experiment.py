@@ -63,7 +63,7 @@ class HiddenResult:
     corrected: TurnScore
     """The output with the exported ones."""
     unit_left_out: TurnScore | None
-    """The same, but the lanes that follow a condition have the amplitude 0."""
+    """The same without the lanes that follow a condition, or with an empty local table."""
     raw_period: SignalPeriod
     """The same three, over a period of the grating."""
     paper_period: SignalPeriod
@@ -168,7 +168,7 @@ def run_hidden(
         scale.lanes,
         scale.capture_depth,
         clock_hz=scale.clock_hz,
-        generics={"MODULATORS": "true"} if case.modulators else None,
+        generics=_generics_of(case),
         report_run=report_run,
         report_step=report_step,
     ) as instrument:
@@ -182,13 +182,21 @@ def _settings_of(case: Case, settings: HiddenSettings) -> HiddenSettings:
     )
 
 
-def without_modulated_lanes(coefficients: Coefficients) -> Coefficients:
-    """The same, but each lane that follows a condition has the amplitude 0."""
+def _generics_of(case: Case) -> dict[str, str]:
+    built = {"MODULATORS": case.modulators, "LOCAL_TABLE": case.local_table}
+    return {name: "true" for name, is_built in built.items() if is_built}
+
+
+def without_extensions(coefficients: Coefficients) -> Coefficients:
+    """The same with amplitude 0 in each lane that follows a condition, and an empty table."""
     extension = coefficients.extension
     amplitudes = coefficients.amplitudes.copy()
     if extension is not None:
         amplitudes[[lane for lane, _ in extension.modulators]] = 0
-    return dataclasses.replace(coefficients, amplitudes=amplitudes)
+        if extension.local_table is not None:
+            empty = dataclasses.replace(extension.local_table, points=())
+            extension = dataclasses.replace(extension, local_table=empty)
+    return dataclasses.replace(coefficients, amplitudes=amplitudes, extension=extension)
 
 
 class _Run:
@@ -243,9 +251,9 @@ class _Run:
             rig.load(paper_bank, "the firmware's coefficients")
             paper = rig.recorded_turn("fresh turn with the paper's model")
         unit_left_out = None
-        if case.modulators and not case.polygon:
-            stage = "fresh turn without the lanes that follow a condition"
-            rig.load(without_modulated_lanes(export.coefficients), stage)
+        if (case.modulators or case.local_table) and not case.polygon:
+            stage = "fresh turn without the unit that takes the effect away"
+            rig.load(without_extensions(export.coefficients), stage)
             unit_left_out = score_turn(rig.recorded_turn(stage).output)
         if self._goes_on:
             # As a person does: the file over the console, beside the calibration.
@@ -310,6 +318,7 @@ class _Run:
             self.settings.revolution.lanes,
             self.case.fresh.temperature_c[0],
             conditions=self._conditions,
+            with_local_table=self.case.local_table,
         )
         write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
         for words in diagnosed.words():

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.table_conditions import slew_word
 from arctrue.generated.number_formats import CLOCK_HZ
 from arctrue.instrument import Instrument, InstrumentError, Recording
@@ -136,6 +137,11 @@ class Rig:
             slew = slew_word(LEAD_IN_CLOCKS / CLOCK_HZ)
             instrument.write("conditions.slew", slew)
         instrument.write_coefficients(coefficients)
+        if coefficients.extension is not None and coefficients.extension.local_table is not None:
+            table = LocalTable.of_file(
+                coefficients.extension.local_table, coefficients.counts_per_rev
+            )
+            instrument.write_local_table(table)
         instrument.command("swap")
         while instrument.read("swap_count") == swaps:
             self._pass(self.settings.revolution.poll_clocks, stage)

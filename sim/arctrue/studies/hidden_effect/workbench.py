@@ -53,6 +53,7 @@ class DiagnosedModel:
         sensor_time_constant_s: float = 0.0,
         *,
         conditions: ConditionSettings | None = None,
+        with_local_table: bool = False,
     ) -> Export:
         """The model as coefficients of the gateware, and what lanes cannot correct."""
         return export_model(
@@ -63,6 +64,7 @@ class DiagnosedModel:
             temperature_c=temperature_c,
             sensor_time_constant_s=sensor_time_constant_s,
             conditions=conditions,
+            with_local_table=with_local_table,
         )
 
     def data(self) -> dict[str, Any]:

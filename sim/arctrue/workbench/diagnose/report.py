@@ -312,6 +312,7 @@ COMPENSATION_WORDS = {
     "lanes": "The gateware can compensate it with lanes",
     "offset": "The gateware can compensate it with its offset",
     "modulators": "A bitstream with MODULATORS can compensate it",
+    "local_table": "A bitstream with LOCAL_TABLE can compensate it",
     "none": "The gateware cannot compensate it",
     "reference": "There is nothing to compensate",
 }

@@ -9,7 +9,7 @@ parameters, with the kind of search that finds them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 
@@ -28,8 +28,9 @@ Columns = NDArray[np.float64]
 Nonlinear = Mapping[str, float]
 """Values of the search parameters, by name."""
 
-Compensation = Literal["lanes", "offset", "modulators", "none", "reference"]
-"""What of an effect the gateware can correct: harmonics of the angle, a constant, or nothing; an
+Compensation = Literal["lanes", "offset", "modulators", "local_table", "none", "reference"]
+"""What of an effect the gateware can correct: harmonics of the angle, a constant, a shape at one
+place of the turn, or nothing; an
 error of the reference is none of the table's, and is taken out of every judgement of it."""
 
 
@@ -106,6 +107,18 @@ class ConditionedLane:
     """Name of the column where that is the condition."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class LocalError:
+    """An error of head 1 at one place of the turn (the gateware's generic LOCAL_TABLE)."""
+
+    place_rad: float
+    """Reading of the head at its middle."""
+    half_width_rad: float
+    """Farther from the middle it is negligible."""
+    error_arcsec: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    """Error at readings in radians, shape (n,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,6 +310,12 @@ class Effect(ABC):
     ) -> list[ConditionedLane]:
         """What lanes can correct whose amplitude follows a condition; default none."""
         return []
+
+    def local_error(
+        self, coefficients: NDArray[np.float64], nonlinear: Nonlinear
+    ) -> LocalError | None:
+        """Give what a local table of the gateware can correct; default nothing."""
+        return None
 
     @property
     def parts(self) -> list[str]:

@@ -19,6 +19,7 @@ from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.workbench.effects.base import ConditionedLane, Effect
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.model.local_errors import local_errors, table_of
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 
@@ -60,6 +61,8 @@ class Export:
     warnings: list[str]
     followed: list[str] = field(default_factory=list)
     """Lanes that follow a condition, in words."""
+    local: list[str] = field(default_factory=list)
+    """Errors that the local table takes away, in words."""
 
 
 @dataclass(frozen=True)
@@ -266,13 +269,15 @@ def export_model(
     sensor_time_constant_s: float = 0.0,
     range_c: tuple[float, float] | None = None,
     conditions: ConditionSettings | None = None,
+    with_local_table: bool = False,
 ) -> Export:
     """Quantise a fitted model for the gateware; the largest significant orders have a lane.
 
     Without ``temperature_c`` the lanes that change with it follow the table's thermometer, which
     lags by ``sensor_time_constant_s``: the firmware works them out, within ``range_c`` (None:
     THERMAL_RANGE_K to each side of T₀, and all that the set has). With ``conditions`` lanes follow
-    direction and speed, and the coefficients need a gateware with MODULATORS.
+    direction and speed, and the coefficients need a gateware with MODULATORS. ``with_local_table``:
+    errors at one place of the turn go into a table, which needs a gateware with LOCAL_TABLE.
 
     Raises ValueError for a model without coefficients, a set that does not count, or a reversal
     that is too steep for its width.
@@ -285,7 +290,8 @@ def export_model(
     followed = _FollowedLanes(
         [lane for entry in conditioned.values() for lane in entry], conditions, observations
     )
-    taken = frozenset(conditioned)
+    local = local_errors(model, effects)
+    taken = frozenset(conditioned) | frozenset(local)
     if temperature_c is None and follows_temperature(model, observations, effects):
         thermal = _with_temperature(model, observations, effects, taken)
     else:
@@ -303,6 +309,9 @@ def export_model(
     found = thermal.harmonics
     if conditions is None:
         left_out += _would_follow(model, observations, effects)
+    if local and not with_local_table:
+        names = ", ".join(model.effects[index].name for index in local)
+        left_out.append(f"{names}: a gateware with LOCAL_TABLE = true can, with --local-table")
     if len(followed.lanes) > lanes:
         raise ValueError(f"{len(followed.lanes)} lanes follow a condition, {lanes} are there")
     orders = sorted(by_order, key=lambda order: -thermal.largest_arcsec(order))
@@ -326,6 +335,12 @@ def export_model(
     )
     if followed.lanes:
         coefficients = dataclasses.replace(coefficients, extension=followed.extension(len(kept)))
+    if local and with_local_table:
+        table = table_of(list(local.values()), observations.counts_per_rev)
+        extension = coefficients.extension or Extension()
+        coefficients = dataclasses.replace(
+            coefficients, extension=dataclasses.replace(extension, local_table=table)
+        )
     following = [order for order in orders[:plain_lanes] if order in thermal.slopes_arcsec]
     for order in following[ORDERS_MOST:]:
         left_out.append(f"order {order} with the temperature: {ORDERS_MOST} orders can follow it")
@@ -339,7 +354,12 @@ def export_model(
                 range_c or _range_of(observations),
             ),
         )
-    return Export(coefficients, kept, sizes, left_out, found.warnings, followed.words())
+    in_table = [
+        f"{model.effects[index].name} at {np.degrees(one.place_rad):.4g}°"
+        for index, one in local.items()
+        if with_local_table
+    ]
+    return Export(coefficients, kept, sizes, left_out, found.warnings, followed.words(), in_table)
 
 
 WORDS = ("word_a", "word_b")

@@ -13,10 +13,11 @@ from arctrue.calibration.head_weights import WeightsRefusedError, mean_weights
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import MeasurementSet
 from arctrue.workbench.effects.axis_motion import SEPARATING_HEADS
-from arctrue.workbench.effects.base import ConditionedLane, Effect, FitContext
+from arctrue.workbench.effects.base import ConditionedLane, Effect, FitContext, LocalError
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.solution import context_of_terms
 from arctrue.workbench.model.export import LOW_ORDERS, THERMAL_SPAN_K, lanes_by_condition
+from arctrue.workbench.model.local_errors import local_errors, table_of, taken_off_arcsec
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import ReferenceRows
@@ -24,13 +25,13 @@ from arctrue.workbench.observations.rows import ReferenceRows
 Float = NDArray[np.float64]
 
 Taker = Literal[
-    "lanes", "lanes by condition", "firmware's model", "the mean", "nothing", "not in the output",
-    "reference",
+    "lanes", "lanes by condition", "local table", "firmware's model", "the mean", "nothing",
+    "not in the output", "reference",
 ]  # fmt: skip
-"""Lanes; lanes that follow direction or speed; lanes that the firmware works out at the table's
-temperature; the weighted mean of three or four heads, as ``arctrue calibrate --angle mean`` writes
-it; nobody; a head other than head 1 alone has it; it is an error of the reference, none of the
-table."""
+"""Lanes; lanes that follow direction or speed; the local table; lanes that the firmware works out
+at the table's temperature; the weighted mean of three or four heads, as ``arctrue calibrate --angle
+mean`` writes it; nobody; a head other than head 1 alone has it; it is an error of the reference,
+none of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,9 @@ def outcome(
     followed: dict[int, list[ConditionedLane]] = {}
     if coefficients.extension is not None and coefficients.extension.modulators:
         followed = lanes_by_condition(model, observations, effects)
+    local: dict[int, LocalError] = {}
+    if coefficients.extension is not None and coefficients.extension.local_table is not None:
+        local = local_errors(model, effects)
     for index, entry in enumerate(model.effects):
         effect = entry.effect(effects)
         if effect.compensation == "reference":
@@ -99,6 +103,11 @@ def outcome(
         if index in followed:
             left = values - _followed_arcsec(followed[index], table_rows)
             by = "lanes by condition"
+        elif index in local:
+            counts_per_rev = coefficients.counts_per_rev
+            held = table_of([local[index]], counts_per_rev)
+            left = values - taken_off_arcsec(held, counts_per_rev, table_rows.line_rad)
+            by = "local table"
         elif effect.compensation == "lanes":
             lanes = _LanesOf(entry, effect, observations, coefficients, temperature_c)
             left = values - lanes.correction_arcsec(table_rows)

@@ -9,6 +9,7 @@ from arctrue.workbench.effects.base import (
     Columns,
     Effect,
     FitContext,
+    LocalError,
     Nonlinear,
     Parameter,
     SearchParameter,
@@ -21,6 +22,10 @@ def bump(angle_rad: NDArray[np.float64], nonlinear: Nonlinear) -> NDArray[np.flo
     away = angle_rad - np.radians(nonlinear["place"])
     away = (away + np.pi) % (2.0 * np.pi) - np.pi
     return np.asarray(np.exp(-0.5 * (away / np.radians(nonlinear["width"])) ** 2))
+
+
+FAR_WIDTHS = 5.0
+"""Standard deviations at which the bell is below 4·10⁻⁶ of its height."""
 
 
 class GraduationDefect(Effect):
@@ -40,7 +45,8 @@ class GraduationDefect(Effect):
     next_measurement = "a slow capture with many samples across the place"
     plausible = "0.5 to 20″ high, 0.05 to 5° wide"
     parameter_units = {"place": "deg", "width": "deg", "height": "arcsec"}
-    compensation_note = "too local for a sum of low orders; clean or replace the disc"
+    compensation = "local_table"
+    compensation_note = "a sum of low orders is too smooth for it; or clean or replace the disc"
     search_kind = "disc_place"
     search = (
         SearchParameter("place", "deg", 0.0, 360.0, "disc angle of the defect"),
@@ -62,6 +68,16 @@ class GraduationDefect(Effect):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         return bump(rows.line_rad, nonlinear)[:, np.newaxis]
+
+    def local_error(
+        self, coefficients: NDArray[np.float64], nonlinear: Nonlinear
+    ) -> LocalError | None:
+        height_arcsec = float(coefficients[0])
+        return LocalError(
+            float(np.radians(nonlinear["place"])),
+            FAR_WIDTHS * float(np.radians(nonlinear["width"])),
+            lambda reading_rad: height_arcsec * bump(reading_rad, nonlinear),
+        )
 
     def parameters(
         self,

@@ -1,0 +1,120 @@
+"""Local errors of a fitted model as a table of the gateware, and what that table takes away."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.units import arcsec_per_count
+from arctrue.gateware.extension import (
+    FRACTION_BITS,
+    POINT_LIMIT,
+    POINTS,
+    WINDOW_EXPONENT_MOST,
+    LocalTable,
+)
+from arctrue.gateware.local_table import VALUE_FRACTION, local_table
+from arctrue.gateware.local_table import LocalTable as Bank
+from arctrue.workbench.effects.base import Effect, LocalError
+from arctrue.workbench.model.model import Model
+
+Float = NDArray[np.float64]
+
+WINDOWS = (1, 2, 4)
+"""Numbers of windows that the gateware has."""
+
+
+def local_errors(model: Model, effects: Mapping[str, type[Effect]]) -> dict[int, LocalError]:
+    """Find the effects of a fitted model that a local table can take away.
+
+    Parameters
+    ----------
+    model : Model
+        Effects without coefficients are left out.
+    effects : mapping of str to type[Effect]
+        The catalogue.
+
+    Returns
+    -------
+    dict of int to LocalError
+        By the place in the model.
+    """
+    found = {}
+    for index, entry in enumerate(model.effects):
+        if not entry.coefficients:
+            continue
+        local = entry.effect(effects).local_error(np.array(entry.coefficients), entry.search)
+        if local is not None:
+            found[index] = local
+    return found
+
+
+def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
+    """Sample local errors at the points of a table of the gateware.
+
+    Parameters
+    ----------
+    errors : sequence of LocalError
+        At least one. Every point holds the sum of all, so that windows may overlap.
+    counts_per_rev : int
+        Counts of a turn.
+
+    Returns
+    -------
+    LocalTable
+        With the narrowest windows that hold each error and the most fraction bits that hold the
+        largest point; more than four errors share one window of the whole turn.
+
+    Raises
+    ------
+    ValueError
+        Where the errors exceed what a point holds.
+    """
+    widest = 2.0 * max(error.half_width_rad for error in errors)
+    exponent = int(np.clip(np.floor(np.log2(2.0 * np.pi / widest)), 0, WINDOW_EXPONENT_MOST))
+    if len(errors) > WINDOWS[-1]:
+        exponent = 0
+    count_rad = 2.0 * np.pi / counts_per_rev
+    window_rad = 2.0 * np.pi / 2**exponent
+    centres = [error.place_rad for error in errors] if exponent else [np.pi]
+    windows = next(number for number in WINDOWS if number >= len(centres))
+    centres += [centres[0]] * (windows - len(centres))
+    starts = [round((centre - window_rad / 2.0) / count_rad) % counts_per_rev for centre in centres]
+    places = window_rad * np.arange(POINTS // windows) / (POINTS // windows)
+    reading = np.concatenate([start * count_rad + places for start in starts])
+    counts = np.zeros(POINTS)
+    for error in errors:
+        counts += error.error_arcsec(reading) / arcsec_per_count(counts_per_rev)
+    for fraction_bits in sorted(FRACTION_BITS, reverse=True):
+        words = np.rint(counts * (1 << fraction_bits)).astype(np.int64)
+        if np.abs(words).max() < POINT_LIMIT:
+            return LocalTable(tuple(words.tolist()), tuple(starts), exponent, fraction_bits)
+    raise ValueError(
+        f"a local error reaches {np.abs(counts).max():.0f} counts, and a point of the gateware's "
+        f"table holds fewer than {POINT_LIMIT >> min(FRACTION_BITS)}; repair the disc first"
+    )
+
+
+def taken_off_arcsec(table: LocalTable, counts_per_rev: int, reading_rad: Float) -> Float:
+    """Calculate what the gateware takes off, with its own rounding.
+
+    Parameters
+    ----------
+    table : LocalTable
+        As in the coefficient file.
+    counts_per_rev : int
+        Counts of a turn.
+    reading_rad : ndarray, shape (n,)
+        Readings of the head, radians.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Arcseconds.
+    """
+    turn = np.asarray(reading_rad, dtype=np.float64) / (2.0 * np.pi)
+    counts = np.rint(turn * counts_per_rev).astype(np.int64) % counts_per_rev
+    value = local_table(counts, Bank.of_file(table, counts_per_rev))
+    return np.asarray(value * 2.0**-VALUE_FRACTION * arcsec_per_count(counts_per_rev))

@@ -1,0 +1,30 @@
+"""A scratch of the disc, hidden in a table that drives a gateware with LOCAL_TABLE."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from arctrue.gateware.capability import EVERYTHING
+from arctrue.gateware.coefficient_file import read_coefficient_file
+
+from .small import INTERPOLATION, LINES, run_small
+
+COUNTS = LINES * INTERPOLATION
+HEIGHT_ARCSEC = 20.0 * math.sqrt((1 << 24) / COUNTS)
+"""20″ at the paper's scale; the case keeps the slope, so that the height grows by the root."""
+
+
+def test_a_scratch_is_taken_away_to_a_tenth(tmp_path: Path) -> None:
+    """Its place and width are found from captures of 0.3° a sample; every edge is judged."""
+    result = run_small("graduation_defect", tmp_path)
+    assert result.diagnosed.effect == "graduation_defect"
+    found = result.diagnosed.model.effects[-1].parameters
+    assert abs(abs(found["height"].value) - HEIGHT_ARCSEC) < 0.1 * HEIGHT_ARCSEC
+    held = read_coefficient_file(tmp_path / "coefficients.toml", EVERYTHING)
+    assert held.extension is not None
+    assert held.extension.local_table is not None
+    left = result.judged_arcsec()
+    assert left["paper"] > 0.9 * HEIGHT_ARCSEC
+    assert left["unit_left_out"] > 0.8 * HEIGHT_ARCSEC, "an empty table takes nothing away"
+    assert left["corrected"] <= 0.1 * HEIGHT_ARCSEC

@@ -1,0 +1,125 @@
+"""A scratch of a fitted model goes into the gateware's local table."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sim.tests.command_line import arctrue as _run
+
+from arctrue.device.load import load_frames
+from arctrue.gateware.capability import EVERYTHING
+from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
+from arctrue.measurement import write_measurement_set
+from arctrue.workbench.effects.base import LocalError
+from arctrue.workbench.model.local_errors import table_of, taken_off_arcsec
+
+from .small_sets import Float, measurement_set, paper_error
+
+TURN = 1 << 24
+COUNT_ARCSEC = 1_296_000 / TURN
+PLACE_DEG, WIDTH_DEG, HEIGHT_ARCSEC = 84.0, 0.6, -12.0
+
+
+def bell(place_deg: float, width_deg: float, height_arcsec: float) -> LocalError:
+    def error(reading_rad: np.ndarray) -> np.ndarray:
+        away = np.angle(np.exp(1j * (reading_rad - np.radians(place_deg))))
+        return np.asarray(height_arcsec * np.exp(-0.5 * (away / np.radians(width_deg)) ** 2))
+
+    return LocalError(np.radians(place_deg), 5.0 * np.radians(width_deg), error)
+
+
+@pytest.mark.parametrize(
+    ("places_deg", "widths_deg", "windows", "exponent"),
+    [
+        ([359.9], [0.15], 1, 6),
+        ([10.0, 200.0], [0.15, 0.4], 2, 6),
+        ([10.0, 11.0, 200.0], [0.3, 1.0, 0.3], 4, 5),
+        ([10.0, 80.0, 150.0, 220.0, 300.0], [1.0] * 5, 1, 0),
+        ([90.0], [9.0], 1, 2),
+    ],
+)
+def test_a_table_takes_bells_off(
+    places_deg: list[float], widths_deg: list[float], windows: int, exponent: int
+) -> None:
+    """Every reading of the turn in steps of 997 counts, against the bells in float64."""
+    errors = [bell(p, w, 12.0) for p, w in zip(places_deg, widths_deg, strict=True)]
+    table = table_of(errors, TURN)
+    assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)
+    reading = np.arange(0, TURN, 997) * 2.0 * np.pi / TURN
+    total = np.sum([one.error_arcsec(reading) for one in errors], axis=0)
+    left = np.abs(total - taken_off_arcsec(table, TURN, reading)).max()
+    # Straight lines: step²/8 times the largest curvature, h/w² of each bell that may overlap; a
+    # point and the reading are rounded, and outside of its window a bell has e^-12.5 of its height.
+    step_deg = 360.0 / 2**exponent / (4096 / windows)
+    lines = step_deg**2 / 8.0 * sum(12.0 / width**2 for width in widths_deg)
+    steepest = 12.0 * 0.607 / (min(widths_deg) * 3600.0)
+    outside = 12.0 * np.exp(-12.5) * len(errors)
+    assert left <= lines + COUNT_ARCSEC * (2.0**-table.fraction_bits + steepest) + outside
+
+
+def test_an_error_that_no_point_holds_is_refused() -> None:
+    with pytest.raises(ValueError, match="holds fewer than 8192"):
+        table_of([bell(10.0, 1.0, 9000.0 * COUNT_ARCSEC)], TURN)
+
+
+def scratched(disc: Float, temperature: Float, speed: float) -> Float:
+    away = np.angle(np.exp(1j * (disc - np.radians(PLACE_DEG))))
+    scratch = HEIGHT_ARCSEC * np.exp(-0.5 * (away / np.radians(WIDTH_DEG)) ** 2)
+    return np.asarray(paper_error(disc, temperature, speed) + scratch)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("scratch") / "set"
+    write_measurement_set(place, measurement_set(scratched, cycles=2, runs=2, turns=2))
+    return place
+
+
+@pytest.fixture(scope="module")
+def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("model") / "model.toml"
+    answer = _run("add", "graduation_defect", folder, "--model", place)
+    assert answer.exit_code == 0, answer.output
+    return place
+
+
+def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path: Path) -> None:
+    """The file needs LOCAL_TABLE, takes the scratch off, and no console command loads it."""
+    words = ("export", folder, "--model", model, "--out", tmp_path, "--local-table")
+    answer = _run(*words, "--json", tmp_path / "e.json")
+    assert answer.exit_code == 0, answer.output
+    said = re.search(r"in the local table: graduation_defect at (\S+)°", answer.output)
+    assert said is not None, answer.output
+    # The table holds the reading: 90″ of eccentricity are 0.025°.
+    assert float(said[1]) == pytest.approx(PLACE_DEG, abs=0.05)
+    (effect,) = (
+        item
+        for item in json.loads((tmp_path / "e.json").read_text())["effects"]
+        if item["effect"] == "graduation_defect"
+    )
+    assert effect["by"] == "local table"
+    assert effect["left_arcsec"] < 0.01 * effect["part_arcsec"]
+    path = tmp_path / "coefficients.toml"
+    with pytest.raises(CoefficientFileError, match="LOCAL_TABLE = true"):
+        read_coefficient_file(path)
+    held = read_coefficient_file(path, EVERYTHING)
+    assert held.extension is not None
+    assert held.extension.local_table is not None
+    reading = np.radians(np.linspace(PLACE_DEG - 3.0, PLACE_DEG + 3.0, 2001))
+    taken = taken_off_arcsec(held.extension.local_table, TURN, reading)
+    true = scratched(reading, reading, 0.0) - paper_error(reading, reading, 0.0)
+    # Fitted to 16 samples of 0.1″ across the scratch; the reading is 0.025° from the angle.
+    assert np.abs(taken - true).max() < 0.1 * abs(HEIGHT_ARCSEC)
+    with pytest.raises(ValueError, match="local table"):
+        load_frames(held)
+
+
+def test_without_the_flag_it_is_left_and_said_so(folder: Path, model: Path, tmp_path: Path) -> None:
+    answer = _run("export", folder, "--model", model, "--out", tmp_path)
+    assert answer.exit_code == 0, answer.output
+    assert "--local-table" in " ".join(answer.output.split())
+    assert read_coefficient_file(tmp_path / "coefficients.toml").extension is None
