@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sim.tests.workbench.small_sets import measurement_set
+from sim.tests.workbench.small_sets import Float, measurement_set, paper_error
 
 from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.effects.product_of_parts import TEMPERATURE, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term, channel_columns
 from arctrue.workbench.inference.fit import fit
@@ -121,6 +122,32 @@ def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
     assert noise.reference is not None
     assert solution.noise.reference is not None
     assert noise.reference.rms_arcsec < 0.5 * solution.noise.reference.rms_arcsec
+
+
+def test_scales_that_a_missing_effect_made_go_with_it() -> None:
+    """2″ a kelvin in the one warm run scatter there; with the effect in the model, no run does.
+
+    The noise estimated beside the effect is that of a fit with it, to the 1 % to which 14,400 rows
+    know it (1/√(2·14,400) = 0.6 %).
+    """
+
+    def warm(disc: Float, temperature: Float, speed: float) -> Float:
+        return paper_error(disc, temperature, speed) + 2.0 * (temperature - 20.0) * np.cos(
+            25.0 * disc
+        )
+
+    solution = fit(SOLUTION.terms, observations_of(measurement_set(warm)))
+    residuals = Residuals(solution)
+    part = ProductOfParts.of(TEMPERATURE, (25.0,), "disc")
+    grown = residuals.solution_with(part, {}, residuals.score(part, {}))
+    assert solution.noise.capture_law is not None
+    assert solution.noise.capture_law.run_scale[3] > 2.0
+    found, alone = under(grown, solution), fit(grown.terms, solution.observations).noise
+    assert found.capture_law is not None
+    np.testing.assert_allclose(found.capture_law.run_scale, 1.0)
+    assert found.capture is not None
+    assert alone.capture is not None
+    assert found.capture.rms_arcsec == pytest.approx(alone.capture.rms_arcsec, rel=0.01)
 
 
 def test_products_of_parts_are_looked_for_at_every_half_order() -> None:

@@ -52,16 +52,41 @@ def estimated_law(
     before: NoiseLaw | None = None,
     rounds: int = 40,
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
-    """Estimate the law of a channel; ``before``, the law of another hypothesis, is the start."""
+    """Estimate the law of a channel; ``before``, the law of another hypothesis, is the start.
+
+    Scales of runs or of parts of the turn are estimated anew if ``before`` has some, because an
+    effect that the model lacked can cause such scatter itself. The search starts from spectra with
+    the scatter of ``before``, because few steps lead to the maximum from a near start only.
+    """
     names = np.unique(rows.run)
     law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))
-    law, groups = _with_spectra(rows, law, beside, white, before is not None, rounds)
-    if before is not None:
-        return law, groups
+    warm = before is not None
+    if warm and _is_uneven(law):
+        law = _even(rows, law)
+    elif warm:
+        return _with_spectra(rows, law, beside, white, warm, rounds)
+    law, groups = _with_spectra(rows, law, beside, white, warm, rounds)
     uneven = _uneven(rows, law)
     if uneven is None:
         return law, groups
     return _with_spectra(rows, uneven, beside, white, True, rounds)
+
+
+def _is_uneven(law: NoiseLaw) -> bool:
+    return law.angle_scale is not None or bool(np.any(law.run_scale != 1.0))
+
+
+def _even(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw:
+    """The law without scales: runs that share a spectrum have the mean variance of their rows."""
+    noise = row_noise(rows, law)
+    squares = (noise.scale / rows.stated_scale) ** 2
+    spectra = list(law.spectra)
+    for members in _same_step(noise, rows.run, law.runs):
+        mean = float(np.mean(squares[np.isin(rows.run, members)]))
+        for name in members:
+            index = int(np.searchsorted(law.runs, name))
+            spectra[index] = spectra[index].times(mean)
+    return NoiseLaw(tuple(spectra), law.runs, np.ones(law.runs.size))
 
 
 def row_noise(rows: ChannelRows, law: NoiseLaw) -> RowNoise:
@@ -190,7 +215,8 @@ def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
     mean = np.where(full, squares / np.maximum(counts, 1.0), 1.0)
     total = float(squares[full].sum() / counts[full].sum())
     ratio = float(np.sum(counts[full] * (np.log(total) - np.log(np.maximum(mean[full], 1e-30)))))
-    if chdtrc(int(full.sum()) - 1, ratio) > UNEVEN_P:
+    # Groups of exactly equal scatter have a ratio of 0, which rounding may make negative.
+    if chdtrc(int(full.sum()) - 1, max(ratio, 0.0)) > UNEVEN_P:
         return None
     typical = float(np.exp(np.average(np.log(mean[full]), weights=counts[full])))
     return np.asarray(np.where(full, np.sqrt(mean / typical), 1.0))

@@ -39,6 +39,10 @@ class Spectrum:
         """Standard deviation of the coloured parts together."""
         return float(np.sqrt(self.variances.sum()))
 
+    def times(self, factor: float) -> Spectrum:
+        """The same spectrum with all variances multiplied by a factor."""
+        return Spectrum(self.white * factor, self.constants, self.variances * factor)
+
     def density(self, frequency: Float, step: float) -> Float:
         """Mean |Σ eᵢ·exp(−2πj·f·tᵢ)|² a row, for rows that are ``step`` apart, arcsec².
 

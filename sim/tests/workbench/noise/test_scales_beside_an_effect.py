@@ -1,0 +1,63 @@
+"""Scales of the runs that a missing effect made go with it, and the spectra are as without them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.workbench.noise.estimate import ChannelRows, estimated_law
+from arctrue.workbench.noise.fit import FIRST_ROUNDS, NEXT_ROUNDS
+from arctrue.workbench.noise.law import NoiseLaw
+from arctrue.workbench.noise.likelihood import Beside
+from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.noise.spectrum import Spectrum
+from arctrue.workbench.noise.spectrum_fit import WhiteBounds
+
+ROWS = 360
+STEPS_S = (1.0 / 30.0, 1.0 / 15.0, 1.0 / 21.0)
+"""Three speeds over the same stations: three spectra."""
+TRUE = Spectrum(2.6, np.array([0.4]), np.array([2.3]))
+SCALES = np.array([1.3, 1.5, 0.5])
+"""Of the runs where a delay of 280″ per rad/s is missing from the model, seen in a reference at
+these speeds: with its spectra each run has the variance that it has."""
+TOLERANCE = 0.02
+"""Of a variance: a quarter of √(2/360), to which 360 rows know it."""
+NOTHING_BESIDE = Beside(np.zeros((0, 0)), np.zeros(0))
+BOUNDS = WhiteBounds(1e-12)
+
+
+def _rows(seed: int) -> ChannelRows:
+    random = np.random.default_rng(seed)
+    run = np.repeat(np.arange(3), ROWS)
+    clock = np.concatenate(
+        [900.0 * number + np.arange(ROWS) * step for number, step in enumerate(STEPS_S)]
+    )
+    starts = np.arange(3) * ROWS
+    noise = RowNoise(clock, starts, (TRUE,) * 3, np.ones(run.size))
+    angle = np.tile(np.arange(ROWS) * 2.0 * np.pi / ROWS, 3)
+    return ChannelRows(
+        "reference", clock, run, angle, noise.draw(random), np.ones(run.size),
+        np.zeros((run.size, 0)), False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_search_begins_at_the_scatter_that_the_runs_have(seed: int) -> None:
+    """The few steps from the law of the model without the effect end where many steps do.
+
+    A start with the scales dropped and the spectra kept has 0.4 to 4 times the variance. The search
+    then ends with a tenth of the variance too much, in slow parts, which take the offsets between
+    the runs: a delay gains less than a line of low frequency.
+    """
+    rows = _rows(seed)
+    alone, _ = estimated_law(rows, NOTHING_BESIDE, BOUNDS, None, FIRST_ROUNDS)
+    np.testing.assert_array_equal(alone.run_scale, 1.0)
+    spectra = tuple(
+        Spectrum(item.white / scale**2, item.constants, item.variances / scale**2)
+        for item, scale in zip(alone.spectra, SCALES, strict=True)
+    )
+    before = NoiseLaw(spectra, alone.runs, SCALES)
+    found, _ = estimated_law(rows, NOTHING_BESIDE, BOUNDS, before, NEXT_ROUNDS)
+    np.testing.assert_array_equal(found.run_scale, 1.0)
+    for now, expected in zip(found.spectra, alone.spectra, strict=True):
+        assert now.variance == pytest.approx(expected.variance, rel=TOLERANCE)
