@@ -38,6 +38,15 @@ def resolved_orders(rows: ReferenceRows, factor: Float, orders: Float) -> NDArra
     return np.asarray((orders * passed >= LEAST_WAVE) & (whole | repeats))
 
 
+def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:
+    """Whether a reference run passes enough of the orders of a part of the reference."""
+    rows = residuals.observations.reference
+    factor = None if rows is None else effect.condition.values(rows)
+    if rows is None or factor is None or effect.frame != "reference":
+        return True
+    return bool(resolved_orders(rows, factor, np.array(effect.orders)).all())
+
+
 def only_cancels(residuals: Residuals, effect: ProductOfParts, score: Score) -> bool:
     """The fitted part exceeds what was measured, so that the model must cancel most of it.
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.parts_range import only_cancels, resolved_orders
+from arctrue.workbench.diagnose.parts_range import only_cancels, passes_its_wave, resolved_orders
 from arctrue.workbench.effects.product_of_parts import (
     FRAME_OF_HEAD,
     Condition,
@@ -267,7 +267,10 @@ def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
 
 
 def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
-    """A settling with its time constant moved to the largest gain (in log τ)."""
+    """A settling with its time constant moved to the largest gain (in log τ).
+
+    It stays where it is if the rows cannot show it at that time constant.
+    """
     constant = item.effect.condition.time_constant_s
     if constant is None:
         return item
@@ -281,7 +284,11 @@ def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandid
 
     low, high = (np.log(constant) + side * np.log(SETTLING_STEP) for side in (-1.0, 1.0))
     place, _ = highest(lambda log_constant: at(log_constant).gain, low, high, SETTLING_ROUNDS)
-    return max([item, at(place)], key=lambda found: found.gain)
+    moved = at(place)
+    allowed = passes_its_wave(residuals, moved.effect) and not only_cancels(
+        residuals, moved.effect, residuals.score(moved.effect, {})
+    )
+    return max([item, moved] if allowed else [item], key=lambda found: found.gain)
 
 
 def _without_idle_conditions(

@@ -107,3 +107,21 @@ def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
     way_deg = 2.0 / (np.exp(0.1 / 0.5) - 1.0)
     assert list(shown) == list(orders * way_deg / 360.0 >= 0.75)
     assert resolved_orders(rows, np.ones(TIME_S.size), orders).all()
+
+
+def test_a_refined_settling_still_passes_its_wave() -> None:
+    """A bump at each start that settles in 2 s, 40° at 20°/s: a third of a period of order 3.
+
+    On the grid of time constants the smallest that passes 0.75 periods describes it best, and a
+    smaller one fits better; it is refused as well.
+    """
+    since = TIME_S - RUN * SWEEP_S
+    residuals = _sweeps(4000.0 * np.exp(-since / 2.0) * np.cos(6.0 * np.pi * STROKE + 1.0))
+    rows = residuals.observations.reference
+    assert rows is not None
+    found = best_parts(residuals)
+    assert any(item.effect.condition.time_constant_s and item.effect.orders for item in found[:2])
+    for item in found:
+        factor = item.effect.condition.values(rows)
+        assert factor is not None
+        assert resolved_orders(rows, factor, np.array(item.effect.orders)).all()
