@@ -387,4 +387,28 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "celsius",
         f"{_TESTS}/test_steepness.py::test_beyond_the_range_the_lanes_stay",
     ),
+    Mutation(
+        "stale_sets_after_a_swap",
+        "the failover goes on with the prepared sets of the coefficients before",
+        "firmware/application/swap.c",
+        "    core_failover_off(core);\n",
+        "",
+        f"{_TESTS}/test_application.py::test_coefficients_of_its_own_switch_the_failover_off",
+    ),
+    Mutation(
+        "stale_sets_after_forget",
+        "the failover goes on with the prepared sets of forgotten coefficients",
+        "firmware/application/restart.c",
+        "        core_failover_off(&application->core);\n",
+        "",
+        f"{_TESTS}/test_application.py::test_forgetting_switches_the_failover_off",
+    ),
+    Mutation(
+        "a_set_on_its_way_is_not_awaited",
+        "the idle bank is written while a prepared set is being loaded into it",
+        "firmware/application/core.c",
+        "looks < FAILOVER_LOOKS_MOST",
+        "looks >= FAILOVER_LOOKS_MOST",
+        f"{_TESTS}/test_application.py::test_a_set_that_is_being_loaded_is_awaited",
+    ),
 )

@@ -147,6 +147,7 @@ static void core_write_further_setup(const struct core_access *core,
 }
 
 static void core_write_setup(const struct core_access *core, const struct core_setup *setup) {
+    core_failover_off(core);
     core_write(core, AT(counts_per_rev), setup->counts_per_rev);
     core_write(core, AT(sample_period), setup->sample_period);
     core_write(core, AT(angle_step), setup->angle_step);
@@ -496,6 +497,21 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
     ASSERT(value >= -1.0 && value <= 1.0);
     uint32_t place = word == MODULATOR_WORD_A ? AT(conditions.word_a) : AT(conditions.word_b);
     core_write(core, place, (uint32_t)(int32_t)rint(value * WORD_ONE));
+}
+
+/* Loading a set takes up to 6 us, and a look at least an access of the bus, 0.1 us. */
+enum { FAILOVER_LOOKS_MOST = 1000 };
+
+void core_failover_off(const struct core_access *core) {
+    if (FIELD(core_capability(core), CAPABILITY__FAILOVER) == 0) {
+        return;
+    }
+    core_write(core, AT(failover), 0);
+    uint32_t looks = 0;
+    while ((core_read(core, AT(heads_status)) & BIT(HEADS_STATUS__BUSY)) != 0 &&
+           looks < FAILOVER_LOOKS_MOST) {
+        looks++;
+    }
 }
 
 void core_swap(const struct core_access *core) {

@@ -227,6 +227,9 @@ bool core_verify_followed(const struct core_access *core, const struct followed 
                           uint32_t counts_per_rev, uint32_t lanes);
 /* A word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B: -1 to 1. The gateware leads it there by `slew`. */
 void core_set_word(const struct core_access *core, enum modulator word, double value);
+/* Switches the failover off, in a core that has one, and waits until no set is being loaded: the prepared sets
+   do not belong to the coefficients that follow. */
+void core_failover_off(const struct core_access *core);
 void core_swap(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);

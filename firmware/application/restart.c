@@ -19,6 +19,7 @@ void restart_with_nothing(struct application *application) {
     application->noisy_turns = 0;
     average_clear(&application->average);
     if (state_works(application)) {
+        core_failover_off(&application->core);
         control_write(application);
     }
 }

@@ -19,6 +19,7 @@ bool swap_candidate(struct application *application, const struct followed *foll
     ASSERT(application->candidate.lanes + followed->lanes <= lanes);
     ASSERT(application->candidate.counts_per_rev ==
            (uint32_t)application->parameters.counts_per_rev);
+    core_failover_off(core);
     core_write_coefficients(core, &application->candidate);
     core_write_followed(core, followed, counts_per_rev, lanes);
     if (!core_verify_coefficients(core, &application->candidate) ||

@@ -516,11 +516,17 @@ class Instrument:
         """Give the data recorded so far."""
         if not self._recorded_counts_per_rev:
             raise InstrumentError("nothing was recorded: call record() first")
-        output, illegal, index_clock = self._track(0)
-        head1, _, _ = self._track(1)
-        return Recording(output, head1, illegal, index_clock)
+        output, view = self._track(0)
+        head1, _ = self._track(1)
+        return Recording(
+            output,
+            head1,
+            int(view.illegal),
+            _array(view.index_clock, view.indices, np.int64),
+            _array(view.index_position, view.indices, np.int64),
+        )
 
-    def _track(self, which: int) -> tuple[EdgeTrack, int, NDArray[np.int64]]:
+    def _track(self, which: int) -> tuple[EdgeTrack, TrackView]:
         view = TrackView()
         self.library.instrument_track(self.handle, which, ctypes.byref(view))
         edges = _array(view.bin_edges, view.bins, np.int64)
@@ -538,7 +544,7 @@ class Instrument:
             edges=int(view.edges),
             dropped=int(view.dropped),
         )
-        return track, int(view.illegal), _array(view.index_clock, view.indices, np.int64)
+        return track, view
 
     def trace(self, clocks: int) -> None:
         """Begin to record the levels of all pins for this number of clocks."""

@@ -51,6 +51,7 @@ class TrackView(ctypes.Structure):
         ("bin_lowest", POINTER(c_double)),
         ("bin_highest", POINTER(c_double)),
         ("index_clock", POINTER(c_int64)),
+        ("index_position", POINTER(c_int64)),
     )
 
 

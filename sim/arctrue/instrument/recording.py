@@ -43,3 +43,5 @@ class Recording:
     """Clocks in which A and B of the output changed together."""
     index_clock: NDArray[np.int64]
     """Clocks in which Z of the output rose."""
+    index_position: NDArray[np.int64]
+    """Counts of the output in those clocks, in each of which Z is high; the zero is the track's."""

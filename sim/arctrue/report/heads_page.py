@@ -46,7 +46,9 @@ FAULT_TABLE = (
     "",
     "A head returns under the ramp after its next index, on request or after "
     "`failover.return_after`; its index repeats to ± 1 count. A dead head has no index and",
-    "does not return. A snapshot reads the parity Σcᵢ·rᵢ, which exists for four heads only.",
+    "does not return. A snapshot reads the parity Σcᵢ·rᵢ, which exists for four heads only. "
+    "The firmware does not write prepared sets yet; it switches the",
+    "failover off before other coefficients become active.",
     "",
 )
 """Section on the faults of a head, measured by the benches of the gateware."""

@@ -719,3 +719,57 @@ def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
     assert "active_arcsec" not in told
     assert "candidate_arcsec" not in told
     assert told["left_out"] == [3]
+
+
+def test_coefficients_of_its_own_switch_the_failover_off(running: Firmware) -> None:
+    """Prepared sets belong to earlier coefficients, so that none may be swapped in any more."""
+    running.core.set("version", 0x000800)
+    running.core.set("capability", 2 | bit("capability", "failover"))
+    running.core.set("failover", bit("failover", "enable") | bit("failover", "illegal"))
+    running.core.writes.clear()
+    assert running.turn(turn())["result"] == "applied"
+    offsets = [offset for offset, _ in running.core.writes]
+    assert running.core.get("failover") == 0
+    window = range(COEFFICIENTS, COEFFICIENTS + 1024)
+    first_word = next(place for place, offset in enumerate(offsets) if offset in window)
+    assert offsets.index(address("failover")) < first_word
+
+
+def test_forgetting_switches_the_failover_off(running: Firmware) -> None:
+    running.core.set("version", 0x000800)
+    running.core.set("capability", 2 | bit("capability", "failover"))
+    running.core.set("failover", bit("failover", "enable"))
+    running.library.application_forget(running.application)
+    assert running.core.get("failover") == 0
+
+
+def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None:
+    """The core refuses the write, which would be a fault of the bus."""
+    running.core.set("version", 0x000800)
+    running.core.set("capability", 2)
+    running.core.writes.clear()
+    running.turn(turn())
+    running.library.application_forget(running.application)
+    assert address("failover") not in [offset for offset, _ in running.core.writes]
+
+
+def test_a_set_that_is_being_loaded_is_awaited(running: Firmware) -> None:
+    """It goes into the bank that the firmware is about to write."""
+    core = running.core
+    core.set("version", 0x000800)
+    core.set("capability", 2 | bit("capability", "failover"))
+    looks = iter([bit("heads_status", "busy")] * 3 + [0] * 1000)
+    seen: list[int] = []
+    read = core.read
+
+    def counted(context: Any, offset: int) -> int:
+        if offset != address("heads_status"):
+            return read(context, offset)
+        seen.append(next(looks))
+        return seen[-1]
+
+    ffi, _library = c_library()
+    callback = ffi.callback("core_read_word", counted)
+    running.application.core.read = callback
+    running.library.application_forget(running.application)
+    assert seen == [bit("heads_status", "busy")] * 3 + [0]

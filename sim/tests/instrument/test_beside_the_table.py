@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from sim.tests.faults.scene import Scene
-from sim.tests.faults.setting import COUNTS, TURN_CLOCKS
+from sim.tests.faults.setting import COUNTS, RUN_UP_S, SPEED_RAD_S, TURN_CLOCKS, TURN_S
 from sim.tests.gateware.equation_9 import correction_bound_counts, error_of_words_counts
 
 from arctrue.device.probe import Probe
@@ -26,13 +26,19 @@ from arctrue.instrument import (
     TRIGGER_OUT,
     PinFault,
 )
-from arctrue.table import decode_quadrature
+from arctrue.table import Motion, decode_quadrature
 
 HEAD2_SHIFT = 3
+OUTPUT_SHIFT = 6
+OUTPUT_Z = 4 << OUTPUT_SHIFT
 PROBES = 40
 PULSE_CLOCKS = 3
 SAMPLES = 600
 TRACED_CLOCKS = 12 * TURN_CLOCKS
+START_RAD = -float(np.deg2rad(50.0))
+"""The table makes 2° to 3° while the firmware sets the core up; the index of head 2 at −33° comes
+after that, so that the noted pins hold the first index of both heads, the zero of turn_position
+(header of index_zero)."""
 
 SAMPLE_AFTER_EDGE = -1
 """The sample has head 1's pins of the clock before the edge: the strobe comes 4 clocks after its
@@ -69,7 +75,10 @@ class Beside(Scene):
     """A calibrated scene whose pins are noted from the beginning."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(
+            Motion.steady(SPEED_RAD_S, 30.0 * TURN_S, ramp_s=RUN_UP_S, start_rad=START_RAD)
+        )
+        assert not any(self.instrument.read(f"head{k}.flags.index_seen") for k in (1, 2))
         self.first_clock = self.instrument.clock
         self.instrument.trace(TRACED_CLOCKS)
         self.calibrate()
@@ -199,3 +208,25 @@ def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
     assert np.abs(at_place - places).max() <= correction_bound_counts(bank)
     assert np.array_equal(np.diff(places), np.full(places.size - 1, interval))
     assert places.size >= 31
+
+
+def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
+    """The position at Z is that of the pins in that clock, though 1 of 17 edges is kept."""
+    instrument = scene.instrument
+    begin = instrument.clock
+    instrument.record(every=17)
+    instrument.run(2 * TURN_CLOCKS)
+    recording = instrument.recording()
+    pins = scene.pins()
+    levels = (pins.levels >> OUTPUT_SHIFT & 7).astype(np.uint8)
+    step, illegal = decode_quadrature(int(levels[0]), levels[1:])
+    assert not illegal.size
+    shown = np.concatenate([[0], np.cumsum(step)])
+    track = recording.output
+    # The zeros of both decoders differ by a constant; the table turns upwards.
+    (apart,) = np.unique(track.position - shown[track.clock - pins.first_clock])
+    rises = pins.rises(OUTPUT_Z, begin)
+    assert rises.size == 2
+    assert np.array_equal(recording.index_clock, rises)
+    assert np.array_equal(recording.index_position - apart, shown[rises - pins.first_clock])
+    assert np.diff(recording.index_position) == COUNTS

@@ -136,7 +136,7 @@ struct TrackView {
     const double *kept_angle;
     const int64_t *bin_edges;
     const double *bin_sum, *bin_lowest, *bin_highest;
-    const int64_t *index_clock;
+    const int64_t *index_clock, *index_position;
 };
 
 EXPORTED void instrument_track(const Harness *harness, int which, TrackView *view) {
@@ -155,7 +155,8 @@ EXPORTED void instrument_track(const Harness *harness, int which, TrackView *vie
                       track.bin_sum.data(),
                       track.bin_lowest.data(),
                       track.bin_highest.data(),
-                      track.index_clock.data()};
+                      track.index_clock.data(),
+                      track.index_position.data()};
 }
 
 EXPORTED void instrument_trace(Harness *harness, int64_t most) {

@@ -21,6 +21,7 @@ void Track::start(const Settings &wanted) {
     kept_position.clear();
     kept_angle.clear();
     index_clock.clear();
+    index_position.clear();
     auto bins = static_cast<size_t>(settings.bins);
     bin_edges.assign(bins, 0);
     bin_sum.assign(bins, 0.0);
@@ -50,6 +51,7 @@ void Track::see(int64_t clock, uint8_t levels, const std::function<double(double
     }
     if (index_rises && index_clock.size() < MOST_INDEX_EDGES) {
         index_clock.push_back(clock);
+        index_position.push_back(position);
     }
     if (step != 0) {
         // The reading passes a count's lower end when it rises to it, its upper end when it falls.

@@ -36,7 +36,7 @@ class Track {
     int64_t edges = 0;
     int64_t illegal = 0;
     int64_t dropped = 0; // edges that `most` did not allow to keep
-    std::vector<int64_t> kept_clock, kept_position, index_clock;
+    std::vector<int64_t> kept_clock, kept_position, index_clock, index_position;
     std::vector<double> kept_angle;
     std::vector<int64_t> bin_edges;
     std::vector<double> bin_sum, bin_lowest, bin_highest;

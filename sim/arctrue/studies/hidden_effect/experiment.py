@@ -432,7 +432,7 @@ class _Run:
         recording = rig.instrument.recording()
         counts = counts_standing(recording.output, rig.clock_of(plan.station_s))
         # With a bank the zero is that of the corrected output: only differences are asked for.
-        zero = 0 if bank is not None else zero_level(recording, int(plan.direction[-1]))
+        zero = 0 if bank is not None else zero_level(recording)
         readings = Readings(
             plan.station_s,
             plan.target_deg,

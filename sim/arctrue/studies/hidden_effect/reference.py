@@ -33,18 +33,16 @@ class Readings:
     true_angle_rad: Float
 
 
-def zero_level(recording: Recording, side: int) -> int:
+def zero_level(recording: Recording) -> int:
     """Level of the output's signal at the lower end of its count 0, in which Z is high.
 
-    ``side``: in which direction the table turns as Z rises. Raises InstrumentError where the
-    recording holds no Z.
+    The recorder counts every edge up to the rise of Z. An interpolation between kept edges is off
+    by a count where the output makes nearly a count a clock, since edges come in whole clocks.
+    Raises InstrumentError where the recording holds no Z.
     """
-    if not recording.index_clock.size:
+    if not recording.index_position.size:
         raise InstrumentError("the output never raised Z in the recorded turn")
-    track = recording.output
-    # The kept edges are some clocks apart; between two of them the speed is steady.
-    raised = round(float(np.interp(recording.index_clock[-1], track.clock, track.position)))
-    return (raised if side > 0 else raised - 1) % track.counts_per_rev
+    return int(recording.index_position[-1]) % recording.output.counts_per_rev
 
 
 def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
@@ -82,7 +80,7 @@ def on_the_move(recording: Recording, drive: Motion, stations: int) -> Readings:
         np.asarray(number * (360.0 / stations), dtype=np.float64),
         np.full(stations, side, dtype=np.int64),
         np.zeros(stations, dtype=np.int64),
-        np.floor(position).astype(np.int64) - zero_level(recording, side),
+        np.floor(position).astype(np.int64) - zero_level(recording),
         marks,
     )
 
