@@ -96,6 +96,10 @@ def cordic_rotation(random: np.random.Generator) -> Stimulus:
     return {"folded": [word % (2**21 + 1) for word in bits(random, 22, 2000)]}
 
 
+LOCAL_VALUE_WIDTH = 36
+"""s13.22 counts (local_table_pkg)."""
+
+
 def error_compensation(random: np.random.Generator) -> Stimulus:
     clocks = 1500
     turn = COUNTS_PER_REV_MAX - 12345
@@ -126,6 +130,7 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         "ramp_acceleration": held([0, 2**32 - 1, 2**29, 0, 2**31], clocks // 5),
         "first_sums": [1] * clocks,
         "last_sums": [1] * clocks,
+        "local_value": bits(random, LOCAL_VALUE_WIDTH, clocks),
     }
     return given | changes_of_carrier(random, given["swap_marker"])
 
@@ -349,6 +354,7 @@ CASES = (
     Case("error_compensation", {"LANES": LANES}, error_compensation, 20),
     Case("error_compensation", {"LANES": LANES, "FOLD": FOLD}, folded_error_compensation, 20),
     Case("error_compensation", {"LANES": LANES, "MEAN": "true"}, error_compensation, 20),
+    Case("error_compensation", {"LANES": LANES, "LOCAL_TABLE": "true"}, error_compensation, 20),
     Case("delay_line", {"WIDTH": 57, "CLOCKS": 25}, delay_line, 30),
     Case("quadrature_decoder", {}, quadrature_decoder, 20),
     Case("quadrature_decoder", {"DELAYED": "true"}, quadrature_decoder, 20),

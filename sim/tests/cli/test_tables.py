@@ -186,7 +186,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         noise_arcsec={"reference": 1234.5678},
     )
     found = SimpleNamespace(
-        case=SimpleNamespace(title="something", judged_order=1),
+        case=SimpleNamespace(title="something", judged_order=1, local_table=False),
         diagnosed=SimpleNamespace(ladder=[step], effect_file=None),
         settings=SimpleNamespace(revolution=scale),
         raw=curve(),
@@ -198,7 +198,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         fresh_capture_arcsec={"without": 1.0, "with": 0.5},
         reversal_arcsec=None,
         judged_arcsec=lambda: {"paper": HUGE, "unit_left_out": HUGE, "corrected": HUGE},
-        export=SimpleNamespace(left_out=[], followed=["order 12: the temperature"]),
+        export=SimpleNamespace(left_out=[], followed=["order 12: the temperature"], local=[]),
         clocks=1,
         simulating_s=1.0,
         workbench_s=1.0,

@@ -248,8 +248,8 @@ def test_a_wrong_description_is_named(tmp_path: Path) -> None:
         ("physics = None", "Mine.physics: expected a text"),
         (
             "compensation = 'much'",
-            "Mine.compensation: expected 'lanes' or 'offset' or 'modulators' or 'none' or "
-            "'reference'",
+            "Mine.compensation: expected 'lanes' or 'offset' or 'modulators' or 'local_table' or "
+            "'none' or 'reference'",
         ),
         ("search = 'order'", "Mine.search: expected a tuple of SearchParameter"),
         ("search_kind = 'luck'", "Mine.search_kind: expected 'grid' or 'disc_order'"),

@@ -533,18 +533,13 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     if not left.undescribed_arcsec:
         return True
     # The first may take nothing in a channel whose small rest is no known noise.
-    taken = max(
-        case.survey.channels[channel].excess_arcsec ** 2 - after**2
-        for channel, after in _excess_with_best(case).items()
+    moved = _largest(first)
+    return any(
+        after**2
+        > OF_THE_SAME_KIND
+        * max(case.survey.channels[channel].excess_arcsec ** 2 - after**2, moved**2)
+        for channel, after in left.undescribed_arcsec.items()
     )
-    return any(after**2 > OF_THE_SAME_KIND * taken for after in left.undescribed_arcsec.values())
-
-
-def _excess_with_best(case: Case) -> dict[str, float]:
-    """Give what each channel has beyond its noise with the best in the model, arcseconds."""
-    assert case.with_best is not None
-    channels = case.with_best.survey.channels
-    return {name: item.excess_arcsec for name, item in channels.items()}
 
 
 def _largest(item: Candidate) -> float:
