@@ -533,11 +533,14 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     if not left.undescribed_arcsec:
         return True
     # The first may take nothing in a channel whose small rest is no known noise.
-    moved = _largest(first)
     return any(
         after**2
         > OF_THE_SAME_KIND
-        * max(case.survey.channels[channel].excess_arcsec ** 2 - after**2, moved**2)
+        * max(
+            case.survey.channels[channel].excess_arcsec ** 2 - after**2,
+            0.0,
+            *(moved**2 for name, moved in first.moved_arcsec.items() if name != channel),
+        )
         for channel, after in left.undescribed_arcsec.items()
     )
 

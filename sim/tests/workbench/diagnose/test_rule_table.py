@@ -147,10 +147,9 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
     after_arcsec: float, taken: bool
 ) -> None:
     """Of 1″ in the reference: 0.2″ are 4 % of the variance that went, 0.4″ are 19 %."""
-    case = _case(
-        _item("hysteresis", 900.0),
-        beside=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}),
-    )
+    best = _item("hysteresis", 900.0)
+    best.moved_arcsec = {"capture": 0.0, "reference": 1.0}
+    case = _case(best, beside=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}))
     fit = FitOfChannel(float(np.hypot(1.0, 0.1)), 0.1, None)
     case.survey.__dict__["channels"] = {"reference": fit}
     assert (leaves_its_own_kind(case) is not None) is taken
