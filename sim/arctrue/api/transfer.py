@@ -115,6 +115,7 @@ def export(
     *,
     table_format: str = GATEWARE,
     points: int | None = None,
+    steps_per_second: float | None = None,
     lanes: int | None = None,
     temperature_c: float | None = None,
     force: bool = False,
@@ -133,6 +134,8 @@ def export(
         ``gateware``, or a format of ``arctrue export --format``.
     points : int, optional
         Steps a turn, of a table.
+    steps_per_second : float, optional
+        Motor steps in a sidereal second, which ``table_format="onstep"`` needs.
     lanes : int, optional
         Lanes of the gateware; as many as it is built with by default.
     temperature_c : float, optional
@@ -171,8 +174,10 @@ def export(
             raise ValueError(
                 f"table_format {table_format!r}: expected {', '.join((GATEWARE, *FORMATS))}"
             )
-        form = FORMATS[table_format]
-        correction = Correction.of_model(content, observations, known, temperature_c=temperature_c)
+        form = FORMATS[table_format].for_axis(observations.drive_gear_teeth, steps_per_second)
+        correction = form.part_of(
+            Correction.of_model(content, observations, known, temperature_c=temperature_c)
+        )
         judged = without_reference_errors(data, content, observations, known)
         refused = table_objections(judged.reference, correction, observations.counts_per_rev)
         _refuse(path, refused, force=force)

@@ -71,6 +71,11 @@ GATEWARE = "gateware"
     type=click.IntRange(min=3),
     help="Number of steps of a table over a turn.  [default: as the controller needs it]",
 )
+@click.option(
+    "--steps-per-second",
+    type=Finite(min=1.0, max=1e6),
+    help="With --format onstep: motor steps in a sidereal second, the mount's answer to :VS#.",
+)
 @lanes_option()
 @click.option(
     "--temperature",
@@ -137,6 +142,7 @@ def export(
     seed: int,
     table_format: str,
     points: int | None,
+    steps_per_second: float | None,
     lanes: int,
     temperature: float | None,
     sensor_lag: float,
@@ -157,6 +163,8 @@ def export(
     """
     if table_format == GATEWARE and points is not None:
         raise ValueError("--points: the gateware takes orders, not points; choose a --format")
+    if table_format == GATEWARE and steps_per_second is not None:
+        raise ValueError("--steps-per-second: expected with --format onstep only")
     if table_format != GATEWARE:
         _check_points(FORMATS[table_format], points)
     loaded = load(measurement_set, model_file, folders)
@@ -172,9 +180,13 @@ def export(
             raise ValueError("either --sensor-lag or --fit-sensor-lag: the lag is stated or fitted")
         model, loaded, sensor_lag = _with_fitted_lag(model, loaded)
     if table_format != GATEWARE:
-        form = FORMATS[table_format]
-        correction = Correction.of_model(
-            model, loaded.observations, loaded.effects, temperature_c=temperature
+        form = FORMATS[table_format].for_axis(
+            loaded.observations.drive_gear_teeth, steps_per_second
+        )
+        correction = form.part_of(
+            Correction.of_model(
+                model, loaded.observations, loaded.effects, temperature_c=temperature
+            )
         )
         name = coefficient_file or Path(form.file_name)
         path = name if out is None else out / name.name
@@ -288,7 +300,7 @@ def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet,
 
 def _tell_what_became(became: Outcome) -> None:
     """Every effect of the model: who takes it away, and what is left."""
-    told = table(
+    effects_table = table(
         "What becomes of the model, RMS at head 1",
         words("effect"),
         number("its part ″"),
@@ -297,13 +309,13 @@ def _tell_what_became(became: Outcome) -> None:
     )
     for item in became.effects:
         of_table = item.by != "reference"
-        told.add_row(
+        effects_table.add_row(
             item.effect,
             figure(item.part_arcsec, 3) if item.by != "not in the output" else "",
             item.by if of_table else "(error of the reference)",
             figure(item.left_arcsec, 3) if of_table and item.part_arcsec else "",
         )
-    console.print(told)
+    console.print(effects_table)
     means = [item.effect for item in became.effects if item.by == "the mean"]
     if means:
         console.print(

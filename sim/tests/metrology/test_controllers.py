@@ -25,7 +25,7 @@ from sim.tests.command_line import arctrue as _run
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.gateware.coefficient_file import read_coefficient_file
-from arctrue.measurement import write_measurement_set
+from arctrue.measurement import Reference, write_measurement_set
 from arctrue.metrology.controllers import FORMATS
 from arctrue.metrology.correction import Correction
 
@@ -159,6 +159,9 @@ CONTROLLERS: dict[str, Callable[[str, float, int], float]] = {
     "twincat": _twincat,
     "simplefoc": _simplefoc,
 }
+OF_A_WORM = ("onstep",)
+"""Formats that hold harmonics of a worm only; they have tests of their own below."""
+OF_THE_TURN = tuple(name for name in FORMATS if name not in OF_A_WORM)
 OF_THE_COMMAND = ("linuxcnc", "twincat")
 """Controllers that change the command; the servo brings the reading to the sum."""
 
@@ -178,7 +181,7 @@ def _chord(points: int) -> float:
     return step**2 / 8.0 * sum(a * n**2 for n, (a, _) in DISC.items())
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", OF_THE_TURN)
 def test_the_controller_leaves_what_is_said(name: str) -> None:
     form, correction = FORMATS[name], _correction()
     text = form.text(correction, form.points, "my table")
@@ -228,7 +231,8 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
     made = measurement_set(cycles=5, runs=1, turns=1)
     table = replace(made.table, counts_per_rev=None, head_separation_deg=None)
     write_measurement_set(tmp_path / "set", replace(made, table=table, capture=None))
-    for name, form in FORMATS.items():
+    for name in OF_THE_TURN:
+        form = FORMATS[name]
         answer = _run(
             "export", tmp_path / "set", "--format", name, "--out", tmp_path / name,
             "--json", tmp_path / "e.json",
@@ -289,3 +293,122 @@ def test_rows_that_a_controller_does_not_hold_are_refused(tmp_path: Path) -> Non
         answer = _run("export", tmp_path / "set", "--format", name, "--points", points)
         assert answer.exit_code == 2
         assert "--points" in answer.stderr
+
+
+TEETH = 180
+WORM_S = 480
+STEPS_PER_SECOND = 96.0
+STEP_ARCSEC = 15.0 / STEPS_PER_SECOND
+WORM = {180: (8.6, 0.7), 360: (1.9, -1.1)}
+"""Amplitude ″ and phase of each order of a worm's error."""
+
+
+def _onstep_steps(text: str, turns: int) -> tuple[np.ndarray, np.ndarray]:
+    """Motor steps at tenths of a sidereal second, and times, as Pec::poll of OnStepX moves them."""
+    buffer = [0] * WORM_S
+    *writes, keep = text.split()
+    assert keep == ":$QZ!#", "the table is written to the controller's memory"
+    for line in writes:
+        n, steps = map(int, re.fullmatch(r":WR(\d+),([+-]\d+)#", line).groups())  # type: ignore[union-attr]
+        assert -128 <= steps <= 127
+        buffer[n] = steps
+    position, positions = 0.0, [0.0]
+    for tenth in range(10 * WORM_S * turns):
+        index = (tenth // 10) % WORM_S
+        played = buffer[index - 1]  # index −1 is the last entry, as in the firmware
+        rate = max(-STEPS_PER_SECOND, min(STEPS_PER_SECOND, played)) / STEPS_PER_SECOND
+        position += STEPS_PER_SECOND * (1.0 + rate) / 10.0
+        positions.append(position)
+    return np.array(positions), np.arange(10 * WORM_S * turns + 1) / 10.0
+
+
+def _worm_correction() -> Correction:
+    pairs = [(a * math.cos(p), -a * math.sin(p)) for a, p in WORM.values()]
+    return Correction(np.array(list(WORM)), np.array(pairs), 0.0, (), ())
+
+
+def test_onstep_plays_the_worm_s_error_back() -> None:
+    """The mount points at motor position less ε(motor position); the sky turns 15″ a second."""
+    form = FORMATS["onstep"].for_axis(TEETH, STEPS_PER_SECOND)
+    text = form.text(_worm_correction(), form.points, "my mount")
+    steps, seconds = _onstep_steps(text, turns=3)
+    motor_rad = steps * STEP_ARCSEC * ARCSEC_RAD
+    error = sum(a * np.cos(n * motor_rad + phase) for n, (a, phase) in WORM.items())
+    left = steps * STEP_ARCSEC - error - 15.0 * seconds
+    rounding = left.mean() - left[0]
+    left -= left.mean()
+    before = np.sqrt(sum(a**2 for a, _ in WORM.values()) / 2.0)
+    # Half a motor step of rounding; the chord over a second, h²/8·Σ a·(2πk/480)², is 0.0004″.
+    assert np.abs(left).max() < 0.5 * STEP_ARCSEC + 0.001 + abs(rounding)
+    assert abs(left[-1] - left[0]) < 1e-7, "nothing accumulates over turns of the worm"
+    assert before > 6.0
+    assert form.left(text, _worm_correction()).largest_arcsec == pytest.approx(
+        np.abs(left).max(), abs=0.02
+    )
+
+
+def test_onstep_holds_harmonics_of_the_worm_only() -> None:
+    form = FORMATS["onstep"].for_axis(TEETH, STEPS_PER_SECOND)
+    orders = np.array([1, 2, 180, 360])
+    mixed = Correction(orders, np.ones((4, 2)), 0.0, ("a",), ())
+    kept = form.part_of(mixed)
+    assert kept.orders.tolist() == [180, 360]
+    assert kept.left_out == ("a", "orders 1, 2: the table holds harmonics of the worm only")
+
+
+@pytest.mark.parametrize(
+    ("teeth", "steps", "words"),
+    [
+        (None, 96.0, "drive_gear_teeth"),
+        (180, None, "--steps-per-second"),
+        (130, 96.0, "664.62 sidereal seconds"),
+        (2160, 96.0, "at least 61"),
+    ],
+)
+def test_onstep_names_what_it_lacks(teeth: float | None, steps: float | None, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        FORMATS["onstep"].for_axis(teeth, steps)
+
+
+def test_onstep_refuses_a_correction_that_stops_the_tracking() -> None:
+    form = FORMATS["onstep"].for_axis(TEETH, 3.0)
+    steep = Correction(np.array([1800]), np.array([[300.0, 0.0]]), 0.0, (), ())
+    with pytest.raises(ValueError, match="must not stop or reverse the tracking"):
+        form.text(steep, form.points, "")
+
+
+def test_a_log_of_a_mount_gives_a_table_for_onstep(tmp_path: Path) -> None:
+    """Five turns of a worm, a row every 3.1 s, 0.5″ of noise: the table is the worm's error."""
+    made = measurement_set(cycles=1, runs=1, turns=1)
+    assert made.reference is not None
+    seconds = np.arange(0.0, 5.0 * WORM_S, 3.1)
+    angle = seconds / 86_400.0 * 2.0 * np.pi
+    noise = np.random.default_rng(8).normal(0.0, 0.5, seconds.size)
+    worm = sum(a * np.cos(n * angle + phase) for n, (a, phase) in WORM.items())
+    reference = Reference(
+        target_deg=np.degrees(angle),
+        error_arcsec=worm + noise,
+        direction=np.ones(seconds.size, dtype=np.int64),
+    )
+    table = replace(
+        made.table, counts_per_rev=None, head_separation_deg=None, drive_gear_teeth=float(TEETH)
+    )
+    write_measurement_set(
+        tmp_path / "log", replace(made, table=table, capture=None, reference=reference)
+    )
+    model = tmp_path / "model.toml"
+    entry = 'name = "drive_gear_error"\nsettings = { multiples = [1, 2] }\n'
+    model.write_text(f"schema = 1\n\n[[effect]]\n{entry}")
+    words = ("export", tmp_path / "log", "--model", model, "--format", "onstep", "--out", tmp_path)
+    answer = _run(*words, "--steps-per-second", STEPS_PER_SECOND)
+    assert answer.exit_code == 0, answer.output
+    steps, _ = _onstep_steps((tmp_path / "pec.onstep").read_text(), turns=1)
+    added = (steps - STEPS_PER_SECOND * np.arange(steps.size) / 10.0) * STEP_ARCSEC
+    clock = np.arange(steps.size) / 10.0 / 86_400.0 * 2.0 * np.pi
+    wanted = sum(a * np.cos(n * clock + phase) for n, (a, phase) in WORM.items())
+    left = added - added.mean() - (wanted - wanted.mean())
+    # Noise of four coefficients on 775 rows, five standard deviations; half a step.
+    assert np.sqrt(np.mean(left**2)) < 5.0 * 0.5 * math.sqrt(4 / seconds.size) + STEP_ARCSEC / 2
+    missing = _run(*words)
+    assert missing.exit_code == 2
+    assert ":VS#" in missing.stderr

@@ -10,6 +10,7 @@ from arctrue.metrology.controllers.bidirectional_csv import Bidirectional
 from arctrue.metrology.controllers.ecmc import Ecmc
 from arctrue.metrology.controllers.linuxcnc import LinuxCnc
 from arctrue.metrology.controllers.moteus import Moteus32, Moteus256
+from arctrue.metrology.controllers.onstep import OnStep
 from arctrue.metrology.controllers.siemens import Siemens
 from arctrue.metrology.controllers.simplefoc import SimpleFoc
 from arctrue.metrology.controllers.table_format import Left, TableFormat
@@ -28,5 +29,6 @@ FORMATS: Mapping[str, TableFormat] = {
         Moteus32(),
         Moteus256(),
         SimpleFoc(),
+        OnStep(),
     )
 }

@@ -46,6 +46,34 @@ class TableFormat(ABC):
     knows_direction: ClassVar[bool]
     """Does the table tell an approach from below from one from above?"""
 
+    def for_axis(self, teeth: float | None, steps_per_second: float | None) -> TableFormat:
+        """Return the format for one axis; most formats need to know nothing about it.
+
+        Parameters
+        ----------
+        teeth : float or None
+            Teeth of the worm wheel, None if the set does not state them.
+        steps_per_second : float or None
+            Motor steps a sidereal second, None if the user does not state them.
+
+        Returns
+        -------
+        TableFormat
+            The format with what it needs of the axis.
+
+        Raises
+        ------
+        ValueError
+            If a stated value does not fit the format, or a needed one is missing.
+        """
+        if steps_per_second is not None:
+            raise ValueError(f"--steps-per-second: {self.name} does not take it")
+        return self
+
+    def part_of(self, correction: Correction) -> Correction:
+        """Return the part of a correction that the table can hold: all of it, in most formats."""
+        return correction
+
     @abstractmethod
     def text(self, correction: Correction, points: int, title: str) -> str:
         """Write the content of the file.
