@@ -63,6 +63,6 @@ def print_orbit(console: Console, orbit: AxisOrbit) -> None:
     console.print(shown)
     console.print(
         "Total and asynchronous values hold the noise of the readings; a circle once a turn in the "
-        "table's sense is not told from an eccentric disc.",
+        "table's sense looks the same as an eccentric disc.",
         soft_wrap=True,
     )

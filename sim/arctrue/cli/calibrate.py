@@ -357,7 +357,7 @@ def _print_summary(console: Console, calibration: Calibration, method: str) -> N
     of = calibration.separations
     nominal = of["nominal"]
 
-    def told(separation: Separation) -> str:
+    def stated(separation: Separation) -> str:
         if not math.isfinite(separation.u_rad):
             return f"not determined ({separation.note})"
         off = (separation.value_rad - nominal.value_rad) * ARCSEC_PER_RAD
@@ -367,8 +367,8 @@ def _print_summary(console: Console, calibration: Calibration, method: str) -> N
         f"head separation: {math.degrees(estimate.head_separation_rad):.6f}°, "
         f"{estimate.separation_choice} used. From the nominal "
         f"{math.degrees(nominal.value_rad):.6f}° (u = {nominal.u_rad * ARCSEC_PER_RAD:.2f}″): "
-        f"measured by the index {told(of['measured'])}, "
-        f"by the reference's harmonics {told(of['harmonics'])}",
+        f"measured by the index {stated(of['measured'])}, "
+        f"by the reference's harmonics {stated(of['harmonics'])}",
         soft_wrap=True,
     )
 

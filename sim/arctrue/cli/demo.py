@@ -19,7 +19,7 @@ from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
 from arctrue.report.demo_page import write_demo_page
 from arctrue.report.second_act_page import write_second_act_page
-from arctrue.studies.demo.acts import Beside
+from arctrue.studies.demo.acts import Background
 from arctrue.studies.demo.judgement import RecordingError
 from arctrue.studies.demo.result import DemoResult
 from arctrue.studies.demo.run import run_demo
@@ -64,7 +64,7 @@ def demo(out: Path, lanes: int, act: str) -> None:
     out = out.resolve()
     second_act = None
     if act != "1":
-        second_act = Beside(
+        second_act = Background(
             lambda: run_second_act(HiddenSettings(), out / SECOND_FOLDER, _say("2 | "))
         )
     faults: list[str] = []

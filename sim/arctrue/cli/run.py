@@ -121,7 +121,7 @@ def _order_cells(turn: ScenarioTurn, orders: tuple[int, ...], *, by_reference: b
 def _said(turn: ScenarioTurn) -> list[str]:
     """List the events of a turn, one per line."""
     lines = list(turn.events)
-    for reply in turn.told:
+    for reply in turn.telemetry:
         reason = "" if reply["result"] == "applied" else f": {reply['reason'].replace('_', ' ')}"
         alarms = f"; alarm: {', '.join(reply['alarms'])}" if reply["alarms"] else ""
         lines.append(f"firmware {reply['result']}{reason}{alarms}")

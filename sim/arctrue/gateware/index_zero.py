@@ -61,22 +61,22 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
     # The level of a step is sampled so many clocks later, or just before the next step.
     following = np.append(at[1:], clocks + INDEX_SKEW)
     is_cut = following <= at + INDEX_SKEW
-    told = np.where(is_cut, following, at + INDEX_SKEW)
-    level = z[np.minimum(np.where(is_cut, following - 1, told), clocks - 1)]
+    decided = np.where(is_cut, following, at + INDEX_SKEW)
+    level = z[np.minimum(np.where(is_cut, following - 1, decided), clocks - 1)]
     # The level of the step before, or of the last clock of a reset between them.
     last_unsettled = latest(unsettled)
     begun = last_unsettled[at]
     is_first = begun > np.append(-1, at[:-1])
     before = np.where(is_first, z[begun], np.append(0, level[:-1]))
-    settled = np.where(is_first, begun, np.append(-1, told[:-1]))
+    settled = np.where(is_first, begun, np.append(-1, decided[:-1]))
     # The level in the count before the step, if it lasted long enough.
     stays = at - settled > INDEX_SKEW
     within = np.where(stays, z[at - INDEX_SKEW - 1], before)
     up = step[at] > 0
     is_inside = (within != before) & ((within == 1) == up)
-    whole = (told < clocks) & (last_unsettled[np.minimum(told, clocks - 1)] < at)
+    whole = (decided < clocks) & (last_unsettled[np.minimum(decided, clocks - 1)] < at)
     passed = whole & (is_inside | ((level != within) & ((level == 1) == up)))
-    clock = told[passed]
+    clock = decided[passed]
     index[clock] = True
     index_up[clock] = up[passed]
     offset[clock] = np.where(up, -is_inside.astype(np.int64), 1)[passed]
@@ -94,13 +94,13 @@ class _Verdicts:
     other_agrees: Bools
     can_move: Bools
     forgotten: Bools
-    told: Bools
+    detected: Bools
     """Clocks in which a mark is detected."""
 
 
 def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
     """Clocks in which a mark becomes the zero, and those in which one is trusted."""
-    moved = np.zeros(verdicts.told.size, dtype=np.bool_)
+    moved = np.zeros(verdicts.detected.size, dtype=np.bool_)
     trusted = np.zeros_like(moved)
     last_forgotten = latest(verdicts.forgotten)
     in_doubt_since = -1
@@ -109,7 +109,7 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
         if last_forgotten[clock] >= in_doubt_since:
             in_doubt_since = -1
         # No other mark has come since the checked one.
-        follows = verdicts.told[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
+        follows = verdicts.detected[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
         is_last = verdicts.is_judged[clock] and not follows and not verdicts.forgotten[clock]
         is_proven = (verdicts.agrees[clock] and in_doubt_since >= 0) or (
             verdicts.misplaced[clock] and verdicts.other_agrees[clock]
@@ -217,7 +217,7 @@ def index_zero(
     zero_moves = moves_total - value_at(last_reset, moves_total, 0)
     last_slip = latest(slip != 0)
     from_zero = total - value_at(latest(forgotten | first_index | moved_zero), zero, 0)
-    told = was(misplaced & ~reset) | (slip != 0)
+    detected = was(misplaced & ~reset) | (slip != 0)
     trace = IndexZeroTrace(
         angle=outputs(0, from_zero % turn_in_force),
         turn_position=outputs(0, wrapped(from_zero)),
@@ -237,4 +237,4 @@ def index_zero(
         zero_slip=outputs(0, np.where(last_slip > last_reset, value_at(last_slip, slip, 0), 0)),
         put_back=outputs(0, wrapped(healed_total - value_at(last_reset, healed_total, 0))),
     )
-    return trace, told
+    return trace, detected

@@ -69,7 +69,9 @@ def _by_turn(axes: Axes, result: ScenarioResult) -> None:
 
 def _said(turn: ScenarioTurn) -> str:
     refused = [
-        f"refused: {t['reason'].replace('_', ' ')}" for t in turn.told if t["result"] == "refused"
+        f"refused: {t['reason'].replace('_', ' ')}"
+        for t in turn.telemetry
+        if t["result"] == "refused"
     ]
     return "; ".join((*turn.events, *refused))
 

@@ -165,7 +165,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         corrected=curve(),
         reference=curve(),
         events=["the index is lost"],
-        told=[],
+        telemetry=[],
         flags=[],
     )
     story = SimpleNamespace(title="A story", orders=orders, scale=scale, arcsec_per_count=0.0772)

@@ -51,7 +51,7 @@ class Comparison:
     """Every edge of a recording, in bins of the true angle; counts, against the true angle.
 
     What head 1 lost or gained on its wires (the slip) is in the output as in its own reading, for
-    ever: no correction can know it. It is told apart, and taken off both errors.
+    ever: no correction can know it. It is measured separately and subtracted from both errors.
     """
 
     corrected: NDArray[np.float64]
@@ -127,10 +127,10 @@ class Scene:
         """
         self.next_turn()
         if flag_reason is not None:
-            assert self.told["reason"] == flag_reason
+            assert self.last_reply["reason"] == flag_reason
             if self.next_turn()["reason"] == flag_reason:
                 self.next_turn()
-        assert self.told["result"] == "applied"
+        assert self.last_reply["result"] == "applied"
         self.settle()
         self.record()
         self.turn(1.0)
@@ -154,13 +154,13 @@ class Scene:
         self.turn((part - turns) % 1.0)
 
     def next_turn(self) -> dict[str, Any]:
-        """Until the firmware has told one turn more, and is done with it."""
-        told = len(self.firmware.telemetry)
+        """Run until the firmware has reported one more turn and has finished with it."""
+        replies = len(self.firmware.telemetry)
         self.firmware.run(
-            until=lambda f: len(f.telemetry) > told and f.phase != "swap",
+            until=lambda f: len(f.telemetry) > replies and f.phase != "swap",
             poll_clocks=POLL_CLOCKS,
         )
-        return self.told
+        return self.last_reply
 
     def settle(self) -> None:
         """Until the ramp is done."""
@@ -197,7 +197,7 @@ class Scene:
         for _ in range(most_turns):
             if self.next_turn()["result"] != "refused":
                 break
-        assert self.told["reason"] in ("none", "not_better")
+        assert self.last_reply["reason"] in ("none", "not_better")
         self.settle()
         if refers:
             assert "cannot_keep_up" in self.faults(), "only the operator ends it"
@@ -214,20 +214,20 @@ class Scene:
 
     def knows_the_separation(self) -> None:
         """To a count of each index: that which made the zero, and the latest."""
-        assert self.told["separation"] == "measured"
-        off_arcsec = (self.told["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
+        assert self.last_reply["separation"] == "measured"
+        off_arcsec = (self.last_reply["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
         assert abs(off_arcsec) < 2 * ARCSEC_A_COUNT
 
     # What it tells
 
     @property
-    def told(self) -> dict[str, Any]:
+    def last_reply(self) -> dict[str, Any]:
         """The latest turn's telemetry."""
         return self.firmware.telemetry[-1]
 
     def reasons(self, first: int = 0) -> list[str]:
-        """Of all turns told, from one on."""
-        return [told["reason"] for told in self.firmware.telemetry[first:]]
+        """Reasons of all turns from ``first`` on."""
+        return [reply["reason"] for reply in self.firmware.telemetry[first:]]
 
     def faults(self) -> set[str]:
         """Flags that are set: what lights the fault LED."""

@@ -27,7 +27,7 @@ def test_bus_slower_than_the_table(scene: Scene) -> None:
     scene.instrument.stall_bus(120)
     scene.turn(4.0)
     assert scene.instrument.read("overrun_count") > 0
-    assert any("overrun" in told["alarms"] for told in scene.firmware.telemetry[turns:])
+    assert any("overrun" in reply["alarms"] for reply in scene.firmware.telemetry[turns:])
     assert set(scene.reasons(turns)) <= {"none", "not_better"}
     scene.is_clean()
     scene.instrument.stall_bus(0)

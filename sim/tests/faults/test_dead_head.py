@@ -22,16 +22,16 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
     scene.disturb(3.2, **{level: HEAD2})
     scene.turn(3.0)
     assert len(scene.firmware.telemetry) >= turns + 3
-    results = {told["result"] for told in scene.firmware.telemetry[turns:]}
+    results = {reply["result"] for reply in scene.firmware.telemetry[turns:]}
     assert "refused" in results <= {"refused", "alarm"}
-    assert scene.told["reason"] == "stands_still"
+    assert scene.last_reply["reason"] == "stands_still"
     assert scene.bank() == before
     scene.is_clean()
     scene.turn(1.0)
     scene.recovers()
-    # Its zero is lost by what it missed. That is told, and the zero is followed.
-    assert any("zero_lost" in told["alarms"] for told in scene.firmware.telemetry[turns:])
-    assert scene.told["alarms"] == []
+    # The missed edges cost it its zero. The firmware reports that and follows the zero.
+    assert any("zero_lost" in reply["alarms"] for reply in scene.firmware.telemetry[turns:])
+    assert scene.last_reply["alarms"] == []
     scene.knows_the_separation()
 
 
@@ -50,7 +50,7 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     assert dead.head1.edges == dead.illegal == 0
     # Z that went high was taken for an index: the correction ramps down, no more.
     assert dead.output.edges <= (scene.largest_correction if level == "high" else 0)
-    assert scene.told["result"] == "refused"
+    assert scene.last_reply["result"] == "refused"
     assert scene.bank() == before
 
     scene.record()
@@ -66,7 +66,7 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     flags = {"illegal_transition", "edge_spacing", "index_error"}
     assert reasons[0] in {"bank_full"} | (set() if level == "held" else flags)
     assert "index_error" in reasons
-    assert any("zero_lost" in told["alarms"] for told in scene.firmware.telemetry[turns:])
+    assert any("zero_lost" in reply["alarms"] for reply in scene.firmware.telemetry[turns:])
     scene.recovers()
 
 

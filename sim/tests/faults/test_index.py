@@ -20,12 +20,12 @@ def test_lost_index(scene: Scene, head: str) -> None:
     assert scene.instrument.read(f"{head}.index.position") == first
     assert not scene.faults()
     assert scene.instrument.read("interrupt_status.head1_fault") == 0
-    told, swaps = scene.told, scene.told["swaps"]
-    while told["result"] != "refused":
-        swaps, told = told["swaps"], scene.next_turn()
-    assert told["reason"] == "index_error"
-    assert told["swaps"] == swaps
-    assert "zero_lost" not in told["alarms"]
+    reply, swaps = scene.last_reply, scene.last_reply["swaps"]
+    while reply["result"] != "refused":
+        swaps, reply = reply["swaps"], scene.next_turn()
+    assert reply["reason"] == "index_error"
+    assert reply["swaps"] == swaps
+    assert "zero_lost" not in reply["alarms"]
     assert scene.instrument.read(f"interrupt_status.{head}_fault") == 1
     assert scene.instrument.read("status.compensating") == 1
     scene.is_clean()
@@ -44,6 +44,6 @@ def test_false_index(scene: Scene, head: str) -> None:
     assert scene.bank() == before
     # The index in its place came after it: the zero is known to be right, and nothing moves it.
     assert scene.instrument.read("zero.moves") == 0
-    assert "zero_lost" not in scene.told["alarms"]
+    assert "zero_lost" not in scene.last_reply["alarms"]
     scene.is_clean()
     scene.recovers()

@@ -31,18 +31,18 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
 
     scene.record()
     # At that index, not when the bank is full.
-    told_at = scene.instrument.clock
+    fault_at = scene.instrument.clock
     assert scene.next_turn()["alarms"] == ["zero_lost"]
-    assert scene.instrument.clock - told_at < TURN_CLOCKS
+    assert scene.instrument.clock - fault_at < TURN_CLOCKS
     assert scene.bank() == before
     assert scene.instrument.read("zero.moves") == 1
     assert scene.instrument.read("zero_slip") == -counts
     assert scene.instrument.read("put_back") == heal * counts
     assert scene.instrument.read("status.compensating") == 1
     scene.turn(0.5)
-    told = scene.compare(slips=not heal)
-    assert told.illegal == 0
-    assert told.worse < scene.clean_bound + scene.wrong_place(counts) + heal * counts
+    errors = scene.compare(slips=not heal)
+    assert errors.illegal == 0
+    assert errors.worse < scene.clean_bound + scene.wrong_place(counts) + heal * counts
     if heal:
         # The output has them again; head 1's own count has not.
         scene.settle()
@@ -71,8 +71,8 @@ def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
     scene.turn(0.7)
     scene.record()
     scene.drop(PERIOD_COUNTS)
-    told = scene.next_turn()
-    assert told["result"] != "refused"
+    reply = scene.next_turn()
+    assert reply["result"] != "refused"
     scene.turn(0.3)
     orders = np.arange(1, 5)
     gain = float(np.sum(1 / (np.pi * orders * 2 * np.sin(orders * SEPARATION_RAD / 2))))

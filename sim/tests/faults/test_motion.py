@@ -31,9 +31,9 @@ def test_reversal(make_scene: MakeScene) -> None:
     scene.to_part(0.3)
     scene.record()
     before = scene.bank()
-    while (told := scene.next_turn())["result"] != "refused":
+    while (reply := scene.next_turn())["result"] != "refused":
         before = scene.bank()
-    assert told["reason"] in ("reversal", "wrong_step")
+    assert reply["reason"] in ("reversal", "wrong_step")
     assert scene.bank() == before
     # A reversal is no fault of the signals.
     assert not scene.faults()
@@ -82,12 +82,12 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     assert scene.next_turn()["result"] == "refused"
     if output_fault:
         released = scene.firmware.telemetry[turns]
-        assert (released["result"], released["alarms"]) == ("alarm", ["output"]), "told at once"
+        assert (released["result"], released["alarms"]) == ("alarm", ["output"]), "reported at once"
         turns += 1
     assert scene.reasons(turns)[0] in ("edge_spacing", "illegal_transition", "index_error")
-    assert ("output" in scene.told["alarms"]) == output_fault
-    assert (scene.told["output_fault"] == "cannot_keep_up") == output_fault
-    assert scene.told["released"] == (["cannot_keep_up"] if output_fault else [])
+    assert ("output" in scene.last_reply["alarms"]) == output_fault
+    assert (scene.last_reply["output_fault"] == "cannot_keep_up") == output_fault
+    assert scene.last_reply["released"] == (["cannot_keep_up"] if output_fault else [])
     assert scene.bank() == before
     scene.record()
     scene.turn(0.4)

@@ -25,8 +25,8 @@ def test_calculation_longer_than_a_turn(scene: Scene) -> None:
     begin = scene.instrument.clock
     scene.next_turn()
     assert scene.instrument.clock - begin > 2.5 * TURN_CLOCKS
-    assert scene.told["result"] != "refused"
-    assert "overrun" in scene.told["alarms"]
+    assert scene.last_reply["result"] != "refused"
+    assert "overrun" in scene.last_reply["alarms"]
     scene.is_clean()
     scene.firmware.calculation_clocks = 0
     scene.recovers()
@@ -40,21 +40,21 @@ def test_begins_anew_after_a_fault(scene: Scene) -> None:
     assert scene.firmware.coefficients is None, "not known any more"
     assert scene.firmware.send("status").count("compensation on") == 1
     compensating = []
-    told = len(scene.firmware.telemetry)
+    replies = len(scene.firmware.telemetry)
     scene.firmware.run(
         until=lambda f: (
             compensating.append(scene.instrument.read("status.compensating"))
-            or len(f.telemetry) > told
+            or len(f.telemetry) > replies
         ),
         poll_clocks=POLL_CLOCKS,
     )
     assert all(compensating)
-    assert "began_anew" in scene.told["alarms"]
+    assert "began_anew" in scene.last_reply["alarms"]
     during = scene.compare()
     assert during.most < clean
     assert during.illegal == 0
     assert scene.instrument.read("head1.index.position") != position
-    assert scene.told["result"] == "applied"
+    assert scene.last_reply["result"] == "applied"
     assert scene.firmware.coefficients is not None
     scene.recovers()
 
@@ -81,7 +81,7 @@ def test_capture_that_is_stuck(scene: Scene) -> None:
     lag = scene.ramp_lag
     scene.instrument.update("control", capture_enable=0)
     scene.next_turn()
-    assert scene.told["alarms"] == ["stuck_capture"]
+    assert scene.last_reply["alarms"] == ["stuck_capture"]
     assert scene.firmware.coefficients is None
     scene.turn(0.5)
     during = scene.compare()

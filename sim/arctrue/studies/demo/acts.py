@@ -10,7 +10,7 @@ _T = TypeVar("_T")
 _LOOK_S = 0.5
 
 
-class Beside(Generic[_T]):
+class Background(Generic[_T]):
     """Starts work at once in its own thread.
 
     The thread ends with the process, so that an interrupted demo stops.

@@ -29,7 +29,7 @@ from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.studies.demo.scene import Scene, build_scene
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child_environment
-from arctrue.studies.demo.telemetry import ToldTurn, console_faults, told_turns
+from arctrue.studies.demo.telemetry import ToldTurn, console_faults, telemetry_turns
 from arctrue.table import PinEvents
 
 # Table 1 of the paper, clocks.
@@ -76,7 +76,7 @@ def run_demo(settings: DemoSettings, folder: Path, report_step: ReportStep) -> D
     run = ProcessorRun.read(files.run)
     output = decode_recording(PinEvents.read(files.recorded))
     pin_clocks = pin_to_pin_latency(scene, settings, output)
-    turns = told_turns(run.console)
+    turns = telemetry_turns(run.console)
     if not turns or turns[0].result != "applied":
         raise DemoError("the firmware applied no coefficients after the first turn")
     before = output_score(scene, settings, output, _index_clock(scene, settings), pin_clocks)

@@ -44,7 +44,7 @@ class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
     harmonics: tuple[ToldHarmonic, ...]
 
 
-def told_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
+def telemetry_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
     """Give the turns that the firmware calibrated; refused turns and alarms are left out."""
     sent = [
         {**json.loads(line.text), "clock": line.clock}

@@ -16,7 +16,12 @@ from arctrue.base.units import arcsec_per_count
 from arctrue.instrument import ReportRun
 from arctrue.metrology.allan import overlapping_allan_deviation
 from arctrue.metrology.trend import TrendWatch
-from arctrue.studies.long_run.learned_model import LearnedOrder, as_coefficients, learn, told_orders
+from arctrue.studies.long_run.learned_model import (
+    LearnedOrder,
+    as_coefficients,
+    learn,
+    telemetry_orders,
+)
 from arctrue.studies.long_run.truth import Truth
 from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
 
@@ -90,7 +95,7 @@ def run_long(
                 firmware=dataclasses.replace(wanted.firmware, loaded=bank, thermometer=True),
             )
         result = run_scenario(wanted, report_run=report_run, report_step=report_step)
-        telemetry[name] = [one for turn in result.turns for one in turn.told]
+        telemetry[name] = [one for turn in result.turns for one in turn.telemetry]
         found[name] = result
     truth = Truth(scenario)
     last = round(LEARNED_PART * len(found["single"].turns))
@@ -149,7 +154,7 @@ def _learned(
     result: ScenarioResult, telemetry: Sequence[dict[str, Any]]
 ) -> tuple[list[LearnedOrder], float]:
     """Give the model, and the temperature for which its cold part is valid."""
-    turns, values = told_orders(telemetry)
+    turns, values = telemetry_orders(telemetry)
     first = turns <= round(LEARNED_PART * len(result.turns))
     celsius = np.array([turn.temperature_c for turn in result.turns])[turns - 1]
     reference_c = round(float(celsius[first].mean()), 3)
@@ -158,7 +163,7 @@ def _learned(
 
 def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[str, Any]:
     """Give the error under the coefficients in each turn, and that of the core's output."""
-    telemetry = [one for turn in result.turns for one in turn.told]
+    telemetry = [one for turn in result.turns for one in turn.telemetry]
     left = np.array([truth.left_arcsec(turn) for turn in result.turns])
     worst = SETTLED_TURNS + int(np.argmax(left[SETTLED_TURNS:]))
     output = [
@@ -170,13 +175,13 @@ def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[st
     refused = {
         str(turn.number): one["reason"]
         for turn in result.turns
-        for one in turn.told
+        for one in turn.telemetry
         if one["result"] == "refused"
     }
     alarms = {
-        str(turn.number): sorted({alarm for one in turn.told for alarm in one["alarms"]})
+        str(turn.number): sorted({alarm for one in turn.telemetry for alarm in one["alarms"]})
         for turn in result.turns
-        if any(one["alarms"] for one in turn.told)
+        if any(one["alarms"] for one in turn.telemetry)
     }
     return {
         "left_arcsec": np.round(left, DECIMALS),
@@ -218,7 +223,7 @@ def _allan(
     telemetry: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]
 ) -> dict[str, Any]:
     """Give the root mean of the variances of cosine and sine for each listed order."""
-    numbers, values = told_orders(telemetry)
+    numbers, values = telemetry_orders(telemetry)
     series = np.full((turns + 1, values.shape[1]), np.nan, dtype=np.complex128)
     series[numbers[numbers <= turns]] = values[numbers <= turns]
     series = series[1:]

@@ -31,7 +31,7 @@ class LearnedOrder:
     """Standard uncertainty of each component."""
 
 
-def told_orders(telemetry: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np.int64], Complex]:
+def telemetry_orders(telemetry: Sequence[Mapping[str, Any]]) -> tuple[NDArray[np.int64], Complex]:
     """Give turn numbers (t,) and coefficients (t, orders) of all turns that were not refused.
 
     A turn that the firmware reported twice, with a further alarm, counts once.

@@ -22,7 +22,7 @@ def broken_limits(result: ScenarioResult) -> tuple[str, ...]:
             found.append(f"the firmware {what} {number} captures, {least} or more are expected")
         if most is not None and number > most:
             found.append(f"the firmware {what} {number} captures, {most} at most are expected")
-    reasons = {told["reason"] for turn in result.turns for told in turn.told}
+    reasons = {reply["reason"] for turn in result.turns for reply in turn.telemetry}
     found += [
         f"no capture was refused for: {reason.replace('_', ' ')}"
         for reason in limits.reasons_wanted

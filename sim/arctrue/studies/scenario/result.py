@@ -24,7 +24,7 @@ class ScenarioTurn:
     """The output."""
     reference: TurnScore | None
     """Error of the output as a wrong reference shows it, at the faces only."""
-    told: tuple[dict[str, Any], ...]
+    telemetry: tuple[dict[str, Any], ...]
     """Telemetry of the firmware during the turn."""
     flags: tuple[str, ...]
     """Flags that were raised in the turn."""
@@ -44,7 +44,7 @@ class ScenarioTurn:
             "uncorrected": error(self.uncorrected),
             "corrected": error(self.corrected),
             "reference": error(self.reference),
-            "telemetry": list(self.told),
+            "telemetry": list(self.telemetry),
             "flags": list(self.flags),
             "events": list(self.events),
         }
@@ -66,15 +66,15 @@ class ScenarioResult:
     @property
     def applied(self) -> int:
         """Number of calibrations that the firmware applied."""
-        return self._told("applied")
+        return self._count("applied")
 
     @property
     def refused(self) -> int:
         """Number of captures that the firmware refused."""
-        return self._told("refused")
+        return self._count("refused")
 
-    def _told(self, result: str) -> int:
-        return sum(told["result"] == result for turn in self.turns for told in turn.told)
+    def _count(self, result: str) -> int:
+        return sum(reply["result"] == result for turn in self.turns for reply in turn.telemetry)
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain values."""

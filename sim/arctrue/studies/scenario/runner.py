@@ -32,7 +32,7 @@ class _Run:
         self.instrument, self.scenario, self.course = instrument, scenario, course
         self.started = instrument.clock
         self.flags: list[set[str]] = [set() for _ in range(self.rows)]
-        self.told: list[list[dict[str, Any]]] = [[] for _ in range(self.rows)]
+        self.telemetry: list[list[dict[str, Any]]] = [[] for _ in range(self.rows)]
         self.events: list[list[str]] = [[] for _ in range(self.rows)]
         self.banks: list[Coefficients | None] = [None for _ in range(self.rows)]
         self._heard = 0
@@ -109,7 +109,7 @@ class _Run:
         self.flags[row] &= set(FLAGS)
         self.banks[row] = self.instrument.firmware.active_bank(self.scenario.scale.counts_per_rev)
         telemetry = self.instrument.firmware.telemetry
-        self.told[row] += telemetry[self._heard :]
+        self.telemetry[row] += telemetry[self._heard :]
         self._heard = len(telemetry)
 
     def thermometer_c(self) -> float:
@@ -210,7 +210,7 @@ def run_scenario(
                 uncorrected=errors["head1"][n],
                 corrected=errors["output"][n],
                 reference=seen_by_reference(scenario, course, n + 1, errors["output"][n]),
-                told=tuple(run.told[n]),
+                telemetry=tuple(run.telemetry[n]),
                 flags=tuple(sorted(run.flags[n])),
                 events=tuple(run.events[n]),
                 bank=run.banks[n],

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from arctrue.studies.demo.files import ConsoleLine
-from arctrue.studies.demo.telemetry import console_faults, told_turns
+from arctrue.studies.demo.telemetry import console_faults, telemetry_turns
 
 TURN = {
     "turn": 1,
@@ -38,7 +38,7 @@ def lines(*texts: str) -> list[ConsoleLine]:
 
 def test_turns_with_their_harmonics() -> None:
     typed = ConsoleLine(0, True, "{")
-    (turn,) = told_turns([typed, *lines(json.dumps(TURN), json.dumps(REFUSED), STATUS)])
+    (turn,) = telemetry_turns([typed, *lines(json.dumps(TURN), json.dumps(REFUSED), STATUS)])
     assert (turn.clock, turn.samples, turn.result) == (7, 2131, "applied")
     assert [(h.order, h.amplitude_arcsec, h.applied) for h in turn.harmonics] == [
         (1, 1150.0, True),

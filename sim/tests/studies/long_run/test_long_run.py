@@ -15,7 +15,7 @@ from sim.tests.instrument.sizes import LANES, SAMPLES
 from arctrue.report.long_run_page import long_run_page, plot_long_run
 from arctrue.report.numbers import plain
 from arctrue.studies.long_run.experiment import run_long, shortened
-from arctrue.studies.long_run.learned_model import as_coefficients, learn, told_orders
+from arctrue.studies.long_run.learned_model import as_coefficients, learn, telemetry_orders
 from arctrue.studies.long_run.truth import Truth
 from arctrue.studies.scenario import Scenario, read_scenario
 from arctrue.table import DISC_RADIUS_M
@@ -101,8 +101,8 @@ def test_lost_counts_come_back(found: dict[str, Any]) -> None:
     count_arcsec = 1_296_000 / found["counts_per_rev"]
     for one in found["strategies"].values():
         assert set(one["refused"].values()) <= {"index_error"}
-        (told,) = (number for number, said in one["alarms"].items() if "zero_lost" in said)
-        assert 0 <= int(told) - int(turn) <= 2
+        (alarmed,) = (number for number, said in one["alarms"].items() if "zero_lost" in said)
+        assert 0 <= int(alarmed) - int(turn) <= 2
         assert abs(one["mean_arcsec"][int(turn) - 1]) > 5 * count_arcsec
         assert abs(one["mean_arcsec"][int(turn) + 2]) < count_arcsec
 
@@ -147,7 +147,7 @@ def test_a_temperature_that_only_rises_evenly_teaches_nothing() -> None:
 def test_a_turn_that_is_told_twice_counts_once() -> None:
     once = {"turn": 4, "harmonics": [[1, 2.0, 0.5, 0.1, 1]]}
     refused = {"turn": 5}
-    turns, values = told_orders([once, once, refused])
+    turns, values = telemetry_orders([once, once, refused])
     assert turns.tolist() == [4]
     assert values[0, 0] == pytest.approx(2.0 * np.exp(-0.5j))
 

@@ -54,6 +54,6 @@ def test_the_rest_of_a_pause_may_be_left_out(tmp_path: Path) -> None:
         )
         assert abs(after.corrected.lowest_arcsec - before.corrected.lowest_arcsec) < arcsec
         assert after.flags == before.flags
-        assert [t["result"] for t in after.told if t["result"] != "refused"] == [
-            t["result"] for t in before.told if t["result"] != "refused"
+        assert [t["result"] for t in after.telemetry if t["result"] != "refused"] == [
+            t["result"] for t in before.telemetry if t["result"] != "refused"
         ]

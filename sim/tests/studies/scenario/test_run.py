@@ -117,11 +117,11 @@ def test_order_one_follows_the_eccentricity(result: ScenarioResult) -> None:
 def test_the_calibrated_order_one_follows_too(result: ScenarioResult) -> None:
     compared = 0
     for turn in result.turns:
-        for told in turn.told:
+        for reply in turn.telemetry:
             # The capture is the turn before; it must be at one temperature.
-            if turn.number not in (2, 5, 8) or told["result"] == "refused":
+            if turn.number not in (2, 5, 8) or reply["result"] == "refused":
                 continue
-            order, amplitude, _, uncertainty, _ = told["harmonics"][0]
+            order, amplitude, _, uncertainty, _ = reply["harmonics"][0]
             metres = (10 + UM_PER_K * (turn.temperature_c - 20.0)) * 1e-6
             expected = np.rad2deg(metres / DISC_RADIUS_M) * 3600
             assert order == 1
@@ -161,9 +161,9 @@ def test_command_and_its_exit_code(tmp_path: Path, limits: str) -> None:
         main, ["run", str(file), "--json", str(written), "--out", str(tmp_path)]
     )
     assert done.exit_code == 1, done.output
-    told = json.loads(written.read_text(encoding="utf-8"))
-    assert len(told["turns"]) == 3
-    assert told["broken"]
+    summary = json.loads(written.read_text(encoding="utf-8"))
+    assert len(summary["turns"]) == 3
+    assert summary["broken"]
     assert "<svg" in (tmp_path / "short.svg").read_text(encoding="utf-8")
 
 
@@ -182,7 +182,7 @@ def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     done = CliRunner().invoke(main, ["run", str(file), "--lines", "64", "--json", str(written)])
     assert done.exit_code == 0, done.output
     turns = json.loads(written.read_text(encoding="utf-8"))["turns"]
-    # It hangs from turn 3.3 to 5.3: nothing is told in the whole turn between, the fifth row.
+    # It hangs from turn 3.3 to 5.3 and reports nothing in the whole turn between, row five.
     assert [bool(turn["telemetry"]) for turn in turns] == [False, *[True] * 3, False, *[True] * 3]
     (after,) = turns[5]["telemetry"]
     assert "overrun" in after["alarms"]
@@ -197,16 +197,16 @@ def test_a_dead_head(tmp_path: Path) -> None:
     written = tmp_path / "dead.json"
     file = SCENARIOS / "fault_dead_head2.toml"
     CliRunner().invoke(main, ["run", str(file), "--lines", "64", "--json", str(written)])
-    told = json.loads(written.read_text(encoding="utf-8"))
-    assert told["refused"] >= 1
-    for turn in told["turns"]:
+    summary = json.loads(written.read_text(encoding="utf-8"))
+    assert summary["refused"] >= 1
+    for turn in summary["turns"]:
         # Dead from turn 3.2 on; before it nothing is wrong, and head 1 is right all the time.
         wrong = [flag for flag in turn["flags"] if flag.startswith("head2")]
         assert bool(wrong) <= (turn["turn"] >= 4)
         assert not [flag for flag in turn["flags"] if flag.startswith("head1")]
-    assert any(turn["flags"] for turn in told["turns"])
+    assert any(turn["flags"] for turn in summary["turns"])
     # While it is dead the output goes on, corrected.
-    assert told["turns"][4]["corrected"]["rms_arcsec"] < 10
+    assert summary["turns"][4]["corrected"]["rms_arcsec"] < 10
 
 
 def test_bad_file_ends_with_two(tmp_path: Path) -> None:
