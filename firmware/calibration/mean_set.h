@@ -13,13 +13,13 @@ enum { HEADS_MOST = 4 };
 struct mean_set {
     /* 0: no mean is formed, head 1 alone is corrected. */
     uint32_t heads;
-    /* s, from 0 on. */
+    /* Head that the mean follows (index s of the equation), counted from 0. */
     uint32_t carrier;
-    /* A bit a head: its index is waited for. */
+    /* One bit per head: the mean includes this head and waits for its index. */
     uint32_t used;
-    /* E's own constant, s13.11 counts. */
+    /* Constant term of E, s13.11 counts. */
     int32_t error_offset;
-    /* A byte a head, head 1 in the lowest: clocks by which its levels are delayed. */
+    /* One byte per head, head 1 in the lowest: clocks by which the gateware delays its levels. */
     uint32_t delays;
     /* s1.16; their sum is 65536. */
     int32_t weight[HEADS_MOST];
@@ -27,11 +27,11 @@ struct mean_set {
     uint32_t offset[HEADS_MOST];
 };
 
-/* The gateware can hold every word, and together they are a mean of `heads` heads. */
+/* Tells whether the gateware can hold every word and the words form a mean of `heads` heads. */
 bool mean_set_is_valid(const struct mean_set *set, uint32_t heads, uint32_t counts_per_rev);
 
-/* The largest distance, counts, of a used head's place from where its offset says, against the carrier. `place`: of
-   each head's reading against head 1's, counts, as the mean over a turn. */
+/* Returns the largest distance, in counts, between the measured place of a used head and the place that its offset
+   states, both relative to the carrier. `place`: mean over a turn of each head's reading minus head 1's, counts. */
 double mean_set_off(const struct mean_set *set, const double place[HEADS_MOST],
                     uint32_t counts_per_rev);
 

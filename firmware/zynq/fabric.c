@@ -6,19 +6,19 @@
 #include "registers.h"
 
 enum { WORD_BYTES = 4 };
-/* A piece that is checked, and one that the DMA sends; multiples of the header keep the DMA's
-   source on a multiple of 64 bytes. */
+/* Bytes checked and bytes sent by the DMA in one step; both are multiples of the header's length, which
+   keeps the DMA's source on a multiple of 64 bytes. */
 #define CHECK_BYTES 0x4000U
 #define SEND_BYTES 0x10000U
-/* Clearing takes some milliseconds; a piece at the slowest flash clock 0.2 s. */
+/* Clearing takes some milliseconds; sending one piece takes 0.2 s at the slowest flash clock. */
 #define CLEAR_TIMEOUT_US 500000U
 #define SEND_TIMEOUT_US 2000000U
 #define DONE_TIMEOUT_US 500000U
-/* A piece that is done need not have left the queue in the same clock. */
+/* The DMA may report a piece as done before the piece has left its queue. */
 #define QUEUE_TIMEOUT_US 10000U
-/* Nothing is written to memory. */
+/* The DMA's destination is the configuration port, not memory. */
 #define DESTINATION_PORT 0xFFFFFFFFU
-/* In an address: the DMA says done when the configuration port has taken all. */
+/* Flag in an address: the DMA reports done only after the configuration port has taken every word. */
 #define LAST_PIECE 1U
 #define LEVEL_SHIFTERS_OFF 0x0U
 #define LEVEL_SHIFTERS_TO_FABRIC 0xAU
@@ -72,7 +72,7 @@ static bool waited(const struct fabric *fabric, uint32_t most_us) {
     return fabric->access.microseconds(fabric->access.context) - fabric->since_us > most_us;
 }
 
-/* Signals in both directions, and the fabric's resets released. */
+/* Switches the level shifters on in both directions and releases the fabric's resets. */
 static void connect(const struct fabric *fabric) {
     write_at(fabric, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
     write_at(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_ON);
@@ -86,8 +86,8 @@ static void disconnect(const struct fabric *fabric) {
     write_at(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_TO_FABRIC);
 }
 
-/* flash_prepare() has connected the controller to its pins. UG585, 12.3: linear addressing. Nothing that
-   the boot ROM leaves is supposed; with one data wire the flash's HOLD is one of the others, and driven. */
+/* Sets the controller up for linear addressing (UG585, 12.3); flash_prepare() has connected its pins. The set-up
+   does not rely on what the boot ROM left. With one data wire, HOLD of the flash is another wire and must be driven. */
 static void open_flash(const struct fabric *fabric) {
     const uint32_t off = QSPI_CONFIG_BIG_ENDIAN | QSPI_CONFIG_START | QSPI_CONFIG_MANUAL_START |
                          QSPI_CONFIG_MANUAL_SELECT | QSPI_CONFIG_NOT_SELECTED |
@@ -117,7 +117,7 @@ static enum fabric_state state_of(enum fabric_image_answer answer) {
     }
 }
 
-/* QEMU tells what it is; 7.2 has nothing at the port's place, which reads as 0. On silicon bits 13
+/* Newer versions of QEMU set a flag; 7.2 has no device at this address, which then reads as 0. On silicon, bits 13
    and 14 of the control register are always 1. */
 static bool is_emulated(const struct fabric *fabric) {
     return (read_at(fabric, DEVC_MCTRL) & DEVC_MCTRL_QEMU) != 0 ||
@@ -155,7 +155,7 @@ static void program(const struct fabric *fabric, bool high) {
     write_at(fabric, DEVC_CTRL, control);
 }
 
-/* Nothing of the fabric is touched before the whole bitstream was seen to be whole. */
+/* Checks the CRC of the whole bitstream before it disconnects the fabric. */
 static void check(struct fabric *fabric) {
     uint32_t end = fabric->place + left(fabric, CHECK_BYTES);
     for (; fabric->place < end; fabric->place += WORD_BYTES) {
@@ -174,7 +174,7 @@ static void check(struct fabric *fabric) {
     enter(fabric, FABRIC_PROGRAM_HIGH);
 }
 
-/* INIT follows PROG_B: high, low, and high again when the memory is cleared. */
+/* Waits for INIT, which follows PROG_B: high, low, and high again when the memory is cleared. */
 static void follow_init(struct fabric *fabric) {
     bool high = fabric->state != FABRIC_PROGRAM_LOW;
     bool init = (read_at(fabric, DEVC_STATUS) & DEVC_STATUS_INIT) != 0;
@@ -214,7 +214,7 @@ static void send(struct fabric *fabric) {
              (fabric->image.address + fabric->place) | (last ? LAST_PIECE : 0U));
     write_at(fabric, DEVC_DMA_DST_ADDR, DESTINATION_PORT);
     write_at(fabric, DEVC_DMA_SRC_LEN, bytes / WORD_BYTES);
-    /* This write starts it. */
+    /* This write starts the DMA. */
     write_at(fabric, DEVC_DMA_DST_LEN, 0);
     fabric->place += bytes;
     enter(fabric, FABRIC_SENDING);

@@ -1,4 +1,4 @@
-"""Documents say what the tree says: made pages, links, targets, mutations."""
+"""Checks that documents agree with the tree: generated pages, links, targets, mutations."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ MADE_PAGES = frozenset(
         "systems",
     ]
 )
-"""Pages of docs/ that a script or a command writes as a whole, besides those of docs/entities."""
+"""Pages of docs/ that a script or a command writes as a whole, in addition to docs/entities."""
 WORD = re.compile(r"\S*\w\S*")
 
 
 def words_by_hand() -> dict[Path, int]:
-    """Count the words of every page by hand; a sign between cells is no word."""
+    """Count the words of every hand-written page; a sign between cells is not a word."""
     return {
         page: len(WORD.findall(page.read_text(encoding="utf-8")))
         for page in DOCUMENTS
@@ -60,12 +60,12 @@ def words_by_hand() -> dict[Path, int]:
 
 
 def test_pages_by_hand_are_short() -> None:
-    """CONTRIBUTING.md limits a page to 2,500 words, so that it can be read in one sitting."""
+    """CONTRIBUTING.md limits a hand-written page to 2,500 words."""
     assert {page.name: words for page, words in words_by_hand().items() if words > 2500} == {}
 
 
 def test_pages_by_hand_together_are_short() -> None:
-    """CONTRIBUTING.md limits all pages by hand together to 45,000 words."""
+    """CONTRIBUTING.md limits all hand-written pages together to 45,000 words."""
     assert sum(words_by_hand().values()) <= 45_000
 
 

@@ -19,7 +19,7 @@ def value_at(clock: NDArray[np.int64], values: NDArray[Any], otherwise: int) -> 
 
 
 def clock_before(clock: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The clock found one clock ago, -1 (none) in the first clock."""
+    """Return ``latest`` of the previous clock, -1 (none) in the first clock."""
     return np.concatenate([[-1], clock[:-1]])
 
 

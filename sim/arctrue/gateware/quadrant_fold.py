@@ -1,4 +1,4 @@
-"""Model of the entity ``quadrant_fold``: any phase into the first quadrant."""
+"""Models the entity ``quadrant_fold``, which folds any phase into the first quadrant."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Folded(NamedTuple):
 
 def quadrant_fold(phase: NDArray[np.int32]) -> Folded:
     """Fold ``phase``, 2⁻²⁴ turn, 0 <= phase < 2²⁴, of any shape; the results have that shape."""
-    # The bit of the half turn and that of the quarter turn, spread over the word.
+    # Each mask is 0 or all ones: the bit of the half turn or of the quarter turn in every place.
     half = phase << (32 - PHASE_WIDTH)
     half >>= 31
     quarter = phase << (33 - PHASE_WIDTH)

@@ -1,4 +1,4 @@
-"""What the speed of a simulator is measured with: every lane works, both heads turn."""
+"""Measures the speed of a simulator while every lane works and both heads turn."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COUNTS_PER_REV = 1 << 24
 
 
 def busy_coefficients(lanes: int) -> Coefficients:
-    """Order n in lane n − 1, a tenth of a count each, all phases different."""
+    """Return order n in lane n − 1: a tenth of a count each, all phases different."""
     order = np.arange(1, lanes + 1)
     return Coefficients(
         phase_steps=(order << (48 - 24)).astype(np.uint64),
@@ -26,9 +26,9 @@ def busy_coefficients(lanes: int) -> Coefficients:
 
 
 def clocks_per_second(instrument: Instrument, lanes: int, clocks: int) -> float:
-    """Clocks in a second of processor time while a table turns at 1.1 clocks a count.
+    """Return the clocks simulated per second of processor time, at 1.1 clocks a count.
 
-    Processor time, so that a machine with other work gives the same figure.
+    Processor time does not depend on other work of the machine.
     """
     table = RotaryTable(heads=two_heads(), counts_per_rev=COUNTS_PER_REV)
     speed = 1.0

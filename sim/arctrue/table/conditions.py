@@ -1,4 +1,4 @@
-"""Conditions under which the table is read: its state, and quantities that some causes need."""
+"""Describes the conditions of a reading: the table's state and quantities that some causes need."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Conditions(TableState):
 
     temperature_c: NDArray[np.float64]
     direction: NDArray[np.float64]
-    """+1 or −1: side from which the angle was reached; 0: unknown."""
+    """Direction of approach to the angle, +1 or −1; 0 if unknown."""
     run: NDArray[np.int64]
     since_run_start_s: NDArray[np.float64]
     travelled_rad: NDArray[np.float64] | None = None
@@ -28,7 +28,7 @@ class Conditions(TableState):
     """Travel since the last reversal; None: unknown."""
 
     def turned(self, angle_rad: NDArray[np.float64]) -> Conditions:
-        """The same conditions at other angles."""
+        """Return the same conditions at other angles."""
         return replace(self, angle_rad=angle_rad)
 
 
@@ -53,12 +53,12 @@ def conditions_of(state: TableState) -> Conditions:
 
 
 def heating_k(state: TableState) -> NDArray[np.float64]:
-    """Kelvin above the temperature at which the table was adjusted, shape ``(n,)``."""
+    """Return the temperature minus the temperature of adjustment, K, shape ``(n,)``."""
     return conditions_of(state).temperature_c - USUAL_TEMPERATURE_C
 
 
 def travelled_turns(state: TableState) -> NDArray[np.float64]:
-    """Turns since the table was set up, shape ``(n,)``. Raises ValueError where it is not known."""
+    """Return the turns since the table was set up, shape ``(n,)``. Raises ValueError if unknown."""
     travelled = conditions_of(state).travelled_rad
     if travelled is None:
         raise ValueError("a cause grows with use, and how far the table has turned is not known")

@@ -1,4 +1,4 @@
-"""Trigger, sync, probe and compare: set and shown on the console, and what the core is told."""
+"""Tests trigger, sync, probe and compare: commands of the console, words written to the core."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_presets_are_those_of_the_core(running: Firmware) -> None:
 
 
 def test_widths_edges_and_filter_reach_the_core_at_once(running: Firmware) -> None:
-    """Without a re-arm: the index and the correction stay."""
+    """The words change without a re-arm, so index and correction stay valid."""
     running.core.writes.clear()
     for line in (
         "trigger width 7",
@@ -56,10 +56,10 @@ def test_samples_at_the_edges_of_sync_in(running: Firmware) -> None:
     assert running.send("sync capture 1") == "ok\r\n"
     assert capture_mode(running.core) == MODES["sync_in"]
     assert "samples sync_in" in lines(running, "status")
-    # A turn at such samples is used like any other, and one of a speed that swings changes no mode.
+    # A turn sampled by sync_in is used like any other; a swinging speed does not change the mode.
     assert running.turn(turn())["result"] == "applied"
     assert controls(running.core)["compensate"]
-    # No edge comes while the table turns on: that is no fault of the capture.
+    # While the table turns, no edge arrives at sync_in; this is not a fault of the capture.
     for position in range(0, 40 * TURN, TURN // 2):
         running.core.stand_at(position % 2**31, 0)
         running.step()
@@ -156,7 +156,7 @@ def test_compare_follows_a_zero_that_moved(running: Firmware) -> None:
 
 
 def test_compare_begins_anew_with_a_zero_that_is_found_anew(running: Firmware) -> None:
-    """Head 1 lost counts and no mark proves it for four turns: the old places are none any more."""
+    """Head 1 lost counts, no index proves it for four turns, and the old places become invalid."""
     running.turn(turn())
     running.send("compare on 1")
     begin = running.core.get("snapshot.head1_position")

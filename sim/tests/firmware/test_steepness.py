@@ -1,4 +1,4 @@
-"""How steep a correction may be, at every temperature that its file states: C, Python, console."""
+"""Tests the limit of a correction's slope over its file's temperature range: C, Python, console."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
 
 
 def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> None:
-    """Of order 1 it is not steep; it had been clipped without a word."""
+    """At order 1 the slope is small; an earlier version clipped the amplitude silently."""
     cold = Coefficients.from_harmonics([1], [7000.0], [0.0], COUNTS, 32)
     thermal = ThermalLanes.from_slopes({1: np.array([150.0, 0.0, 0.0, 0.0])}, COLD_C)
     warm = dataclasses.replace(cold, thermal=thermal)
@@ -85,7 +85,7 @@ def test_an_amplitude_that_no_lane_holds_at_some_temperature_is_refused() -> Non
 def test_the_bounds_hold_and_both_languages_have_the_same(
     orders: list[int], seed: int, reach: tuple[float, float]
 ) -> None:
-    """Against the largest of 2,001 temperatures; C against Python."""
+    """Compare the bounds with the largest slope at 2,001 temperatures, and C with Python."""
     ffi, library = c_library()
     random = np.random.default_rng(seed)
     cold = Coefficients.from_harmonics(
@@ -104,7 +104,7 @@ def test_the_bounds_hold_and_both_languages_have_the_same(
         exact_size = max(exact_size, float(np.abs(now).max()))
     assert exact_slope <= steepest * (1 + 1e-12) + 1e-15
     assert exact_size <= largest * (1 + 1e-12)
-    # A chord of a 32nd of the range: c2 h^2/4 is all that the bounds are above.
+    # The bounds use chords of a 32nd of the range and exceed the largest slope by at most c2 h^2/4.
     assert steepest - exact_slope <= 0.25 * 0.6 * 4 * (80 / 32) ** 2 * sum(orders) * 6e-6 * 2
     model = ffi.new("struct thermal *")
     model.lanes, model.reference_mc = len(slopes), round(1000 * COLD_C)
@@ -150,7 +150,7 @@ def test_a_range_goes_through_file_console_and_flash(tmp_path: Path) -> None:
 
 
 def test_a_file_without_a_range_has_the_preset_one(tmp_path: Path) -> None:
-    """As files of before are: ten kelvin to each side, and no frame of its own."""
+    """Older files have no range: ten kelvin to each side apply, and no frame is sent for it."""
     text = coefficient_file_text(following((5.0, 0.0, 0.0, 0.0)))
     old = "".join(
         line + "\n" for line in text.splitlines() if not line.startswith(("least_c", "most_c"))

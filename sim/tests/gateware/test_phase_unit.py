@@ -1,4 +1,4 @@
-"""The phase of every lane against whole-number arithmetic, at every order and number of counts."""
+"""Compares the phase of every lane with exact integer arithmetic, at every order and count."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from arctrue.gateware.phase_unit import phase_unit
 from arctrue.generated.number_formats import PHASE_WIDTH
 
 TURN = 1 << PHASE_WIDTH
-# Half a unit of K, 2⁻⁴⁹ turn, for every count of an angle below 2²⁴; and the one rounding.
+# K is rounded to half a unit, 2⁻⁴⁹ turn, per count of an angle below 2²⁴; then one rounding.
 STEP_ERROR = Fraction(1, 2**25)
 ROUNDING = Fraction(1, 2**25)
 COUNTS = [4, 5, 7, 1000, 65_535, 65_536, 1_000_003, 12_345_677, 2**24 - 3, 2**24 - 1, 2**24]
 
 
 def distance(phase: Fraction) -> Fraction:
-    """How far a phase in turns is from a whole turn."""
+    """Return the distance of a phase, in turns, from the nearest whole turn."""
     part = phase % 1
     return min(part, 1 - part)
 
@@ -46,7 +46,7 @@ def test_phase_against_fractions(counts_per_rev: int) -> None:
 
 @pytest.mark.parametrize("counts_per_rev", COUNTS)
 def test_every_order_at_the_end_of_the_turn(counts_per_rev: int) -> None:
-    """All 65,536 orders, where the error of K is largest; before the rounding, in 2⁻⁴⁸ turn."""
+    """Check all 65,536 orders at the largest angle, before the rounding, in units of 2⁻⁴⁸ turn."""
     angle = counts_per_rev - 1
     steps = [phase_step(order, counts_per_rev) for order in range(65_536)]
     offset = 123_456

@@ -1,4 +1,4 @@
-"""The figures of docs/errata.md and docs/calibration.md, worked out from their equations."""
+"""Recalculates the figures of docs/errata.md and docs/calibration.md from their equations."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_remainder_of_equation_8() -> None:
 
 
 def test_head_separation_from_the_mean_over_readings() -> None:
-    # Exact geometry, no series: the disc's centre goes round the axis at a distance of
+    # Exact geometry without a series: the disc's centre circles the axis at a distance of
     # ``eccentricity`` radii, each head sees the direction from there to itself.
     alpha = math.radians(33)
     eccentricity = 0.030 / (107.95 / 2)
@@ -133,7 +133,7 @@ def test_phase_of_equation_9_in_all_quadrants() -> None:
 
 def test_largest_of_the_faces_beside_their_mean_variance() -> None:
     faces, cycles = 24, 10
-    # The largest of 24 has its median where each is below with the 24th root of a half.
+    # Median of the largest of 24: each is below it with a probability of 0.5 to the power 1/24.
     chi_square = stats.chi2.ppf(0.5 ** (1 / faces), cycles - 1)
     ratio = math.sqrt(chi_square / (cycles - 1))
     assert ratio == pytest.approx(1.44, abs=5e-3)
@@ -226,6 +226,6 @@ def test_heads_that_separate_the_motion_of_the_axis(heads: int, unknown: int) ->
         disc = np.exp(1j * order * places)
         columns = [np.ones_like(disc), disc, np.sin(places), np.cos(places)]
         rank = np.linalg.matrix_rank(np.stack(columns, axis=1), tol=1e-6)
-        # At order 1 the disc's column is cos + j sin: the motion's own two.
+        # At order 1 the disc's column is a combination of the two columns of the motion.
         assert 4 - rank == (1 if order == 1 else unknown)
     assert "**four** are enough" in page()

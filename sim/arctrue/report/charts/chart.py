@@ -1,4 +1,4 @@
-"""A figure as data: panels, axes with units, and the layers drawn on them."""
+"""Describes a figure as data: panels, axes with units, and the layers drawn on them."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ ARCSEC: Angle = "arcsec"
 URAD: Angle = "urad"
 URAD_PER_ARCSEC = RAD_PER_ARCSEC * 1e6
 SYMBOLS = {ARCSEC: "″", URAD: "µrad", "deg": "°", "deg/s": "°/s", "1": ""}
-"""Of units that are not written as they are spelled."""
+"""Symbols of the units whose symbol differs from their key."""
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
-"""For up to six series. After Okabe and Ito: they differ for every kind of colour vision."""
+"""Colours of up to six series, after Okabe and Ito: distinct for every kind of colour vision."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
 QUIET = "#8a94a0"
-"""For what is there and does not matter."""
+"""Colour of what the reader need not look at."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What is on one axis; ``unit`` "1" has none, ``arcsec`` may be shown as µrad."""
+    """One axis; ``unit`` "1" means no unit, and ``arcsec`` may be shown as µrad."""
 
     label: str
     unit: str = "1"
     logarithmic: bool = False
     reach: tuple[float, float] | None = None
     ticks: Sequence[tuple[float, str]] | None = None
-    """Places with their names; None: numbers."""
+    """Values with their labels; None: the axis shows numbers."""
     also: tuple[str, float] | None = None
-    """A second unit, and its factor relative to ``unit``: on paper, at the other side."""
+    """A second unit and its factor to ``unit``; on paper it is drawn on the opposite side."""
 
     @property
     def text(self) -> str:
@@ -53,7 +53,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Curve:
-    """Points, a line, or both; all arrays have the same shape (points,)."""
+    """A layer of points, a line, or both; all arrays have the same shape (points,)."""
 
     x: Float
     y: Float
@@ -68,11 +68,11 @@ class Curve:
     labels: Sequence[str] = ()
     """Text next to each point."""
     values_shown: bool = False
-    """True: the text is the value of y, in the unit that is shown."""
+    """True: each point is labelled with its y value, in the unit shown."""
 
     @property
     def texts(self) -> list[str]:
-        """Give the text next to each point; empty: none."""
+        """Return the text next to each point; an empty list means no text."""
         if self.values_shown:
             return [f"{value:.3f}" if np.isfinite(value) else "" for value in self.y.tolist()]
         return list(self.labels)
@@ -80,7 +80,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Band:
-    """From ``low`` to ``high``, shape (points,)."""
+    """A filled area from ``low`` to ``high``, shape (points,) each."""
 
     x: Float
     low: Float
@@ -92,7 +92,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Bars:
-    """Upright bars, or lying ones from the left."""
+    """Vertical bars, or horizontal bars if ``lying``."""
 
     place: Float
     length: Float
@@ -100,7 +100,7 @@ class Bars:
     colour: str = COLOURS[0]
     lying: bool = False
     base: float = 0.0
-    """Where a bar begins: a logarithmic axis has no 0."""
+    """Value at which each bar begins, because a logarithmic axis has no 0."""
     width: float = 0.7
     opacity: float = 1.0
     labels: Sequence[str] = ()
@@ -109,7 +109,7 @@ class Bars:
 
 @dataclass(frozen=True)
 class HeatMap:
-    """``values`` (len(y), len(x)) by colour, symmetric about 0; NaN stays empty."""
+    """Coloured ``values``, shape (len(y), len(x)), symmetric about 0; NaN is left blank."""
 
     x: Float
     y: Float
@@ -120,7 +120,7 @@ class HeatMap:
 
 @dataclass(frozen=True)
 class Level:
-    """A horizontal line across the panel: a floor, a limit."""
+    """A horizontal line across the panel, such as a noise floor or a limit."""
 
     value: float
     name: str = ""
@@ -140,25 +140,25 @@ class Panel:
     layers: Sequence[Layer]
     title: str = ""
     equal_scales: bool = False
-    """A unit is as long on both axes, so that a circle is a circle."""
+    """True: one unit has the same length on both axes, so that a circle is drawn as a circle."""
 
 
 @dataclass(frozen=True)
 class Chart:
-    """A whole figure. ``words`` says what it shows to a person who cannot see it."""
+    """A whole figure; ``words`` describes it to a person who cannot see it."""
 
     name: str
     words: str
     panels: Sequence[Panel]
     columns: int = 1
-    """Panels in a row, where there is room."""
+    """Panels per row, if the page is wide enough."""
     panel_height: float = 2.7
-    """Inches on paper."""
+    """Height of a panel on paper, inches."""
     notes: Sequence[str] = field(default_factory=tuple)
 
 
 def in_unit(chart: Chart, unit: Angle) -> Chart:
-    """The chart with every axis in arcseconds shown in ``unit``."""
+    """Return the chart with every axis in arcseconds shown in ``unit``."""
     if unit == ARCSEC:
         return chart
     return replace(chart, panels=[_panel_in_urad(panel) for panel in chart.panels])
@@ -200,11 +200,11 @@ def _scaled(layer: Layer, x: float, y: float) -> Layer:
 
 
 def angle_axis(label: str = "angle of the table") -> Axis:
-    """Once round, in degrees; :class:`AngleWindow` has that of what was measured."""
+    """Return an axis over the whole turn in degrees; :class:`AngleWindow` shows a measured part."""
     ticks = [(float(place), f"{place}") for place in range(0, 361, 45)]
     return Axis(label, "deg", reach=(0.0, 360.0), ticks=ticks)
 
 
 def signed(value: float, digits: int) -> str:
-    """A number with its sign; a true minus."""
+    """Format a number with its sign, using the minus sign U+2212."""
     return f"{value:+.{digits}f}".replace("-", "−")

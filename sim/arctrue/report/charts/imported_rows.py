@@ -1,4 +1,4 @@
-"""The first picture of an imported set: its rows before any model."""
+"""Draws the rows of an imported set before any model is fitted."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from arctrue.report.charts.chart import ARCSEC, COLOURS, Axis, Chart, Curve, Pan
 Float = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-"""Drawn of a run; more would be one black band."""
+"""Largest number of points drawn per run; more would merge into one band."""
 
 
 def imported_rows_chart(measurement: MeasurementSet) -> Chart:
-    """The error of head 1 against the target, and R₂ − R₁ less its mean against the angle."""
+    """Plot the error of head 1 over the target, and R₂ − R₁ minus its mean over the angle."""
     panels = []
     if measurement.capture is not None:
         counts_per_rev = measurement.table.counts_per_rev or 1
@@ -58,7 +58,7 @@ def _points(place: int, run: int, x: Float, y: Float) -> Curve:
 
 
 def _named_if_few(curves: list[Curve]) -> list[Curve]:
-    """A legend names the runs where each has a colour of its own."""
+    """Name the runs in the legend only if each has its own colour."""
     if 1 < len(curves) <= len(COLOURS):
         return curves
     return [replace(curve, name="") for curve in curves]

@@ -1,4 +1,4 @@
-"""A head stands elsewhere than the drawing says."""
+"""Places one head at another stator angle than the drawing states."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from arctrue.table.state import TableState
 
 @dataclass(frozen=True, slots=True)
 class BracketTurn(Cause):
-    """The bracket of one head is mounted turned about the axis by ``angle_rad``."""
+    """The bracket of one head, mounted with a rotation of ``angle_rad`` about the axis."""
 
     head: int
     at: Head
     angle_rad: float
 
     def head_shift_m(self, head: int, state: TableState) -> complex:
-        """From where the head should be to where it is, metres."""
+        """Return the shift from the head's nominal to its true position, metres."""
         if head != self.head:
             return 0j
         return self.at.point_m * (cmath.rect(1.0, self.angle_rad) - 1)

@@ -1,4 +1,4 @@
-"""What the firmware says on its console becomes figures, or a fault by name."""
+"""Tests how the console's lines become figures or named faults."""
 
 import json
 
@@ -62,6 +62,6 @@ def test_a_run_without_fault() -> None:
         ),
     ],
 )
-def test_what_went_wrong_is_told(console: list[ConsoleLine], words: str) -> None:
+def test_each_fault_has_its_words(console: list[ConsoleLine], words: str) -> None:
     (fault,) = console_faults(console)
     assert words in fault
