@@ -30,7 +30,7 @@ class MissingExtraError(ImportError, ValueError):
 
 
 def missing_extra(error: ModuleNotFoundError) -> MissingExtraError | None:
-    """What to say of a module that was not found; None where no extra has it."""
+    """Return the error that names the extra of a missing module; None if no extra has it."""
     package = (error.name or "").partition(".")[0]
     extra = EXTRA_OF.get(package)
     if extra is None:
@@ -67,7 +67,7 @@ def installed(package: str) -> bool:
 
 
 class LazyModule:
-    """A module of an extra that is imported when a name of it is first used."""
+    """Imports a module of an extra when one of its names is first used."""
 
     def __init__(self, name: str) -> None:
         """``name``: as an import statement has it."""

@@ -21,16 +21,17 @@ MORE_TURNS = 30
 MORE_SAMPLES = 5
 FACES = 24
 TURNED_FACES = 1.0 / 3.0
-"""What is asked for, beside the first run: speed, temperature, turns, samples a turn, polygon."""
+"""Defaults of a requested run: speed, temperature, turns, samples a turn, polygon."""
 
 ENOUGH = 2.0 / 3.0
-"""Of what was asked for: at two thirds of it the condition is still changed plainly."""
+"""Share of the requested change from which a condition counts as changed."""
 SAME_SPEED = 0.2
 """Speeds that differ by no more are one speed, as for the poses of a reference run."""
 SAME_TEMPERATURE_K = 1.0
-"""More is told: then two conditions have changed."""
+"""Largest change of temperature that is not reported; a larger one means that two conditions
+changed."""
 TURNED_WITHIN = 0.1
-"""Of a face: how far off the asked third of a face the polygon may stand."""
+"""Largest distance of the polygon from the requested third of a face, as a share of a face."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,13 @@ class Run:
 
     @property
     def way(self) -> str:
-        """As the commands say it."""
+        """Direction in the words of the commands."""
         return "up" if self.speed_deg_s > 0.0 else "down"
 
 
 @dataclass(frozen=True)
 class Came:
-    """What is lacking of what was asked for, and what else should be known, in words."""
+    """Reports what a recorded run lacks of the request, and further remarks, in words."""
 
     faults: list[str]
     remarks: list[str]
@@ -78,7 +79,8 @@ def runs_of(capture: Capture, counts_per_rev: float) -> list[Run]:
 
 
 def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
-    """What to do there, one sentence each. Raises ValueError for a kind that there is not."""
+    """Return instructions for the person at the table, one sentence each. Raises ValueError for an
+    unknown kind."""
     asked = _asked(kind)
     if isinstance(asked, _OfACapture):
         return asked.steps(_first_run(kind, before))
@@ -91,9 +93,9 @@ def by_device(kind: str) -> bool:
 
 
 def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
-    """How far ``taken`` is what was asked for beside ``before``.
+    """Compare ``taken`` with what was requested in addition to ``before``.
 
-    Of several runs the one counts that lacks least. Raises ValueError for a kind that there is not.
+    Of several runs, the one that lacks least counts. Raises ValueError for an unknown kind.
     """
     asked = _asked(kind)
     if isinstance(asked, _OfACapture):
@@ -331,7 +333,7 @@ def _turned_faults(before: MeasurementSet, reference: Reference) -> list[str]:
 
 
 def _phase_deg(reference: Reference, face_deg: float) -> float:
-    """Where the targets stand within a face: the mean direction on its circle, degrees."""
+    """Return the position of the targets within a face: their circular mean, degrees."""
     turns = np.exp(2j * np.pi * reference.target_deg / face_deg)
     return float(np.angle(turns.mean())) / (2.0 * np.pi) * face_deg
 

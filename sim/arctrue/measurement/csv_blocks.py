@@ -35,16 +35,19 @@ BytesRead = Callable[[Path, int, int], None]
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
-"""In a block, where the lines are read one by one."""
+"""Rows of a block if the lines are read one by one."""
 _NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", "N/A", "n/a")
 _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
 _INT64 = range(-(2**63), 2**63)
 MISSPELT_RATIO = 0.75
-"""Of matching letters: a condition may have any name, so that more is asked than of a key.
-temprature_c is told (0.96) and time (0.8), duration_s is not taken for direction (0.63)."""
+"""Share of matching letters from which a column counts as a misspelt one.
+
+A condition may have any name, so the limit is stricter than for a key: temprature_c (0.96) and time
+(0.8) are reported, duration_s (0.63) is not taken for direction.
+"""
 LARGEST_NUMBER = 1e12
-"""Of seconds, degrees, arcseconds, °C; beyond it a field is damaged."""
+"""Largest accepted value in seconds, degrees, arcseconds or °C; a larger one is a damaged field."""
 
 
 @dataclass
@@ -163,7 +166,7 @@ class CsvFile:
             raise self._no_rows()
 
     def _blocks_of_lines(self) -> Iterator[Columns]:
-        """The same as :meth:`blocks` without pyarrow, at a tenth of its speed."""
+        """Read like :meth:`blocks` but without pyarrow, at a tenth of the speed."""
         rows = 0
         waiting: list[list[str]] = []
         try:
@@ -206,7 +209,8 @@ class CsvFile:
         return block
 
     def _condition(self, name: str, texts: pa.Array, first: int) -> NDArray[np.float64] | None:
-        """Numbers of a condition; None, with a warning, once a field of it is no number."""
+        """Return the numbers of a condition; None, with a warning, once one of its fields is no
+        number."""
         try:
             numbers = np.asarray(pc.cast(pc.utf8_trim_whitespace(texts), pa.float64()))
             wrong = np.flatnonzero(~(np.abs(numbers) <= LARGEST_NUMBER))
@@ -221,7 +225,7 @@ class CsvFile:
         return None
 
     def _leave_out(self, name: str, index: int, text: str) -> None:
-        """Do not read a condition any more: a field of it is no number."""
+        """Stop reading a condition because one of its fields is no number."""
         self.conditions.remove(name)
         self.warnings.append(
             f"{self.path}, row {self.row_of(index)}, column {name}: expected a number, "

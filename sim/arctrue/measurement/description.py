@@ -26,7 +26,7 @@ FILE_NAME = "measurement.toml"
 
 
 class Channel(Struct, frozen=True):
-    """What ``[capture]`` and ``[reference]`` have in common; None: not given."""
+    """Keys that ``[capture]`` and ``[reference]`` share; None means not given."""
 
     file: str | None = None
 

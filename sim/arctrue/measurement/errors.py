@@ -1,4 +1,4 @@
-"""What is wrong with a measurement set, for the person who has to mend it."""
+"""Defines the error that tells the user what is wrong with a measurement set."""
 
 from __future__ import annotations
 

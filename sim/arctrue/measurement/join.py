@@ -153,7 +153,7 @@ def _times(item: MeasurementSet) -> list[Any]:
 def _time_shift(
     name: str, item: MeasurementSet, end_s: float | None, times: Times, notes: list[str]
 ) -> tuple[float, float | None]:
-    """What is added to the times of a set, and where it ends then."""
+    """Return the offset added to the times of a set, and the time at which the set then ends."""
     found = _times(item)
     if not found:
         return 0.0, end_s

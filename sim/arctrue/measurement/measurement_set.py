@@ -57,7 +57,7 @@ Boolean = NDArray[np.bool_]
 
 
 LARGEST = 2**63
-"""Of any number of measurement.toml; NaN is not within it."""
+"""Largest magnitude of any number in measurement.toml; NaN is refused too."""
 AnyNumber = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 NotNegative = Annotated[float, Meta(ge=0, le=LARGEST)]
 Positive = Annotated[float, Meta(gt=0, le=LARGEST)]
@@ -95,17 +95,18 @@ class Table:
     grating_lines: Count | None = None
     disc_diameter_mm: Positive | None = None
     head_separation_deg: HeadPlace | None = None
-    """Of two heads; the second entry of ``head_places_deg`` where that is given."""
+    """Angle of head 2 relative to head 1; the second entry of ``head_places_deg`` if that is given.
+    """
     index_detection_arcsec: Annotated[float, Meta(ge=0, le=3600)] | None = None
     """Standard uncertainty of how far apart the heads detect the same index mark."""
     drive_gear_teeth: Positive | None = None
     faces: Count | None = None
     index_repeatability_counts: NotNegative | None = None
-    """How well an index mark repeats from run to run, standard deviation of one head."""
+    """Repeatability of an index mark from run to run: standard deviation of one head."""
     head_places_deg: Annotated[tuple[HeadPlace, ...], Meta(min_length=2, max_length=4)] | None = (
         None
     )
-    """Of every head after head 1, which stands at 0: in place of ``head_separation_deg``."""
+    """Places of heads 2, 3 and 4 relative to head 1; replaces ``head_separation_deg``."""
 
     def __post_init__(self) -> None:
         """Take ``head_separation_deg`` from the places.
@@ -135,7 +136,7 @@ class Table:
 
     @property
     def places_deg(self) -> tuple[float, ...] | None:
-        """Of every head after head 1, degrees; None where not even a separation is given."""
+        """Places of all heads after head 1, degrees; None if the set states no separation."""
         if self.head_places_deg is not None:
             return self.head_places_deg
         separation = self.head_separation_deg
@@ -162,7 +163,7 @@ def _column(name: str, value: Any) -> NDArray[Any]:
 
 
 class _Rows:
-    """What both files have in common: columns of the same length, and keys."""
+    """Rows of one file: columns of equal length, and keys."""
 
     __slots__ = ()
 
@@ -188,7 +189,7 @@ class _Rows:
             raise ValueError(f"the columns must be equally long, found {listed}")
 
     def where(self, kept: Boolean) -> Self:
-        """The same with only the rows where ``kept``, shape (rows,), is True."""
+        """Return only the rows where ``kept``, shape (rows,), is True."""
         values: dict[str, Any] = {}
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
@@ -246,7 +247,7 @@ class Capture(_Rows):
     head4_counts: Integer | None = None
 
     def __post_init__(self) -> None:
-        """As for all rows. Raises ValueError for a head 4 without a head 3, too."""
+        """Check the columns. Raises ValueError as for all rows, or for head 4 without head 3."""
         super().__post_init__()
         if self.head4_counts is not None and self.head3_counts is None:
             raise ValueError("head4_counts: expected head3_counts with it, which is not there")

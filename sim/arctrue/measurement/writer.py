@@ -83,7 +83,7 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
 
 
 def _write_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """With pyarrow where it is installed, which is faster; the text is the same without it."""
+    """Write a CSV file; pyarrow, where installed, is faster and writes the same text."""
     with path.open("wb") as file:
         file.write(_header(list(columns)).encode())
         if installed("pyarrow"):

@@ -1,1 +1,2 @@
-"""What a metrologist or a machine builder takes away: figures, budgets, tables for controllers."""
+"""Makes figures, budgets, certificates and controllers' tables for metrologists and machine
+builders."""

@@ -36,7 +36,8 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 
 SHIFT_ARCSEC = 10.0
-"""By which the head separation is changed: small against the mounting, large against rounding."""
+"""Change of the head separation for its sensitivity: small against the mounting, large against
+rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,7 @@ class CertifiedError:
     u_separation_arcsec: Float
     """(angles,), from the head separation; 0 for a reference run alone."""
     contributions: tuple[Contribution, ...]
-    """Those that are the same at every angle."""
+    """Contributions that are the same at every angle."""
     solution: Solution
     effects: tuple[str, ...]
     conditions: Mapping[str, float]
@@ -71,7 +72,7 @@ class CertifiedError:
 
     @property
     def coverage_probability(self) -> float:
-        """Of a normal distribution within k = 2."""
+        """Probability of a normal distribution within k = 2."""
         return CONFIDENCE
 
 
@@ -159,7 +160,7 @@ def _shifted(table: Table) -> Table:
 def _contributions(
     measurement: MeasurementSet, model: Model, solution: Solution
 ) -> list[Contribution]:
-    """What adds to the fit and the head separation, the same at every angle."""
+    """Return the contributions other than fit and head separation, the same at every angle."""
     left = left_by(solution)
     channel = "reference" if "reference" in left.rms_arcsec else "capture"
     rms, noise = left.rms_arcsec[channel], left.noise_arcsec[channel]

@@ -1,4 +1,4 @@
-"""What a certificate states of item, laboratory and persons: a TOML file that a person writes."""
+"""Reads what a certificate states of item, laboratory and persons from a user's TOML file."""
 
 from __future__ import annotations
 

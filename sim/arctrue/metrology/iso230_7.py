@@ -26,7 +26,8 @@ class ErrorMotion:
     synchronous: float
     asynchronous: float
     mean: Float
-    """Of the turns at each of BINS angles, without the least-squares centre; NaN: no sample."""
+    """Mean of the turns at each of BINS angles, without the least-squares centre; NaN: no sample.
+    """
 
 
 def error_motion(angle_rad: Float, displacement: Float) -> ErrorMotion:

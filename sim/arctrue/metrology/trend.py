@@ -36,11 +36,11 @@ class Trend:
 
     @property
     def change_arcsec(self) -> float:
-        """How far the order moved, as an amplitude."""
+        """Change of the order, as an amplitude."""
         return float(np.hypot(self.cosine_arcsec, self.sine_arcsec))
 
     def __str__(self) -> str:
-        """For people."""
+        """Return the change as a sentence for the user."""
         return (
             f"order {self.order} moves: {self.change_arcsec:.2g}″ in {self.turns} turns "
             f"(u = {self.u_arcsec:.1g}″)"

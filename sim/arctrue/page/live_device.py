@@ -17,9 +17,9 @@ from arctrue.device.console import ConsoleError
 
 _MOST_TURNS = 2_000
 _MOST_POINTS = 400
-"""In a chart; of more turns every second, third, … is drawn."""
+"""Largest number of turns in a chart; of more, every second, third, … is drawn."""
 _MOST_ORDERS = 6
-"""In the chart of orders: those that changed most in units of u."""
+"""Number of orders in their chart: those that changed most in units of u."""
 _MOST_EVENTS = 20
 _AGAIN_S = 1.0
 _EVENT_S = 2.0
@@ -135,7 +135,7 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 def _comparison(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> dict[str, Any]:
-    """What changed from turn ``before`` to turn ``now``, and the orders of the drawn turns."""
+    """Return what changed from turn ``before`` to ``now``, and the orders of the drawn turns."""
     return {
         "turn": before["turn"],
         "recorded": _utc(before["recorded_s"]),

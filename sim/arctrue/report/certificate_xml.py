@@ -20,20 +20,20 @@ SCHEMA_PLACE = f"{DCC} {DCC}/v{SCHEMA_VERSION}/dcc.xsd"
 XSI = "http://www.w3.org/2001/XMLSchema-instance"
 LANGUAGE = "en"
 DECIMALS = 4
-"""Of an arcsecond: a tenth of a milliarcsecond is far below every contribution."""
+"""Decimals of an arcsecond; 0.1 mas is far below every contribution."""
 
 
 @dataclass(frozen=True)
 class CertificateFacts:
-    """What is stated of the data and the program."""
+    """Facts about data and program that the certificate states."""
 
     measured: date
     issued: date
     sha256: str
-    """Of the measurement set."""
+    """Digest of the measurement set."""
     title: str
     version: str
-    """Of the program, ``0.1.0``."""
+    """Version of the program, such as ``0.1.0``."""
     method: str
     temperature_c: float
 

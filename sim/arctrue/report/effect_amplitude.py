@@ -34,7 +34,7 @@ PHYSICAL = ("temperature", "speed", "direction", "time")
 """Conditions that can cause an effect; they precede conditions that only correlate with it."""
 _NEARLY = 0.8
 _OF_A_PHASE = 0.5
-"""An effect is drawn over a phase if that phase holds more than this share of it."""
+"""Share of an effect that a phase must hold for the effect to be drawn over that phase."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class AmplitudeCurve:
     effect: Float
 
     def data(self) -> dict[str, Any]:
-        """As JSON."""
+        """Return the curve as values for JSON."""
         return {
             key: value.tolist() if isinstance(value, np.ndarray) else value
             for key, value in vars(self).items()
@@ -66,7 +66,7 @@ class AmplitudeCurve:
 
     @classmethod
     def of_data(cls, data: Mapping[str, Any]) -> AmplitudeCurve:
-        """From JSON."""
+        """Read the curve from values of JSON."""
         arrays = ("x", "measured", "standard_error", "effect")
         values: dict[str, Any] = {
             key: np.array(value) if key in arrays else value for key, value in data.items()

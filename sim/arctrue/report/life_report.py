@@ -21,7 +21,7 @@ PAGE = "life.html"
 
 
 def change_sentence(change: Change) -> str:
-    """What changed, by how much and when."""
+    """Return one sentence: what changed, by how much and when."""
     what = "changed in one step" if change.kind == "step" else "has drifted"
     size = with_uncertainty(change.size, change.u, change.series.unit)
     since = "on" if change.kind == "step" else "since"

@@ -203,7 +203,8 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
 
 
 RIGHT = 0.1
-"""Up to this difference the deviation of single turns equals the stated noise."""
+"""Largest relative difference at which the deviation of single turns counts as equal to the stated
+noise."""
 
 
 def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:

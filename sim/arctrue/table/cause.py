@@ -110,7 +110,7 @@ class Cause:
         return None
 
     def driven(self, motion: Motion) -> Motion:
-        """The motion that the drive makes of the requested motion."""
+        """Return the motion that the drive makes of the requested motion."""
         return motion
 
 

@@ -40,7 +40,7 @@ class Given(Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Occasion:
-    """What a draw may know about the runs of the measurement."""
+    """Facts about the runs of the measurement that a random draw may use."""
 
     starts_s: tuple[float, ...]
     durations_s: tuple[float, ...]

@@ -23,7 +23,7 @@ class TurnedHead(Cause):
         raise NotImplementedError
 
     def head_shift_m(self, head: int, state: TableState) -> Points | complex:
-        """From where the head should be to where it is, metres, shape ``(n,)``."""
+        """Return the shift from the head's nominal to its true position, metres, shape ``(n,)``."""
         if head != self.head:
             return 0j
         return np.asarray(self.at.point_m * (np.exp(1j * self.turn_rad(state)) - 1))

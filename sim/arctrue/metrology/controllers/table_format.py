@@ -1,4 +1,4 @@
-"""What every table for a controller has: its text, and the error that is left with it."""
+"""Defines the interface of every controller's table: its text, and the error left with it."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Left:
 
 
 class TableFormat(ABC):
-    """A kind of table: its text, and the angle that a controller makes of it."""
+    """A kind of table: it writes the file and models the controller that reads it."""
 
     name: ClassVar[str]
     file_name: ClassVar[str]
-    """Of the file, where no other is asked for."""
+    """Default name of the file."""
     points: ClassVar[int]
     """Rows over a turn, where no other number is asked for."""
     least_points: ClassVar[int] = 3
@@ -149,7 +149,7 @@ class TableOfReading(TableFormat):
 
     @abstractmethod
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:
-        """What the controller takes off readings in [0°, 360°)."""
+        """Return what the controller subtracts from readings in [0°, 360°)."""
 
 
 def turn_deg(points: int) -> Float:

@@ -33,7 +33,7 @@ FEWEST_SETS = 7
 ON_A_SIDE = 2
 """Sets on each side of a change, so that a single odd set is none."""
 MOST_CHANGES = 4
-"""Of one series."""
+"""Largest number of changes that are searched in one series."""
 FEWEST_DRAWS, MOST_DRAWS = 199, 19_999
 DRAWS_OF_ALPHA = 10.0
 """Draws times α, for each series: the smallest adjusted p-value is then a tenth of α."""
@@ -44,9 +44,9 @@ LEVEL = 0.95
 """Probability that the stated interval of the date holds the change."""
 DAYS_A_YEAR = 365.25
 LARGEST_ALPHA = 0.05
-"""Of one look, however rare the sets are."""
+"""Largest false-alarm probability of one evaluation, however rare the sets are."""
 BISECTIONS = 40
-"""Of the scatter: its square is then exact to 10⁻¹²."""
+"""Bisections of the scatter, after which its square is exact to 10⁻¹²."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +55,14 @@ class Place:
 
     kind: Kind
     index: int
-    """Of a step: the first set after it. Of a drift: the last set before it."""
+    """First set after a step, or last set before a drift."""
     probability: float
     exponent: float = 1.0
-    """Of the time since the begin of a drift."""
+    """Exponent of the time since a drift began."""
 
     @property
     def shape(self) -> Shape:
-        """What :func:`basis` takes."""
+        """The change in the form that :func:`basis` takes."""
         return self.kind, self.index, self.exponent
 
 
@@ -161,9 +161,10 @@ def look_probability(days: Float, false_alarms_a_year: float) -> float:
 def adjusted_p_values(
     series: Sequence[Series], values: Sequence[Float], alpha: float, random: Random
 ) -> Float:
-    """For each series, the probability that an unchanged machine shows as much in any series.
+    """Return, per series, the probability that an unchanged machine shows as large a change in any
+    series.
 
-    ``values``: (sets, components) of each series, less the changes that are known already.
+    ``values``: (sets, components) of each series, minus the known changes.
     """
     wanted = DRAWS_OF_ALPHA * len(series) / max(alpha, 1e-9)
     number = int(np.clip(wanted, FEWEST_DRAWS, MOST_DRAWS))
@@ -215,7 +216,7 @@ def design_of(days: Float, known: Sequence[Shape]) -> Float:
 
 
 def _of_changes(series: Series, known: Sequence[Shape]) -> Float:
-    """What the changes add, (sets, components)."""
+    """Return the sum of the known changes, (sets, components)."""
     design = design_of(series.days, known)
     root = np.sqrt(weights(series.values, series.u, design))[:, None]
     solution, *_ = np.linalg.lstsq(root * design, root * series.values, rcond=None)
@@ -223,7 +224,7 @@ def _of_changes(series: Series, known: Sequence[Shape]) -> Float:
 
 
 def _located(series: Series, known: Sequence[Shape], p_value: float) -> Change:
-    """Kind, date and size of one more change beside those that are ``known``."""
+    """Return kind, date and size of one change in addition to the ``known`` ones."""
     probable = posterior(series, known)
     best = max(probable, key=lambda place: place.probability)
     days = series.days

@@ -132,9 +132,9 @@ def _days_of(
 
 
 def _first_passing(ahead: Float, size: Float, limit: float) -> Float:
-    """Where each course, (draws, grid), first reaches the limit, linear between points.
+    """Return the time at which each course, (draws, grid), first reaches the limit.
 
-    0 where it is above already, infinite where it never is.
+    Linear between points; 0 if it starts above the limit, infinite if it never reaches it.
     """
     above = size >= limit
     first = above.argmax(axis=1)

@@ -1,4 +1,4 @@
-"""What one machine's sets show together: changes, calibrations that no longer hold, forecasts."""
+"""Finds changes, outdated calibrations and forecasts in the sets of one machine."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class Series:
         return np.asarray(np.linalg.norm(self.values, axis=1))
 
     def until(self, sets: int) -> Series:
-        """The same with the first ``sets`` points only."""
+        """Return the series of the first ``sets`` points."""
         return replace(self, days=self.days[:sets], values=self.values[:sets], u=self.u[:sets])
 
 

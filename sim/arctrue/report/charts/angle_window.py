@@ -23,14 +23,16 @@ _EDGE, _LEAST_SPAN_DEG = 0.03, 0.1
 
 @dataclass(frozen=True)
 class AngleWindow:
-    """From ``start_deg`` on; ``span_deg`` 360: the whole turn, from 0."""
+    """The part of the turn that a chart shows: ``span_deg`` from ``start_deg``, 360 for the whole
+    turn."""
 
     start_deg: float = 0.0
     span_deg: float = WHOLE_DEG
 
     @classmethod
     def over(cls, angle_rad: Float) -> AngleWindow:
-        """That of angles, shape (rows,): the turn without its largest gap, where that is an arc."""
+        """Return the window of angles, shape (rows,): the turn without its largest gap, if they
+        form an arc."""
         if not angle_rad.size:
             return cls()
         places = np.unique(turn_group(angle_rad, _PLACES))
@@ -53,7 +55,7 @@ class AngleWindow:
 
     @property
     def end_deg(self) -> float:
-        """Where it ends."""
+        """End of the window, degrees."""
         return self.start_deg + self.span_deg
 
     def degrees(self, angle_rad: Float) -> Float:
@@ -71,7 +73,7 @@ class AngleWindow:
         return np.clip((part * bins).astype(np.int64), 0, bins - 1)
 
     def centres(self, bins: int) -> Float:
-        """Of the bins, degrees."""
+        """Return the centres of ``bins`` equal bins of the window, degrees."""
         return np.asarray(self.start_deg + (np.arange(bins) + 0.5) * self.span_deg / bins)
 
     def bins(self, angle_rad: Float, values: Float, bins: int) -> Bins:

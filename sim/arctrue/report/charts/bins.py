@@ -16,14 +16,14 @@ TURN_BINS = 180
 
 @dataclass(frozen=True)
 class Bins:
-    """Of the bins that hold rows; every array has shape (bins,)."""
+    """Mean values of the bins that hold rows; every array has shape (bins,)."""
 
     centre: Float
     mean: Float
     low: Float
     high: Float
     standard_error: Float
-    """Of the mean, were the rows independent; 0 for a single row."""
+    """Standard error of the mean if the rows are independent; 0 for a single row."""
     rows: Integer
 
 

@@ -1,4 +1,4 @@
-"""What the model leaves over the angle, each run and each direction by itself."""
+"""Draws the residual over the angle, separately for each run and direction."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ Float = NDArray[np.float64]
 
 _MOST_RUNS = 12
 _FEW_STATIONS, _APART, _EDGE = 60, 1.6 / 360.0, 3.0 / 360.0
-"""Up to so many stations, those of the directions are drawn side by side: so far apart, and with
-so much room at the ends, as shares of what the axis shows."""
+"""Up to this number of stations, the directions are drawn side by side; their distance and the
+margin at the ends, as shares of the axis."""
 _DASHES: tuple[Dash, ...] = ("solid", "dash", "dot")
 _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 

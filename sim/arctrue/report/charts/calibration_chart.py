@@ -27,9 +27,9 @@ from arctrue.report.svg import AFTER, BEFORE, INK
 Float = NDArray[np.float64]
 
 _CURVE_POINTS = 1441
-"""Of the fitted error over the turn: one each quarter of a degree."""
+"""Points of the fitted error over the turn, one per quarter of a degree."""
 _FLOOR_ARCSEC = 1e-5
-"""Where the logarithmic axis of the amplitudes begins at the lowest."""
+"""Lowest start of the logarithmic axis of the amplitudes."""
 _ROOM = 3.0
 """Factor of free room above and below the amplitudes."""
 _DIRECTIONS: tuple[tuple[int, str, str, Marker], ...] = (

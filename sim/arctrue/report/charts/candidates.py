@@ -1,4 +1,4 @@
-"""How much the data speak for each candidate: ΔBIC as bars."""
+"""Draws the evidence for each candidate: ΔBIC as bars."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the model leaves over the angle, a line a run."""
+"""Draws the residual over the angle, one line per run."""
 
 from __future__ import annotations
 

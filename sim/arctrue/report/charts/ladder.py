@@ -1,4 +1,4 @@
-"""How the error fell, step by step, above the noise of the repeats."""
+"""Draws how the error fell with each added effect, above the noise of the repeats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the lanes of the gateware take away: amplitude by order, and the error before and after."""
+"""Draws what the gateware's lanes correct: amplitude by order, and the error before and after."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ TICKS = 4
 COVERAGE = 2.0
 """Standard uncertainties of an error bar."""
 AHEAD = 0.5
-"""Of the measured time: how far ahead a forecast is drawn."""
+"""Length of a drawn forecast, as a share of the measured time."""
 MARGIN = 0.03
 
 

@@ -47,7 +47,7 @@ _PAPER = {
 _DECADE = 12.0
 """A logarithmic axis of less than this ratio names its minor ticks too."""
 _TITLE_POINTS, _SMALL_POINTS = {1: 11.0, 2: 10.0}, 8.5
-"""By panels in a row."""
+"""Sizes of titles by panels per row, and of small text."""
 _BESIDE_INCHES, _LETTER_INCHES = 0.8, 0.068
 """Left of a panel, and of a letter of 8 points."""
 _LEGEND_COLUMNS, _NARROW_COLUMNS = 4, 3

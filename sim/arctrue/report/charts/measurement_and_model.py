@@ -1,4 +1,4 @@
-"""What was measured over the angle, and what the model says, both channels."""
+"""Draws measurement and model over the angle, for both channels."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from arctrue.studies.demo.result import DemoResult
 
 _ORDERS = 24
 _FLOOR_COUNTS = 1e-3
-"""Where the logarithmic axis begins."""
+"""Start of the logarithmic axis."""
 
 
 def orders_before_after(result: DemoResult) -> Chart:

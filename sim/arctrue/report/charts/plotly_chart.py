@@ -27,9 +27,9 @@ _LEFT_PX, _RIGHT_PX, _FOOT_PX, _TITLE_PX, _LINE_PX, _INCH_PX = 66, 18, 52, 26, 1
 _COLOURS_PX = 74
 """Right of a panel, where a scale of colours stands."""
 _ENTRY_PX, _LETTER_PX = 46, 6.0
-"""Of an entry of a legend, and of each letter of its name."""
+"""Width of a legend entry, and of each letter of its name."""
 _TICK_LINE_PX = 16
-"""Of each line of a tick's name after the first."""
+"""Height of each line of a tick's name after the first."""
 _BESIDE_PX = 300
 """Least width of a panel next to another."""
 _ONE_TWO_FIVE = (1.0, 2.0, 5.0)

@@ -1,4 +1,4 @@
-"""What the model leaves against one condition: temperature, speed, time, phase, …"""
+"""Draws the residual over one condition: temperature, speed, time, phase, …"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the model leaves against every condition, and how much of the excess follows each."""
+"""Draws the residual over every condition, and the share of the excess that follows each."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ _MARKED = 3
 _HEADROOM = 1.25
 """Above the highest line, for its place."""
 _MOST_POINTS = 2000
-"""Of a curve; of more, the highest of each group is drawn."""
+"""Largest number of points of a curve; of more, the highest of each group is drawn."""
 
 
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:

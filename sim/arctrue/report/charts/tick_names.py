@@ -29,7 +29,7 @@ def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
 
 
 def tick_lines(ticks: list[tuple[float, str]]) -> int:
-    """How many lines the tallest name has."""
+    """Return the number of lines of the tallest name."""
     return max((name.count("\n") + 1 for _, name in ticks), default=1)
 
 

@@ -31,10 +31,10 @@ class GearMesh(Cause):
 
     teeth: int
     amplitudes_rad: tuple[float, ...]
-    """For k = 1, 2, …"""
+    """Amplitudes of the multiples k = 1, 2, …"""
     phases_rad: tuple[float, ...]
     wobble_rad: float = 0.0
-    """In radians of the mesh."""
+    """Wobble of the pitch, in radians of the mesh."""
     wobble_phase_rad: float = 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> NDArray[np.float64]:

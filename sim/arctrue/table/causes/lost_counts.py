@@ -15,9 +15,9 @@ from arctrue.table.draws import sign
 
 @dataclass(frozen=True, slots=True)
 class LostCounts(Cause):
-    """From ``instant_s`` of one run on, the counter of one head is ``counts`` off.
+    """From ``instant_s`` of one run on, the counter of one head is wrong by ``counts``.
 
-    The next run begins at the index again, which sets it right; a counter that goes on without
+    The next run starts at the index, which sets the counter right. A counter that continues without
     its index (``for_good``) keeps the step in all later runs.
     """
 

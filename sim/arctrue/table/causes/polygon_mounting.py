@@ -41,7 +41,8 @@ class PolygonMounting(Cause):
     tilt_rad: float
     roll_rad: float
     phase_rad: float
-    """Where angle + phase is 0 the polygon's centre is furthest to the side, and no face nods."""
+    """Phase: at angle + phase = 0 the polygon's centre is furthest to the side, and no face nods.
+    """
 
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]

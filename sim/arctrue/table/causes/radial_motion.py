@@ -44,7 +44,7 @@ class RadialMotion(Cause):
     def along(
         cls, order: int, amplitude_m: float, line_rad: float, phase_rad: float
     ) -> RadialMotion:
-        """To and fro on a straight line in the direction ``line_rad``."""
+        """Return a motion to and fro on a straight line in the direction ``line_rad``."""
         return cls(
             order,
             cmath.rect(amplitude_m / 2, line_rad + phase_rad),

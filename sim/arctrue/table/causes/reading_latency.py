@@ -16,7 +16,7 @@ class ReadingLatency(Cause):
     delay_s: float
 
     def sampling_delay_s(self, head: int) -> float:
-        """How old the reading is."""
+        """Return the age of the reading, seconds."""
         return self.delay_s
 
 

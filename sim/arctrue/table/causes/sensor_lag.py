@@ -21,7 +21,7 @@ class SensorLag(Cause):
     def shown_temperature_c(
         self, course: TemperatureCourse, time_s: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """What the sensor shows, °C, shape ``(n,)``."""
+        """Return the temperature that the sensor shows, °C, shape ``(n,)``."""
         return course.lagging(time_s, self.constant_s)
 
 

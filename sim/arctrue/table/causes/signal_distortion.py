@@ -33,7 +33,7 @@ class SignalDistortion(Cause):
     gain_difference: float = 0.0
     """Cosine (1 + g/2), sine (1 − g/2)."""
     phase_error_rad: float = 0.0
-    """How far the sine is from 90° to the cosine."""
+    """Deviation of the phase between sine and cosine from 90°."""
 
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState

@@ -28,7 +28,7 @@ class WarmLobes(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """What the lines say too much, shape ``(n,)``."""
+        """Return the error of the lines' angle, shape ``(n,)``."""
         wave = np.cos(self.order * disc_angle_rad + self.phase_rad)
         return np.asarray(self.rate_rad_per_k * heating_k(state) * wave)
 

@@ -19,11 +19,11 @@ class WhiteNoise(Cause):
     instrument_rad: float = 0.0
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise | None:
-        """The same in every row."""
+        """Return noise with the same deviation in every row."""
         return Noise.white(self.head_rad, conditions.time_s.size) if self.head_rad else None
 
     def instrument_noise(self, stations: Stations) -> Noise | None:
-        """The same in every row."""
+        """Return noise with the same deviation in every row."""
         rows = stations.conditions.time_s.size
         return Noise.white(self.instrument_rad, rows) if self.instrument_rad else None
 
