@@ -33,12 +33,12 @@ Float = NDArray[np.float64]
 
 ROWS = (10_000, 72_000, 150_000)
 REFERENCE_ROWS = (100_000, 1_000_000)
-"""Of a set that has a reference alone, read on the move."""
+"""Sizes of sets with a moving reference alone."""
 REFERENCE_ORDER = 37.3
 REFERENCE_LINE_ARCSEC = 0.05
 REFERENCE_NAMED = "periodic_error"
 HIDDEN = "thermal_eccentricity"
-"""In every set; what diagnose has to name."""
+"""Effect that is hidden in every set and that ``diagnose`` must name."""
 COMMANDS = ("compare", "diagnose")
 LONG_ROWS = (1_000_000, 10_000_000)
 LONG_RUNS = ((30.0, 20.0, 20.0), (-30.0, 20.0, 20.0), (90.0, 20.0, 20.0), (30.0, 23.5, 24.5))
@@ -68,7 +68,8 @@ LIMITS = {
 """Most seconds of one processor core and most MB of ``compare`` and of ``diagnose``, by the set's
 channel and rows."""
 EXPLAIN_LIMITS = {("capture", 72_000): (30.0, 1024.0)}
-"""The same of ``explain``, which diagnoses once more for each effect; measured on these alone."""
+"""Limits of ``explain``, which diagnoses once more for each effect; it is measured on these sets
+only."""
 SEED = 11
 
 
@@ -92,10 +93,10 @@ def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
 
 
 def make_long_set(folder: Path, rows: int) -> None:
-    """A capture of very many rows, straight from its definition, written in pieces.
+    """Write a capture of very many rows in pieces, directly from its equations.
 
-    Four runs of equal length at 6,000 rows a turn: up, down, three times as fast, and warm, a warm
-    disc centre hidden in it; five polygon cycles beside it.
+    Four runs of equal length at 6,000 rows a turn: up, down, three times as fast, and warm with a
+    warm disc centre hidden in it. Five polygon cycles are added.
     """
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(LONG_DESCRIPTION, encoding="utf-8")
@@ -182,7 +183,7 @@ class Measured:
     megabytes: float
     code: int
     named: str | None = None
-    """What ``diagnose`` names."""
+    """Effect that ``diagnose`` names."""
 
 
 def measure(command: str, folder: Path) -> Measured:
@@ -254,7 +255,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def row(command: str, case: tuple[str, int], runs: Sequence[Measured], hidden: str) -> Row:
-    """Processor seconds of a command beside its limits; not kept where it names something else."""
+    """Return the processor seconds of a command with its limits; a run that names another effect is
+    not kept."""
     channel, rows = case
     limits = EXPLAIN_LIMITS if command == "explain" else LIMITS
     most_s, most_mb = limits.get(case, (np.inf, np.inf))

@@ -42,7 +42,8 @@ def boards() -> list[str]:
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """How many lanes share a pipeline without --fold: as few as the tools of the flow can route."""
+    """Return the lanes per pipeline without --fold: the smallest number that the tools of the flow
+    can route."""
     folds = [fold for fold in FOLDS if lanes % fold == 0]
     if flow == "vivado":
         return folds[0]

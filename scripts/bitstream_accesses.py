@@ -12,7 +12,7 @@ from typing import Final
 
 WORD: Final = 0xFFFF_FFFF
 BEAT_STEP: Final = 0x0100_0193
-"""What each beat of a write adds to the data of the one before; as in axi_master.h."""
+"""Difference between the data of successive beats of a write; the same as in axi_master.h."""
 
 
 class Burst(IntEnum):
@@ -50,7 +50,7 @@ class Access:
     """It may start while an access the other way is under way."""
 
     def line(self) -> str:
-        """As the bench reads it."""
+        """Return the line in the form that the bench reads."""
         last = self.beats - 1 if self.last is None else self.last
         return (
             f"{self.kind} {self.address:x} {self.data:x} {self.beats} {self.size} "
@@ -64,7 +64,7 @@ class Access:
 
 @dataclass(frozen=True)
 class Answer:
-    """To the access at ``place`` of the list: one for a write, one a beat for a read."""
+    """Answers to the access at ``place`` of the list: one for a write, one per beat for a read."""
 
     place: int
     response: Response

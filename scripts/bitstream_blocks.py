@@ -104,7 +104,7 @@ def dsp(name: str, features: frozenset[str], pin: Pin, product: str) -> str:
 
 
 def _width(features: frozenset[str], name: str) -> int:
-    """Of a port of a half; 1 is the choice of all zeros."""
+    """Return the width of a port of a half; all choices zero means 1."""
     found = [feature for feature in features if re.fullmatch(rf"{name}_\d+", feature)]
     return int(found[0].rpartition("_")[2]) if found else 1
 

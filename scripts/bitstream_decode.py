@@ -45,7 +45,7 @@ class Decoded:
 
 
 def bus_bits(count: int) -> int:
-    """How wide a bus of so many lines is."""
+    """Return the width of a bus with ``count`` lines."""
     return max(LEAST_BITS, count)
 
 

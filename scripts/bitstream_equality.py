@@ -44,7 +44,7 @@ KINDS: Final = (
     (r"\w*_in", "pulse"),
     (r".*", "data"),
 )
-"""How an input is driven, by its name: the first that fits."""
+"""Stimulus of each input by its name; the first pattern that fits applies."""
 MASTER: Final = "MAXIGP0"
 MASTER_LINES: Final = (
     *("AWVALID", "AWREADY", "AWID", "AWADDR", "AWLEN", "AWSIZE", "AWBURST"),

@@ -58,7 +58,7 @@ def check_bitstream(path: Path, part: str) -> str:
 
 
 def _frame_words(data: bytes, start: int) -> tuple[int, int]:
-    """How many words of frames are told, and how many follow."""
+    """Return the stated and the actual number of frame words."""
     place = data.find(FRAMES_WRITE, start, start + LONGEST_HEAD)
     if place < 0:
         return 0, 0

@@ -1,4 +1,4 @@
-"""What a bitstream is made of, the same for every flow."""
+"""Describes the inputs and outputs of a bitstream build, the same for every flow."""
 
 from __future__ import annotations
 
@@ -87,12 +87,12 @@ class Job:
 
     @property
     def reports(self) -> Path:
-        """Where logs and reports stay."""
+        """Folder of logs and reports."""
         return self.folder / "reports"
 
     @property
     def bitstream(self) -> Path:
-        """What the flow writes."""
+        """File that the flow writes."""
         return self.folder / "arctrue.bit"
 
 

@@ -46,10 +46,10 @@ FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""With these nextpnr's placer weighs wires on long paths of a core more than by its own settings,
-10 and 2: docs/timing.md."""
+"""Options by which nextpnr's placer weighs wires on long paths more than by its defaults, 10 and 2:
+docs/timing.md."""
 ROUTING = ("--tmg-ripup",)
-"""With this nextpnr's router routes a wire anew where its detour makes a path too slow."""
+"""Option by which nextpnr's router routes a wire again if its detour makes a path too slow."""
 
 OTHER_SEEDS = (2, 3)
 """Seeds of the placements that are tried when the timing of the first one is not met."""

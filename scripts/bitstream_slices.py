@@ -21,7 +21,8 @@ SHIFT_CHAIN: Final = {
     "B": ("BI", "DI_CMC31", "C"),
     "C": ("CI", "DI_DMC31", "D"),
 }
-"""By look-up table: its own data pin, the alternative choice, the table that drives the latter."""
+"""By look-up table: its own data pin, the alternative choice, and the table that drives the
+alternative."""
 
 
 @dataclass

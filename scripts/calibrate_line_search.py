@@ -55,7 +55,7 @@ SHORT = {
 
 
 def short_of(kind: str, design: str, number: int) -> Record:
-    """Noise at few stations, 10 s each, or in a short log, beside orders 1 to 20."""
+    """Return noise at few stations, 10 s each, or in a short log, together with orders 1 to 20."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number, *design.encode()))
     stations, cycles, back = SHORT[design]
     row = np.arange(stations * cycles)
@@ -73,7 +73,7 @@ def short_of(kind: str, design: str, number: int) -> Record:
 
 
 def steps_of(record: Record) -> int:
-    """How many steps it shows."""
+    """Return the number of steps that the search finds in a record."""
     none = np.zeros((record.clock.size, 0))
     return len(search_steps(record, none, noise_beside(record, none)))
 
@@ -92,7 +92,8 @@ def short_main(logs: int, kinds: str) -> int:
 
 
 def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
-    """Gains beside an oscillator of what passes all other tests: of noise, and of true lines."""
+    """Return the gains over an oscillator of lines that pass all other tests: of noise, and of true
+    lines."""
     false: list[float] = []
     true: list[float] = []
     for number in range(logs):

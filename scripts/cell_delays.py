@@ -62,7 +62,7 @@ class Arc:
     levels: int = 0
     multipliers: int = 0
     is_carry_entry: bool = False
-    """From a LUT or a register into a carry chain."""
+    """True: the path leads from a LUT or a register into a carry chain."""
     is_direct: bool = False
     """The arc starts at a neighbour in the slice and needs no wire."""
 

@@ -38,7 +38,7 @@ AMPLITUDE: Final = 2.0**16
 """Units of the last bit of a cosine s1.16 at 1."""
 WIDTH: Final = 18
 LARGEST_ERROR: Final = 0.01
-"""With a larger error the output is refused: it is not a cosine."""
+"""An output with a larger error is refused because it is no cosine."""
 SWEEP_BITS: Final = 20
 SETTLING: Final = 64
 """Clocks before the sweep."""
@@ -51,7 +51,7 @@ OFFSET_BITS: Final = FOLDED_BITS - ADDRESS_BITS
 VALUE_FRACTION: Final = 20
 SLOPE_FRACTION: Final = 8
 HALF_OF_LAST_BIT: Final = 2.0**-17
-"""Of a cosine s1.16."""
+"""Half of the last bit of a cosine s1.16."""
 
 MAIN: Final = """
 #include <cstdint>
@@ -75,15 +75,15 @@ int main() {{
 
 
 class WrongOutputError(ToolError):
-    """What a lane puts out is not the cosine of any phase before it."""
+    """The output of a lane is not the cosine of any earlier phase."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What a lane takes, its longest path by the estimate, its latency and its largest errors.
+    """Resources of a lane, its longest path by the estimate, its latency and its largest errors.
 
-    ``error`` is that at the angles that the lane takes; ``error_any_angle`` that of any angle,
-    which is rounded to one of them.
+    ``error`` holds at the angles that the lane accepts, ``error_any_angle`` at any angle, which is
+    rounded to one of them.
     """
 
     resources: Resources
@@ -237,7 +237,7 @@ def measure(make: Callable[[], str], folder: Path) -> Measured:
 
 
 def _run_tool(command: Sequence[str | Path], folder: Path) -> bytes:
-    """What a tool wrote to its standard output. Raises ToolError when it fails."""
+    """Return the standard output of a tool. Raises ToolError if the tool fails."""
     try:
         done = subprocess.run(
             command, cwd=folder, capture_output=True, check=False, timeout=TIMEOUT_S
@@ -258,7 +258,8 @@ def verilator_version() -> str:
 
 
 def _phases() -> Integers:
-    """Of the sweep, 2**20 evenly over the turn, u0.24 turn; the low bits go through all values."""
+    """Return the phases of the sweep: 2**20 values spread evenly over the turn, u0.24 turn; the low
+    bits take all values."""
     k = np.arange(1 << SWEEP_BITS, dtype=np.int64)
     shift = PHASE_FRACTION - SWEEP_BITS
     phases: Integers = (k << shift) | (((k * 2654435761) & 0xFFFFFFFF) >> (32 - shift))

@@ -34,7 +34,7 @@ ROWS: Final = {
     "warm_ovality": "2.5 K warmer, order 2",
     "all_at_once": "down, 2.5 K warmer, speed to a half and back, largest error",
 }
-"""By the name of the case: the fresh turn and what is judged in it."""
+"""Fresh turn and judged figures of each case, by its name."""
 
 
 def small_settings() -> HiddenSettings:
@@ -45,7 +45,7 @@ def small_settings() -> HiddenSettings:
 
 
 def figures(result: HiddenResult) -> dict[str, Any]:
-    """What is stored of one case."""
+    """Return the stored figures of one case."""
     return {
         "followed": result.export.followed,
         "left_arcsec": {name: round(value, 2) for name, value in result.judged_arcsec().items()},

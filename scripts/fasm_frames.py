@@ -111,7 +111,7 @@ class Frames:
             )
 
     def write(self, path: Path) -> None:
-        """As xc7frames2bit reads them: address and words, in order."""
+        """Write the frames as xc7frames2bit reads them: address and words, in order."""
         with path.open("w", encoding="ascii") as file:
             for address in sorted(self.words):
                 words = ",".join(f"0x{word:08X}" for word in self.words[address])

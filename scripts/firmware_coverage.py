@@ -62,7 +62,7 @@ def run_tests() -> None:
 
 
 def counted(answers: list[str]) -> Counts:
-    """What gcov's JSON says of the files below firmware/; the largest count of a line stands."""
+    """Return gcov's counts of the files below firmware/; a line keeps its largest count."""
     found: Counts = defaultdict(dict)
     for answer in answers:
         for entry in json.loads(answer)["files"]:
@@ -77,7 +77,7 @@ def counted(answers: list[str]) -> Counts:
 
 
 def read_counts() -> Counts:
-    """Of every object of the host build. Raises RuntimeError where gcov fails."""
+    """Return the counts of every object of the host build. Raises RuntimeError if gcov fails."""
     answers = []
     for data in sorted(BUILT.glob("*.gcda")):
         done = subprocess.run(
@@ -95,7 +95,7 @@ def read_counts() -> Counts:
 
 
 def share(lines: dict[int, int]) -> float:
-    """Of the lines that have code, those that were run."""
+    """Return the share of the lines with code that were executed."""
     return sum(count > 0 for count in lines.values()) / len(lines) if lines else 1.0
 
 

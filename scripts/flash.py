@@ -36,7 +36,7 @@ ADVICE = (
 
 
 class FlashError(Exception):
-    """What did not work, in words for the person at the board."""
+    """States what failed, in words for the person at the board."""
 
 
 def tool(names: tuple[str, ...], package: str) -> str:

@@ -60,7 +60,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Entity:
-    """What the page of one entity says."""
+    """Content of the page of one entity."""
 
     name: str
     source: Path
@@ -94,7 +94,7 @@ def read_header(lines: list[str], source: Path) -> tuple[str, str]:
 
 
 def _clause(text: str, keyword: str) -> str | None:
-    """What stands between the brackets of ``generic ( ... );`` or ``port ( ... );``."""
+    """Return the text between the brackets of ``generic ( ... );`` or ``port ( ... );``."""
     start = re.search(rf"^\s*{keyword}\s*\(", text, re.IGNORECASE | re.MULTILINE)
     if not start:
         return None

@@ -57,7 +57,7 @@ SEED = 13
 FRESH_C = USUAL_TEMPERATURE_C + 2.2
 """Between the temperatures of the set's runs."""
 ROWS = 20_000
-"""Of the fresh turns, at random angles: no order is an alias."""
+"""Number of fresh rows; their angles are random, so that no order is an alias."""
 DENSE_STATIONS = 4096
 """A turn, of a reference that is read on the move."""
 SIMULATED_BY = {"graduation_harmonics": None, "periodic_error": "drive_gear_error"}
@@ -77,16 +77,16 @@ class Measured:
     simulated: str
     """Size and unit of the cause."""
     part_arcsec: float
-    """What the cause adds to the error of head 1; of the disc's own error: all of it."""
+    """Contribution of the cause to the error of head 1; for the disc's own error, all of it."""
     left_without_arcsec: float
-    """Of the whole error, with the lanes of a model that lacks the effect."""
+    """Error left with the lanes of a model that lacks the effect."""
     left_with_arcsec: float
-    """The same with the effect in the model."""
+    """Error left with the effect in the model."""
     taken_away_by: str
-    """As the export says."""
+    """Part that corrects it, as the export states."""
 
     def data(self) -> dict[str, Any]:
-        """As JSON, to a thousandth of an arcsecond."""
+        """Return the figures for JSON, to a thousandth of an arcsecond."""
         return {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
@@ -148,7 +148,7 @@ def _fresh_turns(seed: int) -> Conditions:
 
 
 def _error_arcsec(table: RotaryTable, fresh: Conditions) -> Float:
-    """Of head 1, the mean taken off: it depends on where the zero is."""
+    """Return the error of head 1 minus its mean, which depends on the place of the zero."""
     error = (table.reading_rad(0, fresh) - fresh.angle_rad) * ARCSEC_PER_RAD
     return np.asarray(error - error.mean())
 
@@ -183,7 +183,7 @@ def _left(
 
 
 def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -> Float:
-    """What the gateware takes off at each fresh row, with its amplitudes for the row's motion."""
+    """Return the correction at each fresh row, with its amplitudes for the row's motion."""
     warm = export.at(FRESH_C)
     if export.extension is None or export.extension.conditions is None:
         return warm.error_counts(counts)
@@ -201,7 +201,7 @@ def _correction_counts(export: Coefficients, counts: Float, fresh: Conditions) -
 
 
 def stored() -> dict[str, Any]:
-    """What the last run measured."""
+    """Return the figures of the last run."""
     found: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
     return found
 

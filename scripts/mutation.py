@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class Mutation:
     """One wrong text in one file, and the pytest test that fails because of it.
 
-    ``old`` occurs exactly once in ``file``. A mutation belongs into a list if a person could make
+    ``old`` occurs exactly once in ``file``. A mutation belongs to a list if a person could make
     this error and no other test would show it at once.
     """
 

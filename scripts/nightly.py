@@ -49,7 +49,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one run of a check ended; ``part`` is empty where the whole check ran."""
+    """Result of one run of a check; ``part`` is empty if the whole check ran."""
 
     name: str
     commit: str
@@ -133,7 +133,7 @@ def commit_of(root: Path) -> str:
 
 
 def run(check: Check, *, sample: bool, commit: str, root: Path, logs: Path) -> Outcome:
-    """Run one check with its output in ``logs``; the outcome keeps the last line of it."""
+    """Run one check with its output in ``logs``; the outcome keeps the last line of the output."""
     part = check.sample_is if sample else ""
     command = check.sample if part else check.command
     logs.mkdir(parents=True, exist_ok=True)

@@ -31,7 +31,7 @@ def all_drawn(page: Page) -> None:
 
 
 def take(page: Page, address: str) -> None:
-    """From the first page to the picture."""
+    """Open the page, click through it and save the picture."""
     page.goto(address)
     page.get_by_label("Measured").select_option("short")
     page.get_by_label("Seed", exact=True).fill(str(SEED))

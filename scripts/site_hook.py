@@ -1,4 +1,4 @@
-"""For mkdocs: replaces links to files outside docs/ by the name of the file.
+"""Replaces links to files outside docs/ by the name of the file when mkdocs builds the site.
 
 The pages are read in three places: in the source tree and on code hosts, where such links lead to
 the sources, and on the site, which has no sources.

@@ -31,10 +31,10 @@ from arctrue.measurement.measurement_set import Capture, MeasurementSet
 
 Method = Literal["fourier", "least_squares"]
 APART_U = 4.0
-"""So many standard uncertainties apart, two values of α are told to contradict each other."""
+"""Difference, in standard uncertainties, from which two values of α contradict each other."""
 ROUNDS_MOST = 4
 SETTLED_U = 0.05
-"""What a further round would still change of α by the harmonics, in standard uncertainties."""
+"""Change of α by the harmonics, in standard uncertainties, below which the iteration ends."""
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 
 
@@ -167,7 +167,7 @@ def calibrate(
 
 
 def _at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficients) -> Coefficients:
-    """What the firmware makes of lanes that follow the temperature, at the mean of the run's."""
+    """Return the coefficients that the firmware applies at the mean temperature of the run."""
     if coefficients.thermal is None:
         return coefficients
     rows = measurement.reference or measurement.capture

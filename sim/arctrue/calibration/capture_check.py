@@ -27,7 +27,7 @@ Reason = Literal[
 STEP_TOLERANCE = 0.10
 """A step is plausible within 10 % of its run's median (measurement set, schema 1)."""
 JUMP_STEPS = 2.0
-"""From here on a step is called a jump: no table moves on by two steps in the time of one."""
+"""Relative size from which a step is a jump: no table moves by two steps in the time of one."""
 LOWEST_SPEED_TOLERANCE = 0.05
 """Runs within 5 % of the lowest speed count as runs at the lowest speed."""
 CLOCK_HZ_DEFAULT = 100e6
@@ -78,7 +78,7 @@ class WholeTurns:
     masked: int = 0
     """Samples between the first and the last that the set says not to use."""
     further_counts: tuple[NDArray[np.int64], ...] = ()
-    """Of heads 3 and 4, where there are, each of shape (samples,)."""
+    """Counts of heads 3 and 4, if present, each of shape (samples,)."""
 
     @property
     def heads(self) -> tuple[NDArray[np.int64], ...]:

@@ -1,4 +1,4 @@
-"""From values and information of the runs to an estimate with its covariance."""
+"""Combines the values and information of the runs into an estimate with its covariance."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def _sum(information: Sequence[Float], sigmas: Float) -> Float:
 def _by_separation(
     values: Float, orders: NDArray[np.int64], separation_rad: float, u_rad: float
 ) -> Float:
-    """What an error of α does to all orders together."""
+    """Return the common effect of an error of α on all orders."""
     slope = separation_slope(orders, values, separation_rad)
     direction = np.concatenate((slope.real, -slope.imag)) * u_rad
     return np.outer(direction, direction)

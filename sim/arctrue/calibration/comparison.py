@@ -33,8 +33,8 @@ class Extent(NamedTuple):
 class ReferenceComparison:
     """Errors of head 1 at the rows of the reference run, (rows,), arcseconds.
 
-    The same constant is taken off both: a₀ cannot be observed, and the mean of what is left after
-    the correction is the best estimate of it.
+    Both errors have the same constant subtracted: a₀ cannot be observed, and its best estimate is
+    the mean of the error after the correction.
     """
 
     target_deg: Float

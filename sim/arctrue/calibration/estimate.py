@@ -1,4 +1,4 @@
-"""What a calibration knows of the error, and how well."""
+"""Describes the error that a calibration found, with its covariance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RunFit:
-    """What one run says alone: ``values`` (2·orders,) in arcseconds, cosines before sines."""
+    """Result of one run alone: ``values`` (2·orders,) in arcseconds, cosines before sines."""
 
     run: int
     turns: int
@@ -73,7 +73,7 @@ class Estimate:
     u_head_separation_rad: float
     """Its standard uncertainty; the covariance holds it with its coupling to every order."""
     separation_choice: Choice
-    """Where the α that was used is from."""
+    """Source of the α that was used."""
     measured_separation_rad: float
     """Mean of R₂ − R₁ over uniform true angle: α by the index marks."""
     u_measured_separation_rad: float

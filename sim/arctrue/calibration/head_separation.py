@@ -25,7 +25,8 @@ NOMINAL_TOLERANCE_ARCSEC = 50.0
 U_NOMINAL_RAD = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0) * RAD_PER_ARCSEC
 """Rectangular distribution over the tolerance."""
 U_DETECTION_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
-"""Of ``table.index_detection_arcsec``: a sensor of the mark sits no better than its head."""
+"""Default of ``table.index_detection_arcsec``: a sensor of the mark is mounted no better than its
+head."""
 INDEX_REPEATABILITY_COUNTS = 1.0
 BELIEVABLE_ARCSEC = 900.0
 """0.25°, 0.24 mm at the disc: no head is mounted so badly; the index is at fault."""
@@ -85,7 +86,8 @@ def chosen(
 
 
 def doubts(nominal_rad: float, measured_rad: float) -> str | None:
-    """What is said of a measured separation that no head's mounting explains; None: it may be."""
+    """Return the warning about a measured separation that no mounting explains; None if it is
+    plausible."""
     off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
     if abs(off_arcsec) <= BELIEVABLE_ARCSEC:
         return None

@@ -26,11 +26,12 @@ from arctrue.gateware.mean_set import WEIGHT_LIMIT, WEIGHT_ONE
 Float = NDArray[np.float64]
 
 MOST_WEIGHT = WEIGHT_LIMIT / WEIGHT_ONE
-"""Of s1.16."""
+"""Largest weight of the format s1.16."""
 NOISE_LIMIT = 1.0
-"""Of the mean over that of one reading: from here on one head alone is quieter."""
+"""Noise of the mean over that of one reading from which one head alone is quieter."""
 LEAK_LIMIT = 1e-3
-"""Of a translation into the mean, where no weights make it 0: two heads within 3′ of 180°."""
+"""Largest share of a translation in the mean, where no weights make it 0: two heads within 3′ of
+180°."""
 
 
 class WeightsRefusedError(ValueError):
@@ -38,7 +39,7 @@ class WeightsRefusedError(ValueError):
 
 
 def translation_columns(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
-    """What heads see of an axis that moves by R along y and along x: ρ·cos p, ρ·sin p; (H, 2)."""
+    """Return what heads read of an axis motion along y and along x: ρ·cos p and ρ·sin p, (H, 2)."""
     places = np.asarray(places_rad, dtype=np.float64)
     ratios = np.ones_like(places) if radius_ratios is None else np.asarray(radius_ratios)
     return np.column_stack((ratios * np.cos(places), ratios * np.sin(places)))

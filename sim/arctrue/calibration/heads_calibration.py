@@ -28,9 +28,10 @@ from arctrue.measurement.measurement_set import MeasurementSet
 
 @dataclass(frozen=True)
 class MeanSettings:
-    """How to calibrate the mean; ``motion`` None: unknown at every order with four heads, else 0.
+    """Settings of the calibration of the mean.
 
-    ``runs``: None: those at the lowest speed; ``u_radius``: of a head's radius over the disc's.
+    ``motion`` None: unknown at every order with four heads, else none; ``runs`` None: those at the
+    lowest speed; ``u_radius``: standard uncertainty of a head's radius over the disc's.
     """
 
     runs: Sequence[int] | None = None

@@ -95,13 +95,13 @@ class State:
         return np.asarray(self.offsets_rad[run] + self.late_rad)
 
     def with_values(self, values: Float) -> State:
-        """The same with other values."""
+        """Return the same state with other values."""
         return replace(self, values=values)
 
     def of_head(
         self, head: int, run: int, turned: NDArray[np.complex128], angle: Float
     ) -> HeadSees:
-        """What head 0, 1, … sees at disc readings e^{jy} = ``turned`` and true angles, (n,)."""
+        """Return what each head sees at disc readings e^{jy} = ``turned`` and true angles, (n,)."""
         layout, number = self.layout, self.layout.orders.size
         ratio = float(self.radius_ratios[head])
         place = float(self.places_rad(run)[head])

@@ -1,4 +1,4 @@
-"""What a calibration of several heads knows, and how well."""
+"""Describes what a calibration of several heads found, with its covariance."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class HeadsEstimate:
 
     @property
     def disc_covariance(self) -> Float:
-        """Of ``values``, arcseconds², (2N, 2N)."""
+        """Covariance of ``values``, arcseconds², (2N, 2N)."""
         part = self.state.layout.disc
         return np.asarray(self.covariance[part, part])
 
@@ -118,7 +118,7 @@ class HeadsEstimate:
         )
 
     def on_disc(self) -> HeadsOnDisc:
-        """What the gateware's banks are made of."""
+        """Return the orders from which the gateware's banks are made."""
         return HeadsOnDisc(
             self.orders, self.values, self.places_rad, self.offsets_rad, self.radius_ratios
         )

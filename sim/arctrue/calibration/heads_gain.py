@@ -20,7 +20,7 @@ MotionOrders = Literal["every"] | tuple[int, ...]
 """At which orders the axis may move; ``every``: at each, and also where it does not repeat."""
 
 UNSEEN_GAIN = 1e3
-"""From this gain on an order counts as not seen: 10″ of a place at order 20 is as long as L."""
+"""Gain from which an order counts as not seen: 10″ of a place at order 20 is as long as L."""
 
 
 def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = ()) -> Float:

@@ -43,12 +43,13 @@ LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
 """Orders of axis and disc of a first fit where motion is unknown at every order."""
 SEARCH_SAMPLES = 36_000
-"""Of longer captures every k-th sample is used until places and weights have settled."""
+"""Largest number of samples used until places and weights have settled; of longer captures every
+k-th."""
 ROUNDS_MOST = 6
 CONVERGED_ARCSEC = 1e-4
-"""What a further round would still change of any prediction, about."""
+"""Largest change of any prediction, approximately, at which the iteration ends."""
 LEAST_EIGENVALUE = 1e-11
-"""Of the normal matrix with a diagonal of 1: below it is rounding."""
+"""Smallest eigenvalue of the normal matrix scaled to a diagonal of 1; a smaller one is rounding."""
 _BLOCK = 1 << 13
 
 
@@ -124,7 +125,7 @@ def _settled(
 
 
 def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
-    """Of the orders asked for, those that these heads see; the first fit gives order 1."""
+    """Return the requested orders that these heads see; the first fit gives order 1."""
     orders = np.asarray(settings.orders)
     seen = np.isfinite(order_gain(data.nominal_rad, orders, settings.motion))
     return np.asarray(orders[seen | ((orders == 1) & (data.heads > 2))])
@@ -416,13 +417,13 @@ def _converged(
 
 
 def _residual_covariance(data: _Data, state: State, combinations: Float) -> Float:
-    """Of the combinations about their expectation, arcseconds², (m, m)."""
+    """Return the covariance of the combinations about their expectation, arcseconds², (m, m)."""
     residual = np.concatenate(_residuals(data, state, combinations), axis=0)
     return np.asarray(residual.T @ residual / data.samples)
 
 
 def _whitened(data: _Data, state: State, combinations: Float) -> Float:
-    """The same combinations turned and scaled so that each has noise of variance 1."""
+    """Return the combinations rotated and scaled so that each has noise of variance 1."""
     covariance = _residual_covariance(data, state, combinations)
     # Readings without any noise must not divide by zero.
     covariance += 1e-18 * np.eye(covariance.shape[0])

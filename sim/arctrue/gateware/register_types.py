@@ -1,4 +1,4 @@
-"""What the generated description of the register map is made of."""
+"""Defines the types of the generated description of the register map."""
 
 from __future__ import annotations
 

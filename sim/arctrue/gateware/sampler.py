@@ -31,12 +31,12 @@ _INDEX_SEEN = 0b11
 
 @dataclass(frozen=True)
 class SamplerInputs:
-    """What the sampler sees, one value a clock or one for all clocks."""
+    """Inputs of the sampler, one value per clock or one for all clocks."""
 
     turn_position1: ArrayLike
     """Counts from the index, head 1, signed, 32 bits."""
     turn_position2: ArrayLike
-    """The same of head 2."""
+    """Position of head 2 in the same clock."""
     counts_per_rev: ArrayLike
     """Counts."""
     reset: ArrayLike = False
@@ -114,7 +114,7 @@ class _Filling:
         self.start_time = 0
 
     def advance(self, release: bool) -> None:
-        """What happens in every clock."""
+        """Advance by one clock."""
         self.ready_pulse = self.handing_over is not None
         self.owned = (self.owned and not release) or self.ready_pulse
         if self.handing_over:

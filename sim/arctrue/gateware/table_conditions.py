@@ -55,7 +55,7 @@ def slew_word(seconds: float, clock_hz: float = CLOCK_HZ) -> int:
 def condition_registers(
     conditions: Conditions, counts_per_rev: int, clock_hz: float = CLOCK_HZ
 ) -> Mapping[str, int]:
-    """What is written to the window ``conditions`` for a coefficient file, by register."""
+    """Return the words of the window ``conditions`` for a coefficient file, by register."""
     return {
         "conditions.width": conditions.width,
         "conditions.dead_zone": conditions.dead_zone_counts,

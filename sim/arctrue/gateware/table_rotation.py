@@ -23,10 +23,10 @@ ROW_FRACTION = SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * 
 
 @dataclass(frozen=True, eq=False)
 class TangentTable:
-    """What the entity works out at elaboration; both int32, (128,).
+    """Table that the entity calculates at elaboration; both int32, (128,).
 
-    ``slopes``: −dcos/dturn of the intervals in 2⁻⁸ a turn; ``values``: the lines at the beginnings
-    of the intervals, 2⁻²⁰.
+    ``slopes``: −dcos/dturn of the intervals in 2⁻⁸ per turn; ``values``: the lines at the starts of
+    the intervals, 2⁻²⁰.
     """
 
     slopes: NDArray[np.int32]

@@ -11,7 +11,7 @@ WINDOW_BITS: Final = 14
 LONGEST_BITS: Final = 24
 """After 2^24 - 1 clocks without the end of a window the table stands."""
 SPEED_LATENCY: Final = 3
-"""Clocks from a position to what is measured of it."""
+"""Clocks from a position to the speed that is measured with it."""
 _ONE = 1 << CORRECTION_FRACTION
 _TREMBLE = 2 * _ONE
 _MOST_QUIET = 8 * _ONE

@@ -16,12 +16,12 @@ from arctrue.generated.number_formats import (
 )
 
 TERM_LSB_COUNTS = 2.0**-MEAN_TERM_FRACTION
-"""Of a word of the mean's term."""
+"""Last place of a word of the mean's term, counts."""
 _LIMIT = 1 << (HEAD_DIFFERENCE_WIDTH - 1)
 
 
 class MeanTerm(NamedTuple):
-    """What leaves the entity for each clock's readings, (clocks,)."""
+    """Outputs of the entity for each clock's readings, (clocks,)."""
 
     term: NDArray[np.int64]
     """f_s − Σ wᵢ·(rᵢ − r_s) in 2⁻²⁰ count."""

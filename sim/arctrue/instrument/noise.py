@@ -13,7 +13,7 @@ Float = NDArray[np.float64]
 
 HEADS_MOST = 4
 _KNOTS = 1 << 18
-"""Of a block."""
+"""Knots of a block."""
 _KEPT_BLOCKS = 4
 
 

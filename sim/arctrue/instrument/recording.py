@@ -1,4 +1,4 @@
-"""What left the core, and what went into it, against the true angle."""
+"""Records inputs and outputs of the core together with the true angle."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class EdgeTrack:
     position: NDArray[np.int64]
     """Counts, of the level that the reading passed."""
     true_angle_rad: NDArray[np.float64]
-    """Of the table, in the middle of the clock in which it made the edge; not wrapped."""
+    """True angle of the table in the middle of the clock in which it made the edge; not wrapped."""
     bin_edges: NDArray[np.int64]
     """Edges in each equal part of the turn."""
     bin_mean_counts: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""How far a signal is from the true angle over a turn."""
+"""Compares a signal with the true angle over a turn."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class TurnScore:
     error_arcsec: Float
     """Mean of each half a degree of the true angle, shape ``(720,)``; NaN where no edge was."""
     lowest_edge_arcsec: Float
-    """Of all edges in each half a degree, same shape."""
+    """Lowest error of all edges in each half degree, same shape."""
     highest_edge_arcsec: Float
     mean_arcsec: float
     """The mean itself, which two heads cannot see; against that of the recording's first turn."""
@@ -36,8 +36,8 @@ class TurnScore:
     """Root mean square of single edges: with what is finer than half a degree, with the noise of
     the readings and the steps of the counts. NaN where no single edge was kept."""
     amplitude_arcsec: Float
-    """Of orders 1, 2, …, shape ``(64,)`` if no more are asked for; NaN where the turn is not
-    whole."""
+    """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless more are requested; NaN if the turn is
+    not whole."""
     edges: int
 
     @classmethod
@@ -86,7 +86,7 @@ class TurnScore:
 
     @classmethod
     def of_means(cls, error_arcsec: Float, mean_arcsec: float, edges_rms_arcsec: float) -> Self:
-        """From the means of half a degree alone."""
+        """Return the score from means of half a degree alone."""
         return cls(
             error_arcsec,
             error_arcsec,

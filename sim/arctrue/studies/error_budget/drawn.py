@@ -12,7 +12,7 @@ from arctrue.studies.monte_carlo.score import scored
 
 
 def drawn_calibrations(folder: Path) -> dict[str, Any]:
-    """By case: trials, stated u and deviation over the turn (RMS, arcsec), coverage.
+    """Return per case: trials, stated u and deviation over the turn (RMS, arcsec), coverage.
 
     Raises ValueError for a folder without a trial.
     """

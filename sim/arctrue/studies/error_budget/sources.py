@@ -122,7 +122,7 @@ def expected_of_noise_arcsec() -> float:
 
 
 def _rms(runs: list[Left]) -> dict[str, float]:
-    """Root mean square over draws and angles, and the standard error of it."""
+    """Return the root mean square over draws and angles, and its standard error."""
     squares = np.array([run.rms_arcsec**2 for run in runs])
     rms = float(np.sqrt(squares.mean()))
     spread = float(squares.std(ddof=1) / np.sqrt(squares.size)) if squares.size > 1 else 0.0

@@ -53,11 +53,11 @@ class PlacesChoice:
     gain: tuple[float, ...]
     """Noise of every order from 1 on over that of one head."""
     mean_gain: tuple[float, ...]
-    """The same for the order in the mean: the noise that its lanes add."""
+    """Gain of each order in the mean: the noise that its lanes add."""
     mean_noise: float
     """Noise of one reading of the mean over that of one head; inf: there is no such mean."""
     noise_without: tuple[float, ...]
-    """The same with each head missing; inf: there is no mean."""
+    """Noise of the mean with each head missing; inf: no mean exists."""
 
 
 def motion_of(heads: int) -> MotionOrders:

@@ -1,1 +1,2 @@
-"""What the calibrated mean of four heads shows that two heads cannot: fresh turns, no fit."""
+"""Shows on fresh turns, without a fit, what the calibrated mean of four heads corrects and two
+heads cannot."""

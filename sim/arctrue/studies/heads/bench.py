@@ -55,9 +55,9 @@ class Bench:
     samples_a_turn: int = 12_000
     seed: int = 1
     axis: tuple[Cause, ...] = ()
-    """What the axis does while the table is calibrated."""
+    """Motion of the axis while the table is calibrated."""
     moved_arcsec: tuple[float, ...] = field(default=())
-    """By how much every head has moved along the scale since it was mounted."""
+    """Shift of every head along the scale since it was mounted."""
 
     def table(self, *further: Cause) -> RotaryTable:
         """The table with what the axis does."""

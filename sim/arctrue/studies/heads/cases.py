@@ -28,4 +28,4 @@ HEADS_CASES = {
         "a hub that heat moves by 2 µm", ThermalCentre(0.4e-6 + 0j), 1.0, USUAL_TEMPERATURE_C + 5.0
     ),
 }
-"""By the name of the effect."""
+"""Cases by the name of the effect."""

@@ -166,7 +166,7 @@ def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Flo
 
 
 def _missing(bench: Bench) -> list[dict[str, Any]]:
-    """The same fresh turn by the sets of all heads and of three."""
+    """Return the error of one fresh turn with the set of all heads and with each set of three."""
     coefficients = replace(bench, axis=AXIS).mean()
     assert coefficients.extension is not None
     counts, angle = bench.turn(6, AXIS)

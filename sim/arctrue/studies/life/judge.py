@@ -19,7 +19,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Judged:
-    """What happened in a life."""
+    """Events of one simulated life."""
 
     kind: str
     alarm_days: tuple[float, ...]
@@ -45,7 +45,7 @@ class Judged:
 
     @property
     def lead_days(self) -> float:
-        """From the first true alarm to the limit; NaN without one, or without a limit."""
+        """Days from the first true alarm to the limit; NaN without an alarm or a limit."""
         if not np.isfinite(self.limit_day):
             return np.nan
         times = [day for day in self.alarm_days if self.onset_day <= day < self.limit_day]

@@ -23,11 +23,11 @@ LIMIT_ARCSEC = 1.0
 FIRST_SIZE_ARCSEC = 0.2
 """Largest size at the beginning."""
 U_ARCSEC = 0.03
-"""Of a fit, between 0.7 and 1.5 times as much from set to set."""
+"""Standard uncertainty of a fit; it varies by 0.7 to 1.5 times from set to set."""
 SCATTER_ARCSEC = 0.05
-"""Of the true size between sets: mounting, temperature."""
+"""Scatter of the true size between sets: mounting, temperature."""
 STEP_DAYS = 0.25
-"""Of the course on which the day of the limit is found."""
+"""Step of the course on which the day of the limit is found."""
 
 Course = NDArray[np.float64]
 """Change of the size at each day of a grid, in units of the limit, (days,)."""

@@ -113,7 +113,7 @@ class Input:
     title: str
     """Description for the page."""
     distribution: str
-    """In words."""
+    """Distribution in words."""
     draw: Callable[[Random], dict[str, float]]
 
 
@@ -153,7 +153,7 @@ INPUTS: dict[str, Input] = {
     ),
     "lanes": Input("lanes of the gateware", f"one of {', '.join(map(str, LANES))}", _lanes),
 }
-"""By name, in the order of their streams of random numbers."""
+"""Inputs by name, in the order of their streams of random numbers."""
 
 CASES: dict[str, tuple[str, ...]] = {
     "quantisation": (),

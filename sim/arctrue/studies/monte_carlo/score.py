@@ -53,7 +53,7 @@ class Covered:
         return "too large" if found.low > COVERAGE else ""
 
     def data(self) -> dict[str, Any]:
-        """As JSON."""
+        """Return the score as values for JSON."""
         return {
             "hits": self.hits,
             "trials": self.trials,
@@ -63,7 +63,8 @@ class Covered:
 
 
 def scored(results: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> dict[str, Any]:
-    """By case: coverage of every order, of α and over the turn, with RMS deviation and u."""
+    """Return per case the coverage of every order, of α and over the turn, with RMS deviation and
+    u."""
     found = {}
     for case in CASES:
         trials = [result for task, result in results if task["case"] == case]

@@ -30,17 +30,18 @@ class Leg:
     speed_rad_s: float = 0.0
     """Not signed."""
     pause_s: float = 0.0
-    """How long the table and its surroundings think that the pause is."""
+    """Duration of the pause for the table and its surroundings."""
     run_s: float = 0.0
-    """How much of it is run, clock by clock; the rest is left out."""
+    """Part of the pause that is simulated clock by clock; the remainder is skipped."""
 
 
 @dataclass(frozen=True, slots=True)
 class Course(Motion):
-    """A motion over legs that counts its turns from after the indices.
+    """A motion over legs that counts its turns from the indices on.
 
-    ``time_s`` of its states is that of the motion, in which a pause lasts what is run of it;
-    ``since_run_start_s`` is that of the surroundings, in which it counts in full.
+    ``time_s`` of its states is the time of the motion, in which a pause lasts as long as its
+    simulated part; ``since_run_start_s`` is the time of the surroundings, in which the pause counts
+    in full.
     """
 
     @classmethod
@@ -51,10 +52,10 @@ class Course(Motion):
         ripple_rad: float = 0.0,
         ripple_order: int = 1,
     ) -> Course:
-        """From rest over both indices, then the legs, each from rest to rest.
+        """Return a course from rest over both indices, then the legs, each from rest to rest.
 
-        Travel 0 is after the indices. Raises ValueError for a first leg that is a pause, and for
-        one too short for its ramps.
+        Travel 0 follows the indices. Raises ValueError if the first leg is a pause or too short for
+        its ramps.
         """
         if not legs or not legs[0].turns:
             raise ValueError("the first leg must turn the table: both heads need their index")

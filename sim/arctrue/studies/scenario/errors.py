@@ -1,4 +1,4 @@
-"""What is wrong with a scenario, in words for people."""
+"""Defines the error that tells the user what is wrong with a scenario."""
 
 from __future__ import annotations
 

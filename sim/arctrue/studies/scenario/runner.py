@@ -20,9 +20,9 @@ from arctrue.studies.scenario.scenario import FLAGS, Scenario
 from arctrue.studies.scenario.seen import seen_by_reference
 
 LOOKS_A_TURN = 36
-"""How often flags and telemetry are looked at."""
+"""Checks of flags and telemetry per turn."""
 THERMOMETER_STEP_K = 1 / 128
-"""Of a TMP117."""
+"""Step of a TMP117."""
 
 
 class _Run:

@@ -29,7 +29,7 @@ from arctrue.table.temperature import TemperatureCourse
 
 EDGES_KEPT_A_TURN = 1 << 16
 EDGES_KEPT = 1 << 22
-"""Of a whole motion and one signal: 100 MB."""
+"""Edges of a whole motion that are kept per signal: 100 MB."""
 
 
 MOST_COUNTS_PER_REV = 1 << 24
@@ -133,13 +133,13 @@ class Fault:
     at_turn: float
     for_turns: float = 0.0
     for_s: float = 0.0
-    """In time of the motion, after ``for_turns``."""
+    """Duration in time of the motion, after ``for_turns``."""
     pins: int = 0
     act: str = "invert"
     probability: float = 1.0
     most_clocks: int = 0
     text: str = ""
-    """For people."""
+    """Description for the user."""
 
     def span_s(self, course: Course) -> tuple[float, float]:
         """First and last instant, in time of the motion."""
@@ -151,7 +151,7 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class FirmwareSettings:
-    """How the firmware is set up."""
+    """Settings of the firmware."""
 
     recalibrate: str = "every_turn"
     """``every_turn``, ``first_turn`` (then frozen) or ``never``."""
@@ -182,7 +182,7 @@ class Limits(Struct, frozen=True, forbid_unknown_fields=True):
     refused_turns_least: Count | None = None
     refused_turns_most: Count | None = None
     reasons_wanted: tuple[Reason, ...] = ()
-    """Of refused captures."""
+    """Expected reasons of refused captures."""
     flags_wanted: tuple[Flag, ...] = ()
     flags_allowed: tuple[Flag, ...] | None = None
 
@@ -219,11 +219,11 @@ class Scenario:
     orders: tuple[int, ...] = (1, 2, 3)
     """Orders that are printed for each turn."""
     faces: int = FACES
-    """Of the polygon, where a cause concerns the reference."""
+    """Faces of the polygon, where a cause concerns the reference."""
 
     @property
     def speeds_rad_s(self) -> list[float]:
-        """Of the legs that turn."""
+        """Speeds of the legs that turn."""
         return [leg.speed_rad_s for leg in self.legs if leg.turns]
 
     @property
@@ -241,7 +241,7 @@ class Scenario:
 
     @property
     def revolution(self) -> RevolutionSettings:
-        """The same scale as settings of the one revolution, which know the paper's table."""
+        """Return the scale as settings of the revolution, which describe the paper's table."""
         return RevolutionSettings(
             lines=self.scale.lines,
             interpolation=self.scale.interpolation,
@@ -288,8 +288,10 @@ class Scenario:
         return replace(bare, temperature=TemperatureCourse(times_s, temperatures_c))
 
     def _legs_in_samples(self) -> list[Leg]:
-        """What is run of a pause is whole sample periods, so that what follows meets the gateware's
-        clock and sampler where it would without the pause: nothing else of it changes a result.
+        """Return the legs with the simulated part of a pause rounded to whole sample periods.
+
+        The motion after the pause then meets the gateware's clock and sampler where it would
+        without the pause.
         """
         if not self.speeds_rad_s:
             return list(self.legs)

@@ -148,7 +148,7 @@ def one_pass() -> Experiment:
 
 
 def one_speed() -> Experiment:
-    """Up and down at one speed and one temperature; ten polygon cycles."""
+    """Return runs up and down at one speed and one temperature, and ten polygon cycles."""
     runs = tuple(_run(60.0 * number, SLOW_RAD_S * (1 - 2 * (number % 2))) for number in range(4))
     return Experiment("one_speed", runs, ReferencePlan())
 
@@ -161,7 +161,7 @@ def short() -> Experiment:
 FURTHER_PAUSE_S = 600.0
 FURTHER_TURNS = 30
 FURTHER_SAMPLES = 5
-"""As many samples a turn, in times."""
+"""Factor by which the samples per turn grow."""
 FURTHER_WARMER_C = 4.0
 FURTHER_TURNED_FACES = 1.0 / 3.0
 FURTHER_REINDEXED_FACES = 6.0

@@ -60,7 +60,7 @@ class Measured:
     exact_arcsec: dict[str, Float]
     """R₂ − R₁ − α of every capture row and ε of every reference row, without noise and rounding."""
     noise: dict[str, TrueNoise]
-    """By channel."""
+    """True noise by channel."""
     index_variance_arcsec2: float
     """Variance of R₂ − R₁ from run to run."""
 

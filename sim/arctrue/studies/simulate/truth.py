@@ -25,7 +25,7 @@ class BrokenSealError(ValueError):
 
 
 def truth_path(folder: Path) -> Path:
-    """``OUT.truth.json`` beside the folder ``OUT``."""
+    """Return ``OUT.truth.json`` next to the folder ``OUT``."""
     folder = folder.resolve()
     return folder.with_name(folder.name + ".truth.json")
 
