@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 #
-# Pins of arctrue_zynq_top on a board of your own: copy this file, write the package's pins where it says
-# PIN, and the standard of their bank's supply (LVCMOS33 at 3.3 V, LVCMOS25 at 2.5 V, LVCMOS18 at 1.8 V)
-# where it says STANDARD. Then
+# Pins of arctrue_zynq_top on a board of your own: copy this file to constraints/my_board.xdc, write the
+# package's pins where it says PIN, and the standard of their bank's supply (LVCMOS33 at 3.3 V, LVCMOS25 at
+# 2.5 V, LVCMOS18 at 1.8 V) where it says STANDARD. Then
 #
-#     make bitstream BOARD=my_board PINS=path/to/my_board.xdc PART=xc7z020clg484-1
+#     make bitstream BOARD=my_board PART=xc7z020clg484-1
 #
 # Every port must have both, each pin may appear once; make bitstream checks that first. A signal that is
 # not there still needs a pin. For pairs (TOP=arctrue_zynq_differential_top) each encoder port is

@@ -43,11 +43,6 @@ def vivado_files(top: str) -> list[Path]:
 DEVICE_BOARDS = [board for board in boards() if board != SOURCE]
 
 
-def test_boards_are_those_of_the_firmware() -> None:
-    headers = (ROOT / "firmware").rglob("boards/*.h")
-    assert sorted({path.stem for path in headers}) == DEVICE_BOARDS
-
-
 def test_a_second_board_gives_what_the_first_takes() -> None:
     """Two boards, pin by pin: the heads leave the one where they enter the other."""
     pins = check_pins(CONSTRAINTS / f"{SOURCE}.xdc", ports_of(f"{SOURCE}_top"))

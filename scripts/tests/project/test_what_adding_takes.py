@@ -38,7 +38,7 @@ BEFORE_CONNECTION = "  status_capturing    <= capture_busy;\n"
 
 
 def documented(kind: str) -> set[str]:
-    """The files that CONTRIBUTING names for ``kind``; their number is the one beside them."""
+    """The files that CONTRIBUTING names for ``kind``; the row states their number."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     (row,) = (found for found in TABLE.finditer(text) if found["kind"] == kind)
     files = set(re.findall(r"`([^`]+)`", row["files"]))
@@ -78,28 +78,40 @@ def test_a_register_takes_two_files(tmp_path: Path) -> None:
     assert re.search(r"input\s+\[31:0\] added_by_test\b", bench.read_text(encoding="utf-8"))
 
 
-def test_a_board_takes_two_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its pins and its processor's side, both found by the board's name."""
+@pytest.mark.parametrize("own_processor_side", [False, True])
+def test_a_board_takes_one_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, own_processor_side: bool
+) -> None:
+    """Its pins, found by the board's name; a second file only for another processor side."""
     constraints, firmware = tmp_path / "constraints", tmp_path / "firmware"
     shutil.copytree(ROOT / "constraints", constraints)
     shutil.copytree(ROOT / "firmware", firmware)
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    added = {
-        "constraints/<board>.xdc": constraints / "added.xdc",
-        "firmware/board/boards/<board>.h": firmware / "board" / "boards" / "added.h",
-    }
-    assert set(added) == documented("a board")
-    for name, path in added.items():
-        shutil.copy(ROOT / name.replace("<board>", "pynq_z2"), path)
+    assert {"constraints/<board>.xdc"} == documented("a board")
+    pins = constraints / "added.xdc"
+    shutil.copy(ROOT / "constraints" / "pynq_z2.xdc", pins)
+    processor_side = firmware / "board" / "processor_side.h"
+    if own_processor_side:
+        own = firmware / "board" / "boards" / "added.h"
+        own.parent.mkdir()
+        own.write_text(processor_side.read_text().replace("50000000U", "33333333U"))
+        processor_side = own
 
     monkeypatch.setattr(bitstream, "CONSTRAINTS", constraints)
     assert "added" in bitstream.boards()
-    check_pins(added["constraints/<board>.xdc"], ports_of("arctrue_zynq_top"))
+    check_pins(pins, ports_of("arctrue_zynq_top"))
     out = tmp_path / "out"
     command = ["make", "-C", str(firmware), "BOARD=added", f"OUT={out}", f"{out}/board_settings.h"]
     subprocess.run(command, check=True, capture_output=True, timeout=60)
     header = (out / "board_settings.h").read_text(encoding="utf-8")
-    assert header == added["firmware/board/boards/<board>.h"].read_text(encoding="utf-8")
+    assert header.startswith(processor_side.read_text(encoding="utf-8"))
+    assert '#define BOARD_NAME "added"' in header
+    wrong = subprocess.run(
+        [word.replace("added", "adddde") for word in command],
+        check=False, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert wrong.returncode
+    assert "constraints/adddde.xdc" in wrong.stderr
 
 
 @pytest.mark.parametrize("kind", ["a cause", "an effect"])

@@ -60,7 +60,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> tuple[FFI, Any]:
     seam.write_text(SEAM, encoding="ascii")
     places = folder / "places.c"
     places.write_text("uint32_t (*model_read)(uint32_t); void (*model_write)(uint32_t, uint32_t);")
-    shutil.copy(BOARD / "boards" / "pynq_z2.h", folder / "board_settings.h")
+    shutil.copy(BOARD / "processor_side.h", folder / "board_settings.h")
     includes = [f"-I{path}" for path in (folder, BOARD, FIRMWARE / "zynq", GENERATED)]
     command = ["gcc", "-std=c11", "-shared", "-fPIC", "-O1", "-Wall", "-Wextra", "-Werror"]
     command += ["-DARCTRUE_MEMORY_MAPPED_H", "-include", str(seam), *includes]
