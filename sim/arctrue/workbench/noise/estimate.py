@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
-from arctrue.workbench.noise.law import ANGLE_BINS, NoiseLaw, angle_bins
+from arctrue.workbench.noise.law import ANGLE_BINS, NoiseLaw, angle_bins, like_steps
 from arctrue.workbench.noise.likelihood import Beside, Stretch
 from arctrue.workbench.noise.noise import FittedGroup
 from arctrue.workbench.noise.row_noise import RowNoise
@@ -19,8 +19,6 @@ from arctrue.workbench.noise.spectrum_fit import SpectrumFit, WhiteBounds, fit_s
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
-SAME_STEP = 1.25
-"""Runs share a spectrum if the ratio of their clock steps is below this."""
 UNEVEN_P = 1e-4
 """Noise counts as uneven if even noise shows such a difference with less than this probability."""
 LEAST_ROWS_A_BIN = 40
@@ -81,7 +79,7 @@ def _even(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw:
     noise = row_noise(rows, law)
     squares = (noise.scale / rows.stated_scale) ** 2
     spectra = list(law.spectra)
-    for members in _same_step(noise, rows.run, law.runs):
+    for members in like_steps(rows.clock, rows.run):
         mean = float(np.mean(squares[np.isin(rows.run, members)]))
         for name in members:
             index = int(np.searchsorted(law.runs, name))
@@ -91,7 +89,9 @@ def _even(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw:
 
 def row_noise(rows: ChannelRows, law: NoiseLaw) -> RowNoise:
     """Noise of these rows by the law."""
-    return law.of(rows.clock, rows.run, rows.angle_rad, rows.stated_scale)
+    return law.of(
+        rows.clock, rows.run, rows.angle_rad, rows.stated_scale, goes_on=not rows.own_constants
+    )
 
 
 def _with_spectra(
@@ -110,7 +110,7 @@ def _with_spectra(
         columns = columns * ones[:, np.newaxis]
     spectra = list(law.spectra)
     groups = []
-    for members in _same_step(noise, rows.run, law.runs):
+    for members in like_steps(rows.clock, rows.run):
         stretches = [
             Stretch(
                 rows.clock[part],
@@ -134,26 +134,6 @@ def _with_spectra(
         groups.append(FittedGroup(rows.channel, tuple(members), fit, size))
     found = NoiseLaw(tuple(spectra), law.runs, law.run_scale, law.angle_scale)
     return found, groups
-
-
-def _same_step(noise: RowNoise, run: Integer, names: Integer) -> list[list[int]]:
-    """Group the runs by their clock steps."""
-    steps: dict[int, float] = {}
-    for part in noise.stretches:
-        if part.stop - part.start > 1:
-            steps.setdefault(int(run[part.start]), noise.step(part))
-    found: list[tuple[float, list[int]]] = []
-    for name in names.tolist():
-        step = steps.get(name)
-        if step is None:
-            continue
-        for typical, members in found:
-            if max(step, typical) <= SAME_STEP * min(step, typical):
-                members.append(name)
-                break
-        else:
-            found.append((step, [name]))
-    return [members for _, members in found]
 
 
 def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds) -> SpectrumFit:

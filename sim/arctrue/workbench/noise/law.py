@@ -16,6 +16,8 @@ Integer = NDArray[np.int64]
 
 ANGLE_BINS = 36
 """Parts of the turn, 10° each, in which the noise may have a scale of its own."""
+SAME_STEP = 1.25
+"""Runs share a spectrum if the ratio of their clock steps is below this."""
 
 
 @dataclass(frozen=True)
@@ -34,23 +36,76 @@ class NoiseLaw:
 
     def on(self, rows: CaptureRows | ReferenceRows) -> RowNoise:
         """The noise of some rows of the channel."""
+        goes_on = isinstance(rows, ReferenceRows)
         clock = reference_clock(rows) if isinstance(rows, ReferenceRows) else rows.time_s
-        return self.of(clock, rows.run, rows.angle_rad, stated_scale(rows))
+        return self.of(clock, rows.run, rows.angle_rad, stated_scale(rows), goes_on=goes_on)
 
     def white_part(self) -> NoiseLaw:
         """The same without what is coloured."""
         return replace(self, spectra=tuple(Spectrum(item.white) for item in self.spectra))
 
-    def of(self, clock: Float, run: Integer, angle_rad: Float, stated: Float) -> RowNoise:
-        """The noise of rows with this clock, run, angle and stated scale, shape (rows,) each."""
+    def of(
+        self, clock: Float, run: Integer, angle_rad: Float, stated: Float, *, goes_on: bool
+    ) -> RowNoise:
+        """The noise of rows with this clock, run, angle and stated scale, shape (rows,) each.
+
+        ``goes_on``: the noise of a run continues in the next, because no index separates them.
+        """
         starts = stretch_starts(clock, run)
         place = np.minimum(np.searchsorted(self.runs, run), self.runs.size - 1)
         index = np.where(self.runs[place] == run, place, 0)
         scale = stated * self.run_scale[index]
         if self.angle_scale is not None:
             scale = scale * self.angle_scale[angle_bins(angle_rad)]
+        if goes_on:
+            starts = self._joined(starts, clock, run, index)
         spectra = tuple(self.spectra[index[start]] for start in starts)
         return RowNoise(clock, starts, spectra, scale, self.weightless)
+
+    def _joined(self, starts: Integer, clock: Float, run: Integer, index: Integer) -> Integer:
+        """The starts without those at which the noise of the stretch before continues.
+
+        It does so where the clock goes on, both stretches have one spectrum, and the pause is no
+        longer than the longer one lasts: rows of that length say nothing of a longer pause.
+        """
+        if starts.size < 2:
+            return starts
+        number = {
+            name: group for group, names in enumerate(like_steps(clock, run)) for name in names
+        }
+        last_rows = np.concatenate([starts[1:], [clock.size]]) - 1
+        length = clock[last_rows] - clock[starts]
+        pause = clock[starts[1:]] - clock[last_rows[:-1]]
+        short = (pause >= 0.0) & (pause <= np.maximum(length[1:], length[:-1]))
+        kept = [int(starts[0])]
+        for place in range(1, starts.size):
+            before, here = int(starts[place - 1]), int(starts[place])
+            group = number.get(int(run[here]))
+            same = group is not None and group == number.get(int(run[before]))
+            one, other = self.spectra[index[before]], self.spectra[index[here]]
+            if not (short[place - 1] and same and one.equals(other)):
+                kept.append(here)
+        return np.array(kept, dtype=np.int64)
+
+
+def like_steps(clock: Float, run: Integer) -> list[list[int]]:
+    """Names of the runs, in groups of like clock steps; a run of single rows is in none."""
+    starts = stretch_starts(clock, run)
+    ends = [*starts[1:].tolist(), clock.size]
+    steps: dict[int, float] = {}
+    for start, end in zip(starts.tolist(), ends, strict=True):
+        if end - start > 1:
+            steps.setdefault(int(run[start]), float(np.median(np.diff(clock[start:end]))))
+    found: list[tuple[float, list[int]]] = []
+    for name in sorted(steps):
+        step = steps[name]
+        for typical, members in found:
+            if max(step, typical) <= SAME_STEP * min(step, typical):
+                members.append(name)
+                break
+        else:
+            found.append((step, [name]))
+    return [members for _, members in found]
 
 
 def angle_bins(angle_rad: Float) -> Integer:

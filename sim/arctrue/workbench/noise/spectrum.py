@@ -39,6 +39,14 @@ class Spectrum:
         """Standard deviation of the coloured parts together."""
         return float(np.sqrt(self.variances.sum()))
 
+    def equals(self, other: Spectrum) -> bool:
+        """Both have the same parts."""
+        return self is other or (
+            self.white == other.white
+            and np.array_equal(self.constants, other.constants)
+            and np.array_equal(self.variances, other.variances)
+        )
+
     def times(self, factor: float) -> Spectrum:
         """The same spectrum with all variances multiplied by a factor."""
         return Spectrum(self.white * factor, self.constants, self.variances * factor)
