@@ -40,6 +40,8 @@ class _Answer(Struct, rename={"effects": "class"}):
     probability: dict[str, NotNegative] | None = None
     parameters: dict[str, float] | None = None
     """Of the effect that is named: ``order`` (a turn) and ``frequency`` (Hz) of a line."""
+    oscillation_hz: float | None = None
+    """Frequency of a damped oscillation that noise drives, if one is reported."""
     held_out_arcsec: dict[str, NotNegative] | None = None
 
 

@@ -42,6 +42,7 @@ def answer_of(data: Mapping[str, Any]) -> Answer:
     first = next((item for item in candidates if item["effect"] == data.get("named")), None)
     before = candidates[0]["heldout_before_arcsec"] if candidates else {}
     probability = data.get("probability")
+    oscillation = (data.get("findings") or {}).get("oscillation")
     return {
         "verdict": data["verdict"],
         "named": data.get("named"),
@@ -54,6 +55,9 @@ def answer_of(data: Mapping[str, Any]) -> Answer:
         "parameters": None
         if first is None
         else _rounded({name: item["value"] for name, item in first.get("parameters", {}).items()}),
+        "oscillation_hz": None
+        if oscillation is None
+        else float(f"{oscillation['frequency_hz']:.7g}"),
         "held_out_arcsec": _rounded(first["heldout_after_arcsec"] if first else before),
     }
 

@@ -11,6 +11,8 @@ from arctrue.studies.benchmark.oracle import Sight, visible
 
 NEAR_LINE = 1.5
 """A line is named rightly where its order or frequency lies within so many widths of resolution."""
+OSCILLATION = "oscillation"
+"""Kind of a damped oscillation that noise drives: no name of the catalogue is right for it."""
 STATED = {"order": "order", "hz": "frequency"}
 """Key of a line's place in the truth, and the parameter that states it in an answer."""
 MATTERS_COUNTS = 0.5
@@ -106,6 +108,22 @@ class Judged:
         return found if comparable else None
 
     @property
+    def states_oscillation(self) -> bool:
+        """The answer states a damped oscillation at a frequency of one that is hidden.
+
+        It may be off by the half width at half power, γ/(2π). Maximum likelihood over a record of
+        length T has the standard uncertainty √(γ/T)/(2π) (Gersch, IEEE Trans. Autom. Control 19
+        (1974) 558), at most a quarter of that, because T·γ is 20 or more.
+        """
+        stated = self.answer.get("oscillation_hz")
+        places = [
+            item["oscillation"] for item in self.truth["effects"] if item["kind"] == OSCILLATION
+        ]
+        return stated is not None and any(
+            abs(float(stated) - place["hz"]) <= place["half_width_hz"] for place in places
+        )
+
+    @property
     def label(self) -> str:
         """The hidden names joined, or nothing."""
         return " + ".join(self.hidden) or "nothing"
@@ -143,12 +161,18 @@ class Judged:
         if verdict == "ambiguous":
             return self._class(list(self.answer.get("class") or []), allowed)
         if verdict == "unknown":
-            return UNKNOWN if self.has_stranger or (allowed and self.hidden) else FALSE_UNKNOWN
+            return self._unknown(allowed)
         if verdict == "adequate":
             return FALSE_ADEQUATE if self.seen() else ADEQUATE
         if verdict == "cannot_tell":
             return SILENT if self.seen() and not allowed else QUIET
         return BAD_DATA if verdict == "bad_data" else ERROR
+
+    def _unknown(self, allowed: bool) -> str:
+        """Right of a stranger, and of a damped oscillation whose frequency is stated."""
+        kinds = {item["kind"] for item in self.truth["effects"]}
+        right = bool(kinds - {"catalogue", OSCILLATION}) or self.states_oscillation
+        return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
 
     def _named(self, named: str | None) -> str:
         """A line's name is right at a place where a line is, and false elsewhere."""
@@ -167,9 +191,13 @@ class Judged:
 
     @property
     def falsely_named(self) -> bool:
-        """A name is said that is not right; where nothing is hidden, a class of names as well."""
+        """A name is said that is not right; where nothing has a name, a class of names as well.
+
+        Nothing but a damped oscillation has none.
+        """
         outcome = self.outcome
-        return outcome == FALSE_NAME or (outcome == FALSE_CLASS and not self.hidden)
+        causes = any(item["kind"] != OSCILLATION for item in self.truth["effects"])
+        return outcome == FALSE_NAME or (outcome == FALSE_CLASS and not causes)
 
     @property
     def second_name(self) -> str | None:

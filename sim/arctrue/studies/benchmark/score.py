@@ -26,8 +26,10 @@ from arctrue.studies.benchmark.outcome import (
     FIRST,
     GOOD,
     IN_CLASS,
+    OSCILLATION,
     RIGHT,
     SILENT,
+    UNKNOWN,
     Judged,
     sight,
 )
@@ -146,6 +148,12 @@ SCORES = (
         "unknown, of visible strangers",
         _stranger,
         lambda item: item.answer["verdict"] == "unknown",
+        at_least=0.9,
+    ),
+    Score(
+        "unknown with its frequency, of visible damped oscillations",
+        lambda item: bool(item.seen(OSCILLATION)) and not item.seen("catalogue"),
+        lambda item: item.outcome == UNKNOWN and item.states_oscillation,
         at_least=0.9,
     ),
     Score(

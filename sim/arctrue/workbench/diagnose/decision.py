@@ -8,6 +8,7 @@ from typing import Literal
 
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, Question
+from arctrue.workbench.inference.forward.oscillation import Oscillation
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data"]
 
@@ -36,6 +37,8 @@ class Decision:
     """RMS beyond the noise, by channel, where neither an effect nor a product of parts takes it."""
     seen: str | None = None
     """What takes more than any effect and is none, in words: a jump, a damped oscillation."""
+    oscillation: Oscillation | None = None
+    """The damped oscillation that is ``seen``."""
     faults: tuple[str, ...] = ()
     """Of the data themselves, a sentence each."""
     cannot_tell: str | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from arctrue.base.percent import probability_percent
@@ -73,6 +74,12 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
     return noise_data(solution.noise, (residuals.capture_whitened, residuals.reference_whitened))
 
 
+def _findings_data(result: Diagnosis) -> dict[str, Any]:
+    """What a dense reference shows, and the damped oscillation of a capture that is spoken of."""
+    found, seen = result.findings, result.decision.oscillation
+    return found.data() if seen is None else replace(found, oscillation=seen).data()
+
+
 def _second_data(found: SecondFinding | None) -> dict[str, Any] | None:
     """What is left with the named effect, as JSON."""
     if found is None:
@@ -120,7 +127,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "look_alikes": dict(said.look_alikes),
         "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
-        "findings": result.findings.data(),
+        "findings": _findings_data(result),
         "beside": [item.name for item in result.beside],
         "second_finding": _second_data(result.second),
         "cannot_be_tested": dict(result.untestable),

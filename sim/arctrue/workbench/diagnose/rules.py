@@ -147,7 +147,7 @@ def driven_by_noise(case: Case) -> Decision | None:
     found = case.oscillation
     if found is None or (best is not None and best.gain > 2.0 * found.gain):
         return None
-    return Decision("unknown", seen=found.words())
+    return Decision("unknown", seen=found.words(), oscillation=found)
 
 
 def _only_lines(case: Case, best: Candidate) -> bool:

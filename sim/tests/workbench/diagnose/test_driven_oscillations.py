@@ -7,6 +7,9 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.inference.forward.oscillation import oscillation_of
+from arctrue.workbench.inference.forward.record import record_of
+from arctrue.workbench.inference.forward.search import search_lines
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.noisy_logs import NULLS, clock, driven_oscillator
 from tests.workbench.small_sets import measurement_set
@@ -77,3 +80,28 @@ def test_noise_without_a_resonance_has_none(kind: str) -> None:
     random = np.random.default_rng((5, list(NULLS).index(kind)))
     time_s = clock(random, 1500, 2.4, "jitter")
     assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).findings.oscillation is None
+
+
+def test_the_frequency_is_known_within_its_uncertainty() -> None:
+    """10 records of 1,200 s, quality 8 at 0.1 Hz: deviations over u against χ², and u itself.
+
+    Without white noise maximum likelihood has u = √(γ/T)/(2π), γ = πf/Q (Gersch, IEEE Trans. Autom.
+    Control 19 (1974) 558); white noise of half the size adds to it, and
+    an estimated damping moves it by its own scatter, some 20 %.
+    """
+    hz, quality, time_s = 0.1, 8.0, np.arange(1200.0)
+    none, one = np.zeros((time_s.size, 0)), np.zeros(time_s.size, dtype=np.int64)
+    least = np.sqrt(np.pi * hz / quality / time_s.size) / (2.0 * np.pi)
+    deviations, sigmas = [], []
+    for seed in range(10):
+        random = np.random.default_rng((9, seed))
+        values = driven_oscillator(random, time_s, 1.0 / hz, quality)
+        values = values + 0.5 * random.normal(size=time_s.size)
+        record = record_of(time_s, time_s, one, values, none, in_time=True)
+        found = oscillation_of(search_lines(record), "reference")
+        assert found is not None
+        deviations.append((found.hz - hz) / found.sigma_hz)
+        sigmas.append(found.sigma_hz)
+    # χ² of 10: 0.1 and 99.9 %.
+    assert 1.48 < np.sum(np.square(deviations)) < 29.6
+    assert 0.8 * least < np.median(sigmas) < 2.0 * least

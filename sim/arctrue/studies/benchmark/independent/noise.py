@@ -35,6 +35,10 @@ class NoiseProcess(Protocol):
     def rms_arcsec(self, time_s: Float) -> float:
         """The standard deviation of one row about the mean of the run, in expectation."""
 
+    @property
+    def oscillators(self) -> tuple[DrivenOscillator, ...]:
+        """Its damped oscillators that noise drives."""
+
 
 @dataclass(frozen=True, slots=True)
 class Relaxation:
@@ -82,6 +86,11 @@ class DrivenOscillator:
     def start(self) -> Float:
         """Stationary covariance, (2, 2)."""
         return np.diag([self.sigma_arcsec**2, (self.sigma_arcsec * 2 * np.pi * self.hz) ** 2])
+
+    @property
+    def half_width_hz(self) -> float:
+        """From the frequency to half of the power: γ/(2π)."""
+        return self.hz / (2 * self.quality)
 
     def step(self, seconds: float) -> tuple[Float, Float]:
         """Matrix exponential of the oscillator, and covariance of what is added, both (2, 2)."""
@@ -155,6 +164,30 @@ class StateNoise:
                 variance += state.sigma_arcsec**2
         return float(np.sqrt(variance))
 
+    @property
+    def oscillators(self) -> tuple[DrivenOscillator, ...]:
+        """Of its states."""
+        return tuple(state for state in self.states if isinstance(state, DrivenOscillator))
+
+    def mean_periodogram(self, rows: int, step_s: float) -> Float:
+        """Mean of |Σ x_n·e^(−2πikn/N)|²/N at k = 1 … ⌈N/2⌉ − 1 of N even rows.
+
+        Σ_l (1 − |l|/N)·C(l)·e^(−2πikl/N) over the covariances C. Raises ValueError for a random
+        walk, which has none.
+        """
+        covariance = np.zeros(rows)
+        covariance[0] = self.white_arcsec**2
+        for state in self.states:
+            if isinstance(state, RandomWalk):
+                raise ValueError("a random walk has no covariance that depends on the lag alone")
+            move, at = state.step(step_s)[0], state.start()
+            for lag in range(rows):
+                covariance[lag] += at[0, 0]
+                at = move @ at
+        weighted = covariance * (1.0 - np.arange(rows) / rows)
+        power: Float = 2.0 * np.fft.rfft(weighted).real - weighted[0]
+        return power[1 : (rows + 1) // 2]
+
 
 @dataclass(frozen=True)
 class FlickerNoise:
@@ -192,6 +225,11 @@ class FlickerNoise:
         response = _response(time_s.size, self.exponent / 2)
         grown = np.cumsum(response**2)
         return float(np.hypot(self.innovation_arcsec * np.sqrt(grown.mean()), self.white_arcsec))
+
+    @property
+    def oscillators(self) -> tuple[DrivenOscillator, ...]:
+        """None: it has no time constant."""
+        return ()
 
 
 def any_noise(random: Random, sigma_arcsec: float, length_s: float, step_s: float) -> StateNoise:

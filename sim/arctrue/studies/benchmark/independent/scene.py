@@ -18,7 +18,7 @@ from arctrue.studies.benchmark.independent.geometry import (
     swept_reading_rad,
 )
 from arctrue.studies.benchmark.independent.noise import NoiseProcess, StateNoise
-from arctrue.studies.benchmark.independent.sight import Channel, Sight, look
+from arctrue.studies.benchmark.independent.sight import Channel, Sight, look, look_at_oscillators
 
 Float = NDArray[np.floating[Any]]
 Random = np.random.Generator
@@ -238,6 +238,7 @@ def _truth(scene: Scene, sights: Sequence[Sight], channels: Sequence[Channel]) -
         }
         for cause, sight in zip(scene.causes, sights, strict=True)
     ]
+    effects += [item for channel in channels for item in _oscillations(channel)]
     effects.sort(key=lambda item: -float(item["rms_arcsec"]))
     return {
         "effects": effects,
@@ -253,6 +254,27 @@ def _truth(scene: Scene, sights: Sequence[Sight], channels: Sequence[Channel]) -
             channel.name: _seven(channel.noise.rms_arcsec(channel.time_s)) for channel in channels
         },
     }
+
+
+def _oscillations(channel: Channel) -> list[dict[str, Any]]:
+    """Damped oscillators that noise drives: a cause that the catalogue does not have."""
+    seen = look_at_oscillators(channel)
+    if seen is None:
+        return []
+    return [
+        {
+            "effect": "driven_oscillation",
+            "kind": "oscillation",
+            "parts": [],
+            "size": _seven(item.sigma_arcsec),
+            "unit": "arcsec",
+            "oscillation": {"hz": _seven(item.hz), "half_width_hz": _seven(item.half_width_hz)},
+            "noncentrality": _seven(seen.noncentrality),
+            "needed": _seven(seen.needed),
+            "rms_arcsec": _seven(item.sigma_arcsec),
+        }
+        for item in channel.noise.oscillators
+    ]
 
 
 def _resolution(channels: Sequence[Channel]) -> dict[str, float]:

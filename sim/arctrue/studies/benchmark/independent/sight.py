@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, isotonic_regression
 from scipy.stats import chi2, ncx2
 
 from arctrue.studies.benchmark.independent.causes.cause import Cause
-from arctrue.studies.benchmark.independent.noise import NoiseProcess
+from arctrue.studies.benchmark.independent.noise import NoiseProcess, StateNoise
 
 Float = NDArray[np.floating[Any]]
 BASE_ORDERS = 20
@@ -26,6 +26,8 @@ FALSE_ALARM, POWER = 0.01, 0.95
 """As the benchmark states them for every generator."""
 DEPENDENT = 1e-8
 """Singular values of the scaled base below this share of the largest are no column of their own."""
+OSCILLATOR_PARAMETERS = 3
+"""Of a damped oscillator: size, frequency and quality."""
 EXACT_INDEX_ARCSEC = 1e-6
 """An index that repeats exactly holds the offset of a run at zero."""
 
@@ -116,6 +118,30 @@ def look(
             Sight(float(left @ left), needed_noncentrality(cause.columns, cause.places), max(moved))
         )
     return found
+
+
+def look_at_oscillators(channel: Channel) -> Sight | None:
+    """What the oracle sees of the damped oscillators in the noise of a channel with even rows.
+
+    It knows the spectrum of the noise, and compares it with the nearest one that never rises with
+    frequency, as that of white noise and relaxations: twice the mean log likelihood ratio (Whittle)
+    over all runs counts as the noncentrality. None without an oscillator.
+    """
+    noise = channel.noise
+    if not noise.oscillators:
+        return None
+    assert isinstance(noise, StateNoise)
+    runs = np.zeros(channel.time_s.size, np.int64) if channel.run is None else channel.run
+    noncentrality, places = 0.0, 0
+    for run in np.unique(runs):
+        time_s = channel.time_s[runs == run]
+        power = noise.mean_periodogram(time_s.size, float(np.median(np.diff(time_s))))
+        # The nearest in likelihood is the isotonic regression of the spectrum (Barlow and Brunk).
+        falling = isotonic_regression(power, increasing=False).x
+        noncentrality += 2.0 * float(np.sum(np.log(falling / power)))
+        places = max(places, power.size)
+    rms = float(np.sqrt(sum(item.sigma_arcsec**2 for item in noise.oscillators)))
+    return Sight(noncentrality, needed_noncentrality(OSCILLATOR_PARAMETERS, places), rms)
 
 
 def _runs(channels: Sequence[Channel]) -> int:

@@ -7,14 +7,17 @@ explains it, and whatever follows it for a while is taken for one.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.inference.forward.record import Record, record_of
 from arctrue.workbench.inference.forward.search import LineSearch, search_lines
 from arctrue.workbench.inference.solution import Solution
-from arctrue.workbench.noise.kernel_fit import best_fit, usual_starts
+from arctrue.workbench.noise.kernel import KernelNoise, Part, log_likelihood
+from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, fit_from, usual_starts
 
 Float = NDArray[np.float64]
 
@@ -28,6 +31,14 @@ LEAST_SHARE = 0.1
 """Of the mean square that is left: with less it may stand for a shape of the noise that no kernel
 has (of a moving mean, whose density has zeros, 0.05; 4 logs of each of 16 kinds of noise,
 ``sim/tests/workbench/noisy_logs.py``)."""
+SHARPENED = 3
+"""Most rounds of frequency and other parameters; a round that gains nothing ends them."""
+WIDTHS = 1.5
+"""Widths between half powers by which a round may move the frequency."""
+OF_A_WIDTH = 0.005
+"""Of that width, to which the frequency is found."""
+BENT_WIDTHS = 0.25
+"""Of that width, at which the bend of the log likelihood is taken."""
 MOST_CAPTURE_ROWS = 1600
 """Rows of a capture, one after the other and none averaged: its oscillations are fast."""
 LEAST_CAPTURE_ROWS = 400
@@ -40,6 +51,8 @@ class Oscillation:
     """A resonance in the noise."""
 
     hz: float
+    sigma_hz: float
+    """Standard uncertainty of the frequency, the other parts of the noise held."""
     rms_arcsec: float
     quality: float
     channel: str
@@ -50,6 +63,7 @@ class Oscillation:
         """As JSON."""
         return {
             "frequency_hz": self.hz,
+            "frequency_sigma_hz": self.sigma_hz,
             "rms_arcsec": self.rms_arcsec,
             "quality": self.quality,
             "channel": self.channel,
@@ -66,12 +80,8 @@ class Oscillation:
 
 def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
     """The resonance in the noise of a record over time, its lines in the model."""
-    parts = [part for part in found.noise.noise.parts if part.kind == "oscillator"]
-    if not parts:
-        return None
-    part = max(parts, key=lambda item: item.variance)
-    quality = np.pi * part.frequency * part.decay
-    if quality < LEAST_QUALITY:
+    part = _largest(found.noise)
+    if part is None or _quality(part) < LEAST_QUALITY:
         return None
     lines = found.record.columns(np.array([line.rate for line in found.lines]))
     rows = found.record.rows(lines)
@@ -81,8 +91,59 @@ def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
     gain = found.noise.score - plain.score
     if gain <= LEAST_GAIN_LOGS * float(np.log(rows.clock.size)):
         return None
+    part, sigma_hz = _sharpened(rows, found.noise, part)
     rms = float(np.sqrt(part.variance))
-    return Oscillation(part.frequency, rms, float(quality), channel, gain)
+    return Oscillation(part.frequency, sigma_hz, rms, _quality(part), channel, gain)
+
+
+def _largest(fit: KernelFit) -> Part | None:
+    parts = [part for part in fit.noise.parts if part.kind == "oscillator"]
+    return max(parts, key=lambda item: item.variance, default=None)
+
+
+def _quality(part: Part) -> float:
+    return float(np.pi * part.frequency * part.decay)
+
+
+def _width_hz(part: Part) -> float:
+    """Between its half powers."""
+    return float(1.0 / (np.pi * part.decay))
+
+
+def _sharpened(rows: Rows, fit: KernelFit, part: Part) -> tuple[Part, float]:
+    """The oscillator at its most likely frequency, and the standard uncertainty of that.
+
+    The search takes the frequency from a smoothed spectrum. Here the frequency and the other
+    parameters are fitted in turn; the uncertainty is that of the curvature of the log likelihood.
+    """
+    for _ in range(SHARPENED):
+        wide = min(WIDTHS * _width_hz(part), 0.9 * part.frequency)
+        place = minimize_scalar(
+            partial(_cost, rows, fit.noise, part),
+            bounds=(part.frequency - wide, part.frequency + wide),
+            method="bounded",
+            options={"xatol": OF_A_WIDTH * _width_hz(part)},
+        )
+        there = fit_from(rows, _with_frequency(fit.noise, part, float(place.x)))
+        if there.log_likelihood <= fit.log_likelihood:
+            break
+        fit, part = there, _largest(there) or part
+    step = BENT_WIDTHS * _width_hz(part)
+    low, here, high = (
+        _cost(rows, fit.noise, part, part.frequency + move) for move in (-step, 0.0, step)
+    )
+    bend = low + high - 2.0 * here
+    return part, float(step / np.sqrt(bend)) if bend > 0.0 else _width_hz(part)
+
+
+def _cost(rows: Rows, noise: KernelNoise, part: Part, hz: float) -> float:
+    moved = _with_frequency(noise, part, hz)
+    return -log_likelihood(rows.clock, rows.readings, rows.values, moved)
+
+
+def _with_frequency(noise: KernelNoise, part: Part, hz: float) -> KernelNoise:
+    parts = tuple(replace(one, frequency=hz) if one is part else one for one in noise.parts)
+    return replace(noise, parts=parts)
 
 
 def oscillation_in_capture(solution: Solution) -> Oscillation | None:

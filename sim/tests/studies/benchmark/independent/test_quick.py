@@ -17,7 +17,7 @@ from arctrue.studies.campaign import Task
 SETS = 48
 """Three sets of each world: one without a cause and two with one, if the world has both."""
 SUBDIVISION = "a column calculated from the readings contains their noise"
-RESONANCE = "no noise model describes a damped oscillation"
+OSCILLATION = "a smooth part stands for the damped oscillation of a short run"
 ROUNDING = "the rounding of a display is mistaken for lack of fit"
 RUNS = "noise that wanders from run to run is mistaken for offsets of the runs"
 UNEVEN = "a variation with position prevents the name"
@@ -27,9 +27,7 @@ PART = "the strongest harmonics of a square wave are named one by one"
 NOT_YET = {
     455630514088429: SUBDIVISION,
     4974768497768843: SUBDIVISION,
-    5072026759343914: RESONANCE,
-    3609141001838703: RESONANCE,
-    5049276984816593: RESONANCE,
+    5049276984816593: OSCILLATION,
     6889662461446778: ROUNDING,
     4706526040033009: RUNS,
     467295460368791: UNEVEN,

@@ -106,6 +106,45 @@ def test_a_design_that_cannot_tell_may_leave_it_open(
     assert judged(verdict, line(0.1, 2.0), verdicts=allowed).outcome == expected
 
 
+def oscillation(hz: float, half_width_hz: float) -> dict[str, Any]:
+    return {
+        "effect": "driven_oscillation",
+        "kind": "oscillation",
+        "parts": [],
+        "size": 0.3,
+        "unit": "arcsec",
+        "oscillation": {"hz": hz, "half_width_hz": half_width_hz},
+        "noncentrality": 400.0,
+        "needed": 45.0,
+        "rms_arcsec": 0.3,
+    }
+
+
+@pytest.mark.parametrize(
+    ("answer", "expected", "falsely_named"),
+    [
+        ({"verdict": "unknown", "oscillation_hz": 0.109}, "unknown, rightly", False),
+        ({"verdict": "unknown", "oscillation_hz": 0.111}, "unknown, wrongly", False),
+        ({"verdict": "unknown"}, "unknown, wrongly", False),
+        (named("periodic_error", 0.1), "false name", True),
+        ({"verdict": "ambiguous", "class": ["vibration"]}, "class without it", True),
+        ({"verdict": "adequate", "oscillation_hz": 0.1}, "falsely adequate", False),
+        ({"verdict": "cannot_tell"}, "silent", False),
+    ],
+)
+def test_a_driven_oscillation_is_unknown_with_its_frequency(
+    answer: dict[str, Any], expected: str, falsely_named: bool
+) -> None:
+    """0.1 Hz, half of the power at ± 0.01 Hz; a name of the catalogue is false for it."""
+    found = judged(answer, oscillation(0.1, 0.01))
+    assert (found.outcome, found.falsely_named) == (expected, falsely_named)
+
+
+def test_a_faint_oscillation_may_be_adequate() -> None:
+    faint = {**oscillation(0.1, 0.01), "noncentrality": 44.0}
+    assert judged({"verdict": "adequate"}, faint).outcome == "adequate, rightly"
+
+
 def test_an_answer_that_is_allowed_is_no_miss_of_a_name() -> None:
     rates = {item.name: item for item in SCORES}
     first = rates["right first, of what the oracle sees of the catalogue"]

@@ -1,7 +1,8 @@
 """Noise with a resonance, a damped oscillator that noise drives, and nothing else: no line.
 
-Logs and single runs; the quality is 3 to 60, and the coherence time a twentieth of the record at
-most.
+The oscillator is a cause that the catalogue does not have: `unknown` is right if the answer states
+its frequency. Logs and single runs; the quality is 3 to 60, and the coherence time a twentieth of
+the record at most.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from arctrue.studies.benchmark.independent.noise import DrivenOscillator, StateN
 from arctrue.studies.benchmark.independent.scene import Scene
 from arctrue.studies.benchmark.independent.worlds.mount_log import SIDEREAL_RAD_S, log_time_s
 
-CONTENTS = ("nothing",)
+CONTENTS = ("hidden",)
 COHERENT_SHARE = 0.05
 """Largest coherence time 1/γ, of the record's length."""
 
