@@ -25,6 +25,7 @@ from arctrue.generated.number_formats import (
     ORDER_WIDTH,
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
+    REAL_ORDER_COUNTS_MIN,
     STEEPEST_PERCENT,
 )
 
@@ -66,6 +67,14 @@ class Coefficients:
         for lane, name in self.extension.modulators if self.extension else ():
             numbers[lane] = MODULATORS.index(name)
         return numbers
+
+    @property
+    def turn_steps(self) -> NDArray[np.uint64]:
+        """Turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 where the order is whole."""
+        steps = np.zeros(self.lanes, dtype=np.uint64)
+        for lane, step in self.extension.turn_steps if self.extension else ():
+            steps[lane] = step
+        return steps
 
     def __post_init__(self) -> None:
         """Check every word against its format and make the arrays read-only."""
@@ -114,6 +123,12 @@ class Coefficients:
         named = {lane for lane, _ in (*self.extension.modulators, *self.extension.turn_steps)}
         if not named <= set(range(self.lanes)):
             raise ValueError(f"extension: lane {max(named)}, there are lanes 0 to {self.lanes - 1}")
+        if self.extension.turn_steps and self.counts_per_rev < REAL_ORDER_COUNTS_MIN:
+            raise ValueError(
+                f"counts_per_rev: {self.counts_per_rev}, a lane of a real order needs "
+                f"{REAL_ORDER_COUNTS_MIN} at least: with fewer the next turn's phase offset is not "
+                "ready in time"
+            )
         if self.extension.mean:
             for head, offset in enumerate(self.extension.mean.offsets, start=1):
                 if offset >= self.counts_per_rev * OFFSET_ONE:
