@@ -45,7 +45,7 @@
 -- **Real orders.** With REAL_ORDERS a lane has a turn step too, by `write_turn_step` with `write_address` = lane * 2 + word: word 0 bits 31..0,
 -- word 1 bits 47..32; `read_turn_step` reads them. The phase offsets are those that turn_offset_sweep has prepared for the turn that
 -- `turn_select` says, a clock after the angle (turn_counter). A swap waits further until a whole sweep has followed the last write
--- or the fill, 18 · LANES + 12 clocks, and the turn steps add 18 · LANES + 4 clocks to the fill.
+-- or the fill, 36 · LANES + 12 clocks, and the turn steps add 18 · LANES clocks to the fill.
 --
 -- **Reset.** `reset` drops a pending write; one that is being written ends, without an acknowledge. It keeps both
 -- banks and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.

@@ -7,15 +7,16 @@
 -- of all lanes of both banks, one after the other, again and again. The turn steps ν and the offsets Φ of both banks are
 -- kept here. A lane with ν = 0, of a whole order, has the offset Φ in every turn.
 --
--- **Turns.** An offset is written to the place m modulo 4 of its lane. While the angle goes to and fro over a wrap the offsets of the
--- turns m - 1, m and m + 1 stay as they are. After a wrap the next turn's are complete when READY_CLOCKS = 18 · LANES + 12 clocks
--- have passed since its angle. Up to the next wrap in the same direction the angle travels half a turn at least, even if the zero
--- moves, at one count a clock at most: so `counts_per_rev` >= REAL_ORDER_COUNTS_MIN is enough at every speed.
+-- **Turns.** An offset is written to the place m modulo 4 of its lane. A sweep takes 18 · LANES clocks and holds the turn of its
+-- start as m, so that it writes three neighbours whatever the angle does meanwhile. While the angle goes to and fro over a wrap their
+-- offsets stay as they are. After a wrap the next turn's are complete within two sweeps, when 36 · LANES + 12 clocks have passed
+-- since its angle. Up to the next wrap in the same direction the angle travels half a turn at least, even if the zero
+-- moves, at one count a clock at most: so 72 · LANES + 48 counts a turn are enough at every speed (REAL_ORDER_COUNTS_A_LANE).
 --
 -- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error adds up from turn to turn, and none depends on how the
 -- table came to turn m. The offset is rounded once, half up, to 24 bits.
 --
--- **Swap.** `swept` is high while a whole sweep has followed the last write: then the offsets of the idle bank are complete. After
+-- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of the idle bank are complete. After
 -- a swap, `take_over` has the idle bank's turn steps filled with those of the active one; `copies` is high meanwhile,
 -- 18 · LANES + 4 clocks: write no turn step then.
 --
@@ -65,7 +66,7 @@ architecture rtl of turn_offset_sweep is
   constant BUILT        : positive := LANES / FOLD;
   constant PARTS        : positive := 3;
   constant SWEEP_CLOCKS : positive := 3 * PARTS * 2 * LANES;
-  -- From a write to the last memory that an item sampled before it changes.
+  -- From the last item of a sweep to the memory that has its offset, and two clocks more.
   constant TAIL_CLOCKS  : positive := 10;
 
   -- The multiplier's narrow port takes 17 unsigned bits.
@@ -165,7 +166,7 @@ architecture rtl of turn_offset_sweep is
   signal copied_high : high_word := (others => '0');
   signal to_lane     : u_unsigned(5 downto 0);
   signal read_bank   : std_ulogic;
-  signal sweep_left  : natural range 0 to SWEEP_CLOCKS + TAIL_CLOCKS := 0;
+  signal sweep_left  : natural range 0 to 2 * SWEEP_CLOCKS + TAIL_CLOCKS := 0;
 
 begin
 
@@ -225,7 +226,7 @@ begin
     variable middle_4    : u_unsigned(PART_WIDTH - LOWEST_BIT downto 0) := (others => '0');
     variable offset_4    : offset_of_phase                            := (others => '0');
 
-    -- Neighbours of the turn
+    -- The turn of this sweep and its neighbours
     variable above       : turn_number                                := (others => '0');
     variable below       : turn_number                                := (others => '0');
     variable middle      : turn_number                                := (others => '0');
@@ -265,7 +266,7 @@ begin
       low_turn_3 := u_unsigned(turn_2(1 downto 0));
       offset_3   := offset_2;
 
-      -- Second clock. The turn is that of the item's first part.
+      -- Second clock.
       offset_2 := offset_1;
 
       case item_1_to_4(1).part is
@@ -281,30 +282,29 @@ begin
 
       end case;
 
-      if item_1_to_4(1).part = 0 then
+      case item_1_to_4(1).which is
 
-        case item_1_to_4(1).which is
+        when 0 =>
+          turn_2 := middle;
 
-          when 0 =>
-            turn_2 := middle;
+        when 1 =>
+          turn_2 := above;
 
-          when 1 =>
-            turn_2 := above;
+        when others =>
+          turn_2 := below;
 
-          when others =>
-            turn_2 := below;
-
-        end case;
-
-      end if;
+      end case;
 
       -- First clock.
       item_1_to_4 := now & item_1_to_4(1 to 3);
       now         <= next_item(now);
 
-      middle := turn;
-      above  := turn + 1;
-      below  := turn - 1;
+      -- One turn for the whole sweep: otherwise a tremble could leave one of the three out.
+      if now = FIRST then
+        middle := turn;
+        above  := turn + 1;
+        below  := turn - 1;
+      end if;
     end if;
 
   end process multiply;
@@ -333,7 +333,7 @@ begin
         sweep_left <= sweep_left - 1;
       end if;
       if (write_low or write_high or write_offset or copying or copied) = '1' then
-        sweep_left <= SWEEP_CLOCKS + TAIL_CLOCKS;
+        sweep_left <= 2 * SWEEP_CLOCKS + TAIL_CLOCKS;
         swept      <= '0';
       end if;
     end if;

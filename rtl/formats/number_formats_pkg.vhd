@@ -89,9 +89,11 @@ package number_formats_pkg is
   constant MEAN_TERM_WIDTH            : positive := 40;
   constant MEAN_TERM_FRACTION         : positive := 20;
 
-  -- Lanes of a real order: from so many counts a turn on, their offsets are ready before the next wrap at every speed.
+  -- Lanes of a real order: from so many counts a turn on, for each lane that is built and beside them, their offsets are
+  -- ready before the next wrap at every speed (turn_offset_sweep).
   constant TURN_NUMBER_WIDTH          : positive := 24;
-  constant REAL_ORDER_COUNTS_MIN      : positive := 4096;
+  constant REAL_ORDER_COUNTS_A_LANE   : positive := 72;
+  constant REAL_ORDER_COUNTS_BESIDE   : positive := 48;
 
   constant TIMESTAMP_WIDTH            : positive := 64;
   constant CLOCK_HZ                   : positive := 100000000;

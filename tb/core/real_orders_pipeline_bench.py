@@ -82,7 +82,7 @@ async def load(dut: Any, bank: Coefficients) -> int:
 
 async def settle(dut: Any) -> None:
     while True:
-        for _ in range(LATENCY + 3 * SWEEP_CLOCKS):
+        for _ in range(LATENCY + 4 * SWEEP_CLOCKS):
             await RisingEdge(dut.clock)
         if dut.ramp_busy.value == 0 and dut.swap_busy.value == 0:
             return
@@ -266,7 +266,8 @@ async def swaps_at_any_moment(dut: Any) -> None:
     # The model begins after a reset, the gateware settled: until the model is, they differ.
     settled = np.arange(markers.size) >= 900
     assert np.flatnonzero(markers)[0] > 900
-    assert np.array_equal(found[settled], np.column_stack(model[:3])[settled])
+    apart = np.flatnonzero((found != np.column_stack(model[:3])).any(axis=1) & settled)
+    assert not apart.size, (apart[:5], apart.size, np.flatnonzero(markers))
 
 
 @cocotb.test()
@@ -297,9 +298,9 @@ async def read_back_and_fill(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_waits_for_the_sweep(dut: Any) -> None:
-    """As long as the page of the memory says: a sweep after the last write, no more."""
+    """As long as the page of the memory says: two sweeps after the last write, no more."""
     await begin(dut)
     waited = await load(dut, bank_of(8))
-    assert SWEEP_CLOCKS - 8 <= waited <= SWEEP_CLOCKS + 12 + FOLD
+    assert 2 * SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + 12 + FOLD
     assert phase_step(1, COUNTS_PER_REV) == round(TURN / COUNTS_PER_REV)
     assert dataclasses.replace(bank_of(8)).turn_steps.any()

@@ -7,7 +7,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PHASE_WIDTH
+from arctrue.generated.number_formats import (
+    PHASE_STEP_WIDTH,
+    PHASE_WIDTH,
+    REAL_ORDER_COUNTS_A_LANE,
+    REAL_ORDER_COUNTS_BESIDE,
+)
 
 PLACES: Final = 4
 """Turns for which an offset is stored: that of turn m at m modulo 4."""
@@ -16,7 +21,16 @@ _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 
 def ready_clocks(lanes: int) -> int:
     """Clocks after a wrap until the offsets of the turn after the next wrap are there."""
-    return 18 * lanes + 12
+    return 36 * lanes + 12
+
+
+def least_counts(lanes: int) -> int:
+    """Fewest counts a turn with which the offsets are ready at every speed, a count a clock.
+
+    Between two wraps in one direction the angle travels half a turn at least: a zero that moves
+    may take the other half.
+    """
+    return REAL_ORDER_COUNTS_A_LANE * lanes + REAL_ORDER_COUNTS_BESIDE
 
 
 def turn_offsets(
