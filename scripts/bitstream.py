@@ -95,6 +95,11 @@ def _parser() -> argparse.ArgumentParser:
         choices=("true", "false"),
         help="a table over the turn corrects what a sum of orders cannot hold",
     )
+    parser.add_argument(
+        "--real-orders",
+        choices=("true", "false"),
+        help="phases of lanes continue from turn to turn",
+    )
     parser.add_argument("--heads", type=int, choices=(2, 3, 4), default=2, help="read heads (2)")
     parser.add_argument(
         "--mean",
@@ -132,6 +137,7 @@ def main(arguments: list[str] | None = None) -> int:
         "MODULATORS": True if chosen.modulators == "true" else None,
         "FAILOVER": True if chosen.failover == "true" else None,
         "LOCAL_TABLE": True if chosen.local_table == "true" else None,
+        "REAL_ORDERS": True if chosen.real_orders == "true" else None,
         "HEADS": chosen.heads if chosen.heads > 2 else None,
         "MEAN": True if chosen.mean == "true" and chosen.heads == 2 else None,
     }

@@ -35,6 +35,7 @@ TAKEN = {
     "lanes": "lanes",
     "firmware's model": "the firmware's model: lanes at the table's temperature",
     "lanes by condition": "lanes of a bitstream with `MODULATORS`",
+    "lanes of real orders": "lanes of a bitstream with `REAL_ORDERS`",
     "local table": "the table of a bitstream with `LOCAL_TABLE`",
     "nothing": "nothing",
     "not in the output": "not in the output: head 2 alone has it",

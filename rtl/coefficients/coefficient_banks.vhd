@@ -2,14 +2,14 @@
 --
 -- # coefficient_banks
 --
--- Stores two banks of one kind of coefficient word, for the FOLD lanes that share a pipeline: a word for each slot.
--- It is a small memory, which tools build from look-up tables. coefficient_memory decides which bank is read and
+-- Stores two banks of one kind of coefficient word: a word for each of the FOLD lanes that share a pipeline and, with TURNS = 4,
+-- for each of four turns. It is a small memory, which tools build from look-up tables. coefficient_memory decides which bank is read and
 -- which is written.
 --
 -- **Latency.** 1 clock from `read_bank` and `read_slot` to `read_word`; a word that is written in a clock
 -- can be read in the next.
 --
--- **Number formats.** WIDTH bits of any meaning; slot 0 to FOLD - 1.
+-- **Number formats.** WIDTH bits of any meaning; slot 0 to FOLD - 1; turn 0 to TURNS - 1.
 --
 -- There is no reset: at power-up all words are zero.
 
@@ -20,36 +20,44 @@ library ieee;
 entity coefficient_banks is
   generic (
     FOLD  : positive range 1 to 8  := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
-    WIDTH : positive range 1 to 32 := 32
+    WIDTH : positive range 1 to 32 := 32;
+    TURNS : positive range 1 to 4  := 1  -- 1 or 4
   );
   port (
     clock        : in    std_ulogic;
     write_enable : in    std_ulogic;
     write_bank   : in    std_ulogic;
     write_slot   : in    u_unsigned(2 downto 0);
+    write_turn   : in    u_unsigned(1 downto 0) := "00";
     write_word   : in    std_ulogic_vector(WIDTH - 1 downto 0);
     read_bank    : in    std_ulogic;
     read_slot    : in    u_unsigned(2 downto 0);
+    read_turn    : in    u_unsigned(1 downto 0) := "00";
     read_word    : out   std_ulogic_vector(WIDTH - 1 downto 0)
   );
 end entity coefficient_banks;
 
 architecture rtl of coefficient_banks is
 
-  -- log2(FOLD)
+  -- log2(FOLD) and log2(TURNS)
   constant SLOT_BITS : natural := FOLD / 2 - FOLD / 8;
+  constant TURN_BITS : natural := TURNS / 2;
 
-  type words is array (0 to 2 * FOLD - 1) of std_ulogic_vector(WIDTH - 1 downto 0);
+  type words is array (0 to 2 * FOLD * TURNS - 1) of std_ulogic_vector(WIDTH - 1 downto 0);
 
   signal stored : words := (others => (others => '0'));
 
-  function place (bank : std_ulogic; slot : u_unsigned(2 downto 0)) return natural is
+  function place (
+    bank : std_ulogic;
+    slot : u_unsigned(2 downto 0);
+    turn : u_unsigned(1 downto 0)
+  ) return natural is
 
-    variable address : u_unsigned(SLOT_BITS downto 0);
+    variable address : u_unsigned(TURN_BITS + SLOT_BITS downto 0);
 
   begin
 
-    address := slot(SLOT_BITS - 1 downto 0) & bank;
+    address := turn(TURN_BITS - 1 downto 0) & slot(SLOT_BITS - 1 downto 0) & bank;
     return to_integer(address);
 
   end function place;
@@ -60,9 +68,9 @@ begin
   begin
 
     if rising_edge(clock) then
-      read_word <= stored(place(read_bank, read_slot));
+      read_word <= stored(place(read_bank, read_slot, read_turn));
       if write_enable = '1' then
-        stored(place(write_bank, write_slot)) <= write_word;
+        stored(place(write_bank, write_slot, write_turn)) <= write_word;
       end if;
     end if;
 

@@ -42,6 +42,11 @@
 -- (amplitude_sweep): `amplitudes` are the effective ones, read-back and fill the nominal ones. A swap waits further until a
 -- whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS clocks at the most.
 --
+-- **Real orders.** With REAL_ORDERS a lane has a turn step too, by `write_turn_step` with `write_address` = lane * 2 + word: word 0 bits 31..0,
+-- word 1 bits 47..32; `read_turn_step` reads them. The phase offsets are those that turn_offset_sweep has prepared for the turn that
+-- `turn_select` says, a clock after the angle (turn_counter). A swap waits further until a whole sweep has followed the last write
+-- or the fill, 36 · LANES + 12 clocks, and the turn steps add 18 · LANES clocks to the fill.
+--
 -- **Reset.** `reset` drops a pending write; one that is being written ends, without an acknowledge. It keeps both
 -- banks and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
 
@@ -59,7 +64,8 @@ entity coefficient_memory is
     PHASE_OFFSET_DELAY : positive range 1 to 63        := PHASE_OFFSET_CLOCK;
     AMPLITUDE_DELAY    : positive range 1 to 63        := PHASE_LATENCY + AMPLITUDE_CLOCK;
     OFFSET_DELAY       : positive range 1 to 63        := DELAY_LINE_LATENCY;
-    MODULATORS         : boolean                       := false -- amplitudes follow conditions
+    MODULATORS         : boolean                       := false; -- amplitudes follow conditions
+    REAL_ORDERS        : boolean                       := false  -- phases continue from turn to turn
   );
   port (
     clock             : in    std_ulogic;
@@ -88,7 +94,12 @@ entity coefficient_memory is
     speed             : in    modulator              := (others => '0');
     word_a            : in    modulator              := (others => '0');
     word_b            : in    modulator              := (others => '0');
-    speed_squared     : out   modulator
+    speed_squared     : out   modulator;
+    -- With REAL_ORDERS, see turn_offset_sweep and turn_counter
+    write_turn_step   : in    std_ulogic                                := '0';             -- pulse: write a word of a turn step
+    read_turn_step    : in    std_ulogic                                := '0';             -- read_address is that of one
+    turn              : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0'); -- turns
+    turn_select       : in    u_unsigned(1 downto 0)                    := "00"             -- turn modulo 4, a clock after the angle
   );
 end entity coefficient_memory;
 
@@ -100,6 +111,9 @@ architecture rtl of coefficient_memory is
 
   -- Bits of word 1: those of the phase step, and those of the modulator.
   constant HIGH_BITS : positive := PHASE_STEP_WIDTH - 32 + 3 * boolean'pos(MODULATORS);
+
+  -- Turns for which a phase offset is stored.
+  constant PREPARED_TURNS : positive := 1 + 3 * boolean'pos(REAL_ORDERS);
 
   subtype word is std_ulogic_vector(31 downto 0);
 
@@ -142,6 +156,7 @@ architecture rtl of coefficient_memory is
   -- A write that waits.
   signal pending_word   : std_ulogic   := '0';
   signal pending_offset : std_ulogic   := '0';
+  signal pending_turn   : std_ulogic   := '0';
   signal address        : word_address := (others => '0');
   signal data           : word         := (others => '0');
   signal write_now      : std_ulogic;
@@ -173,13 +188,28 @@ architecture rtl of coefficient_memory is
   signal amplitude_place  : slot_number;
   signal amplitude_word   : std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
 
+  -- How the phase offsets are written: as they are, or for every turn by the sweep
+  signal turns_swept      : std_ulogic;
+  signal turns_copied     : std_ulogic;
+  signal offset_enters    : std_ulogic_vector(0 to BUILT - 1);
+  signal offset_target    : std_ulogic;
+  signal offset_place     : slot_number;
+  signal offset_turn      : u_unsigned(1 downto 0);
+  signal offset_word      : std_ulogic_vector(PHASE_WIDTH - 1 downto 0);
+
+  -- The place of the word that is written in this clock, and what kind of word it is
+  signal written_place : word_address := (others => '0');
+  signal is_written    : std_ulogic   := '0';
+  signal is_turn_step  : std_ulogic   := '0';
+
+  signal of_coefficients : word;
   signal read_back   : words := (others => (others => '0'));
   signal read_stored : word  := (others => '0');
 
 begin
 
-  write_now <= (pending_word or pending_offset) and not swap_waits and not swap and is_quiet and not reset;
-  may_swap  <= swap_allowed and is_quiet and not writing and swept;
+  write_now <= (pending_word or pending_offset or pending_turn) and not swap_waits and not swap and is_quiet and not reset;
+  may_swap  <= swap_allowed and is_quiet and not writing and swept and turns_swept;
   swap_now  <= (swap or swap_waits) and may_swap;
   swapped   <= swap_now & copying;
 
@@ -196,7 +226,7 @@ begin
     if rising_edge(clock) then
       copying    <= swapped(0 to LAST_COPY - 1);
       swap_waits <= (swap or swap_waits) and not may_swap;
-      is_quiet   <= not (swap_now or (or copying) or filling or fill_under_way(1));
+      is_quiet   <= not (swap_now or (or copying) or filling or fill_under_way(1) or turns_copied);
 
       if swap_now = '1' then
         active <= not active;
@@ -281,11 +311,13 @@ begin
       if write_now = '1' then
         pending_word   <= '0';
         pending_offset <= '0';
+        pending_turn   <= '0';
       end if;
 
-      if (write_enable or write_offset) = '1' then
+      if (write_enable or write_offset or write_turn_step) = '1' then
         pending_word   <= write_enable;
         pending_offset <= write_offset;
+        pending_turn   <= write_turn_step when REAL_ORDERS else '0';
         address        <= write_address;
         data           <= write_data;
       end if;
@@ -293,10 +325,23 @@ begin
       if reset = '1' then
         pending_word   <= '0';
         pending_offset <= '0';
+        pending_turn   <= '0';
       end if;
     end if;
 
   end process write;
+
+  place : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      is_written    <= fill_under_way(2) or (write_now and pending_word);
+      is_turn_step  <= write_now and pending_turn;
+      written_place <= fill_address_2 when fill_under_way(2) = '1' else
+                       address;
+    end if;
+
+  end process place;
 
   step_bank <= not active when swap_now = '1' else
                active;
@@ -339,16 +384,19 @@ begin
     offsets_of_phase : entity work.coefficient_banks
       generic map (
         FOLD  => FOLD,
-        WIDTH => PHASE_WIDTH
+        WIDTH => PHASE_WIDTH,
+        TURNS => PREPARED_TURNS
       )
       port map (
         clock        => clock,
-        write_enable => selected(4 * column + 2),
-        write_bank   => idle_bank,
-        write_slot   => selected_slot,
-        write_word   => written(PHASE_WIDTH - 1 downto 0),
+        write_enable => offset_enters(column),
+        write_bank   => offset_target,
+        write_slot   => offset_place,
+        write_turn   => offset_turn,
+        write_word   => offset_word,
         read_bank    => phase_bank,
         read_slot    => phase_slot,
+        read_turn    => turn_select,
         read_word    => phase_offsets((column + 1) * PHASE_WIDTH - 1 downto column * PHASE_WIDTH)
       );
 
@@ -371,23 +419,6 @@ begin
   end generate columns;
 
   modulated : if MODULATORS generate
-
-    -- The place of the word that is written in this clock
-    signal written_place : word_address := (others => '0');
-    signal is_written    : std_ulogic   := '0';
-
-  begin
-
-    place : process (clock) is
-    begin
-
-      if rising_edge(clock) then
-        is_written    <= fill_under_way(2) or (write_now and pending_word);
-        written_place <= fill_address_2 when fill_under_way(2) = '1' else
-                         address;
-      end if;
-
-    end process place;
 
     sweep : entity work.amplitude_sweep
       generic map (
@@ -429,6 +460,80 @@ begin
     speed_squared    <= (others => '0');
   end generate modulated;
 
+  real_orders_too : if REAL_ORDERS generate
+
+    signal written_lane   : u_unsigned(5 downto 0);
+    signal is_built       : std_ulogic;
+    signal turn_step_read : word;
+    signal read_turn_then : std_ulogic := '0';
+    signal turn_step_then : word       := (others => '0');
+
+  begin
+
+    assert PHASE_OFFSET_DELAY = 2
+      report "coefficient_memory: turn_select comes a clock after its angle, so that phase offsets are read in the next"
+      severity failure;
+
+    turn_sweep : entity work.turn_offset_sweep
+      generic map (
+        LANES => LANES,
+        FOLD  => FOLD
+      )
+      port map (
+        clock        => clock,
+        turn         => turn,
+        idle_bank    => idle_bank,
+        write_low    => is_turn_step and not written_place(0) and is_built,
+        write_high   => is_turn_step and written_place(0) and is_built,
+        write_offset => is_written and (written_place(1 downto 0) ?= "10"),
+        write_lane   => written_lane,
+        write_word   => written,
+        take_over    => copying(LAST_COPY),
+        copies       => turns_copied,
+        swept        => turns_swept,
+        read_address => read_address(6 downto 0),
+        read_word    => turn_step_read,
+        selected     => offset_enters,
+        bank         => offset_target,
+        slot         => offset_place,
+        of_turn      => offset_turn,
+        prepared     => offset_word
+      );
+
+    written_lane <= written_place(6 downto 1) when is_turn_step = '1' else
+                    written_place(7 downto 2);
+    is_built     <= '1' when written_place(6 downto 1) < LANES else
+                    '0';
+
+    answer : process (clock) is
+    begin
+
+      if rising_edge(clock) then
+        read_turn_then <= read_turn_step;
+        turn_step_then <= turn_step_read;
+      end if;
+
+    end process answer;
+
+    read_data <= turn_step_then when read_turn_then = '1' else
+                 of_coefficients;
+  else generate
+
+    of_every_turn : for column in 0 to BUILT - 1 generate
+
+      offset_enters(column) <= selected(4 * column + 2);
+
+    end generate of_every_turn;
+
+    offset_target <= idle_bank;
+    offset_place  <= selected_slot;
+    offset_turn   <= "00";
+    offset_word   <= written(PHASE_WIDTH - 1 downto 0);
+    turns_swept   <= '1';
+    turns_copied  <= '0';
+    read_data     <= of_coefficients;
+  end generate real_orders_too;
+
   -- Block RAM with the words of the idle bank, as they are read back and as it is filled.
   read_back_memory : process (clock) is
 
@@ -437,7 +542,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      read_data   <= read_stored;
+      of_coefficients <= read_stored;
       read_stored <= read_back(to_integer(read_address));
       fill_stored <= read_back(to_integer(fill_address));
 
@@ -472,7 +577,8 @@ begin
       assert not (write_enable = '1' and write_offset = '1')
         report "coefficient_memory: write_enable and write_offset in one clock"
         severity failure;
-      assert not ((write_enable or write_offset) = '1' and (pending_word or pending_offset) = '1')
+      assert not ((write_enable or write_offset or write_turn_step) = '1'
+                  and (pending_word or pending_offset or pending_turn) = '1')
         report "coefficient_memory: a write was started before the last one was acknowledged"
         severity failure;
     end if;

@@ -28,6 +28,8 @@
 -- **Local table.** With LOCAL_TABLE a table over the turn or over windows of it corrects what a sum of orders cannot hold
 -- (local_table_banks).
 --
+-- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn (turn_counter, turn_offset_sweep).
+--
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen its index. The
 -- position that is corrected is the one that no index changes, so the output makes no step when
 -- the index is found; the difference of the correction decays at the ramp rate.
@@ -60,7 +62,8 @@ entity arctrue_core is
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
-    LOCAL_TABLE   : boolean                       := false                  -- a table corrects what a sum of orders cannot hold
+    LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
+    REAL_ORDERS   : boolean                       := false                  -- phases of lanes continue from turn to turn
   );
   port (
     clock           : in    std_ulogic;
@@ -124,6 +127,10 @@ architecture rtl of arctrue_core is
   -- Clocks from an edge of a pulse input to its strobe, the filter off, and of head 1 to its position.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
+
+  -- Address bits that tell turn steps from coefficients, and the turn number from turn steps.
+  constant TURN_STEPS_BIT  : positive := 10;
+  constant TURN_NUMBER_BIT : positive := 9;
 
   -- Address bit that tells the local table's points from the place of its windows.
   constant LOCAL_POINTS_BIT : positive := 16;
@@ -199,6 +206,13 @@ architecture rtl of arctrue_core is
   signal local_write      : std_ulogic;
   signal local_done       : std_ulogic;
   signal local_data       : std_ulogic_vector(31 downto 0);
+  signal turns_read       : std_ulogic;
+  signal turns_write      : std_ulogic;
+  signal turns_done       : std_ulogic;
+  signal turns_data       : std_ulogic_vector(31 downto 0);
+  signal turns_under_way  : std_ulogic_vector(1 downto 0) := (others => '0');
+  signal turn_step_write  : std_ulogic;
+  signal turn             : u_signed(TURN_NUMBER_WIDTH - 1 downto 0);
   signal sets_read        : std_ulogic;
   signal sets_write       : std_ulogic;
   signal sets_done        : std_ulogic;
@@ -566,6 +580,7 @@ begin
           write_lane       => coefficient_write,
           write_offset     => offset_write,
           write_mean       => mean_write,
+          write_turn_step  => turns_write,
           write_address    => u_unsigned(access_address(9 downto 2)),
           write_data       => access_data,
           acknowledge_lane => lane_written,
@@ -578,6 +593,7 @@ begin
           lane_out         => lane_write,
           offset_out       => constant_write,
           mean_out         => mean_word_write,
+          turn_step_out    => turn_step_write,
           address_out      => bank_address,
           data_out         => bank_data,
           acknowledged     => acknowledged,
@@ -628,6 +644,7 @@ begin
       lane_write        <= coefficient_write;
       constant_write    <= offset_write;
       mean_word_write   <= mean_write;
+      turn_step_write   <= turns_write;
       bank_address      <= u_unsigned(access_address(9 downto 2));
       mean_place        <= u_unsigned(access_address(5 downto 2));
       bank_data         <= access_data;
@@ -674,6 +691,7 @@ begin
     lane_write       <= coefficient_write;
     constant_write   <= offset_write;
     mean_word_write  <= '0';
+    turn_step_write  <= turns_write;
     bank_address     <= u_unsigned(access_address(9 downto 2));
     mean_place       <= (others => '0');
     bank_data        <= access_data;
@@ -796,7 +814,8 @@ begin
       MEAN         => HAS_MEAN,
       ROTATION     => ROTATION,
       MODULATORS   => MODULATORS,
-      LOCAL_TABLE  => LOCAL_TABLE
+      LOCAL_TABLE  => LOCAL_TABLE,
+      REAL_ORDERS  => REAL_ORDERS
     )
     port map (
       clock              => clock,
@@ -832,6 +851,9 @@ begin
       word_a             => word_a,
       word_b             => word_b,
       speed_squared      => speed_squared,
+      write_turn_step    => turn_step_write,
+      read_turn_step     => access_address(TURN_STEPS_BIT),
+      turn               => turn,
       local_read         => local_read,
       local_write        => local_write,
       local_of_place     => not access_address(LOCAL_POINTS_BIT),
@@ -1039,7 +1061,8 @@ begin
       MEAN          => HAS_MEAN,
       MODULATORS    => MODULATORS,
       FAILOVER      => FAILOVER,
-      LOCAL_TABLE   => LOCAL_TABLE
+      LOCAL_TABLE   => LOCAL_TABLE,
+      REAL_ORDERS   => REAL_ORDERS
     )
     port map (
       clock             => clock,
@@ -1078,6 +1101,10 @@ begin
       local_write       => local_write,
       local_done        => local_done,
       local_data        => local_data,
+      turns_read        => turns_read,
+      turns_write       => turns_write,
+      turns_done        => turns_done,
+      turns_data        => turns_data,
       take_snapshot     => take_snapshot,
       capture_read      => capture_read,
       capture_done      => capture_valid,
@@ -1096,6 +1123,7 @@ begin
 
       -- Read data of the coefficients follow their address by two clocks.
       read_under_way <= read_under_way(0) & coefficient_read;
+      turns_under_way <= turns_under_way(0) & turns_read;
       mean_read_then <= mean_read;
 
       if reset = '1' then
@@ -1103,6 +1131,7 @@ begin
         swap_count       <= (others => '0');
         ramp_busy_before <= '0';
         read_under_way   <= (others => '0');
+        turns_under_way  <= (others => '0');
         mean_read_then   <= '0';
       end if;
     end if;
@@ -1112,6 +1141,10 @@ begin
   offset_data      <= std_ulogic_vector(resize(idle_offset, 32));
   mean_done        <= mean_read_then or mean_written;
   coefficient_done <= read_under_way(1) or offset_read or lane_written;
+  -- A turn step that is written is answered as a coefficient.
+  turns_done <= turns_under_way(1);
+  turns_data <= std_ulogic_vector(resize(turn, 32)) when access_address(TURN_NUMBER_BIT) = '1' else
+                coefficient_data;
 
   hwif_in.core_configuration.lanes.next_q         <= std_ulogic_vector(to_unsigned(LANES, 7));
   hwif_in.core_configuration.cosine_width.next_q  <= std_ulogic_vector(to_unsigned(COSINE_WIDTH, 5));
@@ -1124,6 +1157,8 @@ begin
   hwif_in.capability.rotation.next_q              <= '1' when IS_TABLE else
                                                      '0';
   hwif_in.capability.modulators.next_q            <= '1' when MODULATORS else
+                                                     '0';
+  hwif_in.capability.real_orders.next_q           <= '1' when REAL_ORDERS else
                                                      '0';
   hwif_in.capability.local_table.next_q           <= '1' when LOCAL_TABLE else
                                                      '0';

@@ -45,6 +45,9 @@
 -- **Local table.** With LOCAL_TABLE a table over the turn or windows of it joins the sum (local_table_banks); it takes part in the
 -- swaps that it is written for.
 --
+-- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn by its turn step: turn_counter counts the turns of
+-- the angle, and the offsets of the turns next to the present one are prepared (turn_offset_sweep).
+--
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
 -- from the angle in the clock after `swap`, or the next accepted one. A swap waits while the idle bank is
 -- filled after the one before, and for the end of a write that is under way.
@@ -72,7 +75,8 @@ entity compensation_pipeline is
     MEAN         : boolean                       := false;   -- the mean of the heads is corrected
     ROTATION     : string                        := "cordic"; -- or "table": how a lane finds its cosine
     MODULATORS   : boolean                       := false;   -- amplitudes follow conditions
-    LOCAL_TABLE  : boolean                       := false    -- a table corrects what a sum of orders cannot hold
+    LOCAL_TABLE  : boolean                       := false;   -- a table corrects what a sum of orders cannot hold
+    REAL_ORDERS  : boolean                       := false    -- phases of lanes continue from turn to turn
   );
   port (
     clock              : in    std_ulogic;
@@ -108,6 +112,9 @@ entity compensation_pipeline is
     word_a             : in    modulator              := (others => '0');     -- s1.16
     word_b             : in    modulator              := (others => '0');     -- s1.16
     speed_squared      : out   modulator;                                     -- s1.16, as the lanes have it
+    write_turn_step    : in    std_ulogic             := '0';                 -- pulse: write a word of a turn step, lane * 2 + word
+    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is that of one
+    turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after its angle
     local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
     local_write        : in    std_ulogic             := '0';                 -- pulse: write one
     local_of_place     : in    std_ulogic             := '0';                 -- it is one of the place of its windows
@@ -174,6 +181,8 @@ architecture rtl of compensation_pipeline is
   signal may_swap        : std_ulogic;
   signal new_bank_comes  : std_ulogic;
   signal swap_waits      : std_ulogic;
+  signal turn_now        : u_signed(TURN_NUMBER_WIDTH - 1 downto 0);
+  signal turn_select     : u_unsigned(1 downto 0);
   signal delayed_local   : std_ulogic_vector(LOCAL_VALUE_WIDTH - 1 downto 0);
 
 begin
@@ -218,7 +227,8 @@ begin
       PHASE_OFFSET_DELAY => PHASE_OFFSET_CLOCK,
       AMPLITUDE_DELAY    => PHASE_LATENCY + AMPLITUDE_CLOCK,
       OFFSET_DELAY       => READING_DELAY,
-      MODULATORS         => MODULATORS
+      MODULATORS         => MODULATORS,
+      REAL_ORDERS        => REAL_ORDERS
     )
     port map (
       clock             => clock,
@@ -246,8 +256,32 @@ begin
       speed             => speed,
       word_a            => word_a,
       word_b            => word_b,
-      speed_squared     => speed_squared
+      speed_squared     => speed_squared,
+      write_turn_step   => write_turn_step,
+      read_turn_step    => read_turn_step,
+      turn              => turn_now,
+      turn_select       => turn_select
     );
+
+  turns_of_the_angle : if REAL_ORDERS generate
+
+    counter : entity work.turn_counter
+      port map (
+        clock          => clock,
+        reset          => reset,
+        take           => slot ?= 0,
+        angle          => angle,
+        counts_per_rev => counts_per_rev,
+        turn_select    => turn_select,
+        turn           => turn_now
+      );
+
+  else generate
+    turn_now    <= (others => '0');
+    turn_select <= "00";
+  end generate turns_of_the_angle;
+
+  turn <= turn_now;
 
   swap_comes <= new_bank_comes;
   swap_busy  <= swap_waits;

@@ -20,6 +20,8 @@
 --   head weight       s1.16   share of a head in the mean; the sum over the heads is 2**16
 --   head difference   s16.4   counts, a head's reading less the carrier's, limited
 --   mean term         s19.20  counts, what the mean adds to the correction
+--   turn number       s23.0   turns, which the angle has gone round; wraps modulo 2**24
+--   turn step         u0.48   turn a turn, the fraction of a real order: round(n * 2**48) mod 2**48
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -86,6 +88,12 @@ package number_formats_pkg is
   constant HEAD_DIFFERENCE_WIDTH      : positive := 21;
   constant MEAN_TERM_WIDTH            : positive := 40;
   constant MEAN_TERM_FRACTION         : positive := 20;
+
+  -- Lanes of a real order: from so many counts a turn on, for each lane that is built and beside them, their offsets are
+  -- ready before the next wrap at every speed (turn_offset_sweep).
+  constant TURN_NUMBER_WIDTH          : positive := 24;
+  constant REAL_ORDER_COUNTS_A_LANE   : positive := 72;
+  constant REAL_ORDER_COUNTS_BESIDE   : positive := 48;
 
   constant TIMESTAMP_WIDTH            : positive := 64;
   constant CLOCK_HZ                   : positive := 100000000;

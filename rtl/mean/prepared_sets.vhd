@@ -48,9 +48,10 @@ entity prepared_sets is
     write_lane        : in    std_ulogic;                     -- pulse
     write_offset      : in    std_ulogic;                     -- pulse
     write_mean        : in    std_ulogic;                     -- pulse
-    write_address     : in    u_unsigned(7 downto 0);         -- lane * 4 + word, or the place in the mean
+    write_turn_step   : in    std_ulogic := '0';              -- pulse
+    write_address     : in    u_unsigned(7 downto 0);         -- lane * 4 + word, the place in the mean, or lane * 2 + word
     write_data        : in    std_ulogic_vector(31 downto 0); -- the word
-    acknowledge_lane  : out   std_ulogic;                     -- pulse: written, a lane's word or the offset
+    acknowledge_lane  : out   std_ulogic;                     -- pulse: written, a lane's word, the offset or a turn step
     acknowledge_mean  : out   std_ulogic;                     -- pulse: written
     swap              : in    std_ulogic;                     -- pulse
     -- Which set is loaded
@@ -62,6 +63,7 @@ entity prepared_sets is
     lane_out          : out   std_ulogic := '0';              -- pulse
     offset_out        : out   std_ulogic := '0';              -- pulse
     mean_out          : out   std_ulogic := '0';              -- pulse
+    turn_step_out     : out   std_ulogic := '0';              -- pulse
     address_out       : out   u_unsigned(7 downto 0) := (others => '0');
     data_out          : out   std_ulogic_vector(31 downto 0) := (others => '0');
     acknowledged      : in    std_ulogic;                     -- pulse: written, whatever it was
@@ -86,7 +88,7 @@ architecture rtl of prepared_sets is
 
   type stage is (IDLE, FETCH, HAND_OVER, WRITTEN, ASK_SWAP, WAIT_FOR_SWAP);
 
-  type kind is (NOTHING, OF_LANE, OF_OFFSET, OF_MEAN);
+  type kind is (NOTHING, OF_LANE, OF_OFFSET, OF_MEAN, OF_TURN_STEP);
 
   -- Where the words of a set begin.
   function first_word (set : u_unsigned(2 downto 0)) return natural is
@@ -129,7 +131,7 @@ begin
   loaded   <= swap_comes when now = ASK_SWAP or now = WAIT_FOR_SWAP else
  '0';
 
-  acknowledge_lane <= acknowledged when (in_flight = OF_LANE or in_flight = OF_OFFSET) and own_write = '0' else
+  acknowledge_lane <= acknowledged when (in_flight = OF_LANE or in_flight = OF_OFFSET or in_flight = OF_TURN_STEP) and own_write = '0' else
  '0';
   acknowledge_mean <= acknowledged when in_flight = OF_MEAN and own_write = '0' else
  '0';
@@ -203,6 +205,7 @@ begin
       lane_out   <= '0';
       offset_out <= '0';
       mean_out   <= '0';
+      turn_step_out <= '0';
 
       if acknowledged = '1' then
         in_flight <= NOTHING;
@@ -220,6 +223,7 @@ begin
             lane_out    <= '1' when waiting = OF_LANE else '0';
             offset_out  <= '1' when waiting = OF_OFFSET else '0';
             mean_out    <= '1' when waiting = OF_MEAN else '0';
+            turn_step_out <= '1' when waiting = OF_TURN_STEP else '0';
             address_out <= write_address;
             data_out    <= write_data;
             in_flight   <= waiting;
@@ -283,6 +287,8 @@ begin
         waiting <= OF_OFFSET;
       elsif write_mean = '1' then
         waiting <= OF_MEAN;
+      elsif write_turn_step = '1' then
+        waiting <= OF_TURN_STEP;
       end if;
 
       if reset = '1' then
@@ -293,6 +299,7 @@ begin
         lane_out   <= '0';
         offset_out <= '0';
         mean_out   <= '0';
+        turn_step_out <= '0';
       end if;
     end if;
 

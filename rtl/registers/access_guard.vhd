@@ -3,10 +3,10 @@
 -- # access_guard
 --
 -- Says whose an access is: the generated register block's, a coefficient of a lane, the coefficient
--- offset, a word of the mean, of the further heads, of a prepared set, of the conditions, of the local table or of the
+-- offset, a word of the mean, of the further heads, of a prepared set, of the conditions, of the local table, of the turns or of the
 -- capture; and refuses what is nobody's or illegal for this core's generics or state: a coefficient word of a lane that is not
--- built, a write of a coefficient, of the offset, of the mean, of a prepared set or of the local table without all four bytes, a
--- word of a head, of a prepared set, of the conditions or of the local table that are not built, a capture word beyond the two
+-- built, a write of a coefficient, of the offset, of the mean, of a prepared set, of the local table or of a turn step without all four bytes, a
+-- word of a head, of a prepared set, of the conditions, of the local table or of the turns that are not built, a capture word beyond the two
 -- words of every sample of a bank, any capture word while no bank is ready, a write of a capture word, and what the register map
 -- does not let a register's word be read or written.
 --
@@ -34,7 +34,8 @@ entity access_guard is
     MEAN          : boolean                       := false;
     MODULATORS    : boolean                       := false;
     FAILOVER      : boolean                       := false;
-    LOCAL_TABLE   : boolean                       := false
+    LOCAL_TABLE   : boolean                       := false;
+    REAL_ORDERS   : boolean                       := false
   );
   port (
     clock           : in    std_ulogic;
@@ -51,6 +52,7 @@ entity access_guard is
     to_conditions   : out   std_ulogic;
     to_sets         : out   std_ulogic;
     to_local        : out   std_ulogic;
+    to_turns        : out   std_ulogic;
     to_capture      : out   std_ulogic;
     refused         : out   std_ulogic;
     -- Pulses in the first clock of the verdict
@@ -69,6 +71,8 @@ entity access_guard is
     write_conditions  : out   std_ulogic := '0';
     read_local        : out   std_ulogic := '0';
     write_local       : out   std_ulogic := '0';
+    read_turns        : out   std_ulogic := '0';
+    write_turns       : out   std_ulogic := '0';
     read_capture      : out   std_ulogic := '0'
   );
 end entity access_guard;
@@ -85,6 +89,7 @@ architecture rtl of access_guard is
   constant CONDITIONS_FIRST   : byte_address := to_unsigned(CONDITIONS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant SETS_FIRST         : byte_address := to_unsigned(PREPARED_SETS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant PLACE_FIRST        : byte_address := to_unsigned(LOCAL_PLACE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant TURNS_FIRST        : byte_address := to_unsigned(TURN_STEPS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant POINTS_FIRST       : byte_address := to_unsigned(LOCAL_POINTS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
@@ -118,6 +123,7 @@ begin
   assert CAPTURE_ADDRESS = 16#20000# and FURTHER_CAPTURE_ADDRESS = 16#40000# and COEFFICIENTS_ADDRESS mod 1024 = 0
          and MEAN_ADDRESS mod 64 = 0 and HEAD3_ADDRESS mod 256 = 0 and CONDITIONS_ADDRESS mod 64 = 0
          and PREPARED_SETS_ADDRESS = 16#8000# and LOCAL_PLACE_ADDRESS mod 32 = 0 and LOCAL_POINTS_ADDRESS = 16#10000#
+         and TURN_STEPS_ADDRESS mod 2048 = 1024
     report "access_guard: the windows of the register map have moved; adapt the decoding"
     severity failure;
 
@@ -143,6 +149,7 @@ begin
     variable conditions   : boolean;
     variable of_set       : boolean;
     variable of_local     : boolean;
+    variable of_turns     : boolean;
 
   begin
 
@@ -194,6 +201,10 @@ begin
       of_local     := LOCAL_TABLE and not partial
                       and ((place(place'high downto 5) = PLACE_FIRST(place'high downto 5) and is_at_most(place(4 downto 2), 6))
                            or place(place'high downto 14) = POINTS_FIRST(place'high downto 14));
+      -- Two words a lane, and after those of 64 lanes the turn number, which is only read.
+      of_turns     := REAL_ORDERS and not partial and place(place'high downto 10) = TURNS_FIRST(place'high downto 10)
+                      and ((place(9) = '0' and is_at_most(place(8 downto 3), LANES - 1))
+                           or (is_write = '0' and place(9 downto 2) = 128));
       capture      := (place(place'high downto 17) = CAPTURE_FIRST(place'high downto 17)
                        or (HEADS > 2 and place(place'high downto 17) = FURTHER_FIRST(place'high downto 17)
                            and (HEADS > 3 or place(2) = '0')))
@@ -214,6 +225,8 @@ begin
       write_conditions  <= '0';
       read_local        <= '0';
       write_local       <= '0';
+      read_turns        <= '0';
+      write_turns       <= '0';
       read_capture      <= '0';
       if judge = '1' then
         ask_registers     <= '1' when registers else '0';
@@ -231,6 +244,8 @@ begin
         write_conditions  <= is_write when conditions else '0';
         read_local        <= not is_write when of_local else '0';
         write_local       <= is_write when of_local else '0';
+        read_turns        <= not is_write when of_turns else '0';
+        write_turns       <= is_write when of_turns else '0';
         read_capture      <= '1' when capture else '0';
         to_registers    <= '1' when registers else '0';
         to_coefficients <= '1' when coefficients else '0';
@@ -240,9 +255,10 @@ begin
         to_sets         <= '1' when of_set else '0';
         to_conditions   <= '1' when conditions else '0';
         to_local        <= '1' when of_local else '0';
+        to_turns        <= '1' when of_turns else '0';
         to_capture      <= '1' when capture else '0';
         refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or of_set or conditions
-                           or of_local or capture else '1';
+                           or of_local or of_turns or capture else '1';
       end if;
     end if;
 

@@ -34,7 +34,8 @@ entity register_access is
     MEAN          : boolean                       := false; -- the mean of the heads is built
     MODULATORS    : boolean                       := false; -- amplitudes follow conditions
     FAILOVER      : boolean                       := false; -- a head that fails is left out
-    LOCAL_TABLE   : boolean                       := false  -- a local table corrects too
+    LOCAL_TABLE   : boolean                       := false; -- a local table corrects too
+    REAL_ORDERS   : boolean                       := false  -- phases continue from turn to turn
   );
   port (
     clock             : in    std_ulogic;
@@ -76,6 +77,10 @@ entity register_access is
     local_write       : out   std_ulogic;                     -- pulse
     local_done        : in    std_ulogic := '0';              -- pulse
     local_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
+    turns_read        : out   std_ulogic;                     -- pulse
+    turns_write       : out   std_ulogic;                     -- pulse
+    turns_done        : in    std_ulogic := '0';              -- pulse
+    turns_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
     take_snapshot     : out   std_ulogic;                     -- pulse: the registers of the snapshot are latched
     capture_read      : out   std_ulogic;                     -- pulse
     capture_done      : in    std_ulogic;                     -- pulse
@@ -100,6 +105,7 @@ architecture rtl of register_access is
   signal to_conditions   : std_ulogic;
   signal to_sets         : std_ulogic;
   signal to_local        : std_ulogic;
+  signal to_turns        : std_ulogic;
   signal to_capture      : std_ulogic;
 
   signal judge            : std_ulogic;
@@ -157,7 +163,8 @@ begin
       MEAN          => MEAN,
       MODULATORS    => MODULATORS,
       FAILOVER      => FAILOVER,
-      LOCAL_TABLE   => LOCAL_TABLE
+      LOCAL_TABLE   => LOCAL_TABLE,
+      REAL_ORDERS   => REAL_ORDERS
     )
     port map (
       clock           => clock,
@@ -174,6 +181,7 @@ begin
       to_conditions   => to_conditions,
       to_sets         => to_sets,
       to_local        => to_local,
+      to_turns        => to_turns,
       to_capture      => to_capture,
       refused         => refused,
       ask_registers   => register_request,
@@ -191,6 +199,8 @@ begin
       write_conditions  => conditions_write,
       read_local        => local_read,
       write_local       => local_write,
+      read_turns        => turns_read,
+      write_turns       => turns_write,
       read_capture      => capture_read
     );
 
@@ -237,7 +247,7 @@ begin
   end process hold_for_registers;
 
   answered <= register_read or register_written or coefficient_done or mean_done or heads_done or conditions_done or sets_done
-              or local_done or capture_done;
+              or local_done or turns_done or capture_done;
   data     <= (register_data and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)
@@ -246,6 +256,7 @@ begin
               or (conditions_data and to_conditions)
               or (sets_data and to_sets)
               or (local_data and to_local)
+              or (turns_data and to_turns)
               or (capture_data and to_capture);
 
 end architecture rtl;

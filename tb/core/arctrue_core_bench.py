@@ -794,6 +794,7 @@ async def illegal_accesses_are_refused(dut):
         "mean": 0,
         "rotation": int(ROTATION == "table"),
         "modulators": 0,
+        "real_orders": 0,
         "local_table": 0,
         "failover": 0,
     }

@@ -217,6 +217,7 @@ async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
         "mean": 1,
         "rotation": 0,
         "modulators": 0,
+        "real_orders": 0,
         "local_table": 0,
         "failover": 0,
     }

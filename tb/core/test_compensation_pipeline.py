@@ -169,3 +169,15 @@ def test_folded_swaps_are_atomic(fold: int) -> None:
 @pytest.mark.parametrize("fold", [1, 2])
 def test_reset_under_load(fold: int) -> None:
     run("reset_under_load", lanes=2, fold=fold)
+
+
+@pytest.mark.parametrize("fold", [1, 4])
+def test_real_orders(fold: int) -> None:
+    """Phases that continue from turn to turn, equal to the model in every clock."""
+    simulate(
+        TOPLEVEL,
+        "tb.core.real_orders_pipeline_bench",
+        generics={"LANES": 4, "FOLD": fold, "REAL_ORDERS": "true"},
+        environment={"LANES": "4", "FOLD": str(fold), "COUNTS_PER_REV": "4096"},
+        backend="llvm",
+    )

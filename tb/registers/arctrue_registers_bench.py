@@ -21,6 +21,7 @@ HEADS = int(os.environ.get("HEADS", "2"))
 HAS_MEAN = "HEADS" in os.environ
 HAS_FAILOVER = "FAILOVER" in os.environ
 HAS_LOCAL_TABLE = "LOCAL_TABLE" in os.environ
+HAS_REAL_ORDERS = "REAL_ORDERS" in os.environ
 
 ADDRESSES = sorted(
     {
@@ -43,6 +44,14 @@ LOCAL_PLACES = [
 """Words of the local table, of its place and beside both."""
 
 
+TURN_PLACES = [
+    *(model_map.TURN_STEPS + 4 * word for word in range(2 * LANES + 2)),
+    model_map.TURN_STEPS + 4 * 127,
+    *(model_map.TURN_NUMBER + 4 * word for word in (0, 1, 127)),
+]
+"""Words of turn steps, of lanes that are not built, the turn number, and beside it."""
+
+
 async def prepared(
     dut, generator: random.Random, *, stall: float = 0.0
 ) -> tuple[Bus, RegisterModel]:
@@ -55,7 +64,14 @@ async def prepared(
     if stall:
         bus.stall(generator, stall)
     model = RegisterModel(
-        LANES, CAPTURE_DEPTH, inputs, HEADS, HAS_MEAN, HAS_FAILOVER, HAS_LOCAL_TABLE
+        LANES,
+        CAPTURE_DEPTH,
+        inputs,
+        HEADS,
+        HAS_MEAN,
+        HAS_FAILOVER,
+        HAS_LOCAL_TABLE,
+        HAS_REAL_ORDERS,
     )
     for latching in (
         *model_map.GROUPS,
@@ -76,6 +92,9 @@ async def prepared(
             await bus.write(address, 0)
     for address in LOCAL_PLACES:
         if model.local_word_exists(address):
+            await bus.write(address, 0)
+    for address in TURN_PLACES:
+        if model.turn_step_exists(address):
             await bus.write(address, 0)
     return bus, model
 
@@ -98,7 +117,7 @@ def set_places() -> list[int]:
 
 def random_address(generator: random.Random) -> int:
     """Every kind of place: registers, holes beside them, both windows and beyond their ends."""
-    kind = generator.randrange(14)
+    kind = generator.randrange(15)
     if kind < 5:
         return generator.choice(ADDRESSES)
     if kind == 5:
@@ -119,6 +138,8 @@ def random_address(generator: random.Random) -> int:
         return generator.choice(set_places())
     if kind == 12:
         return generator.choice(LOCAL_PLACES)
+    if kind == 13:
+        return generator.choice(TURN_PLACES)
     return 4 * generator.randrange(1 << 17)
 
 
@@ -171,7 +192,7 @@ async def every_word_of_the_map(dut):
     places += [model_map.MEAN + 4 * word for word in range(-1, 17)]
     places += [model_map.CONDITIONS + 4 * word for word in range(17)]
     places += [model_map.HEADS + 4 * word for word in range(-1, 65)]
-    places += [*set_places(), *LOCAL_PLACES]
+    places += [*set_places(), *LOCAL_PLACES, *TURN_PLACES]
     places += [model_map.FURTHER_CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH)]
     for address in places:
         expected, word = model.read(address)

@@ -59,7 +59,7 @@ READ_ONLY = {
     0x090: (0xFFFF, "zero"),
     0x094: (WORD, "zero_slip"),
     0x098: (WORD, "put_back"),
-    0x0A8: (0x1BF, "capability"),
+    0x0A8: (0x1FF, "capability"),
     0x0C0: (0x7F, "head1_flags"),
     0x0C4: (WORD, "head1_faults"),
     0x0C8: (0xFFFF, "head1_overspeeds"),
@@ -128,6 +128,8 @@ LOCAL_PLACE = 0x01840
 LOCAL_PLACE_WORDS = 7
 LOCAL_POINTS = 0x10000
 LOCAL_POINT_WORDS = 4096
+TURN_STEPS = 0x01400
+TURN_NUMBER = 0x01600
 PREPARED_SETS = 0x08000
 SET_BYTES = 0x1000
 CAPTURE_WORDS = 32_768
@@ -156,6 +158,7 @@ class RegisterModel:
     has_mean: bool = False
     has_failover: bool = False
     has_local_table: bool = False
+    has_real_orders: bool = False
     values: dict[int, int] = field(
         default_factory=lambda: {address: reset for address, (_, reset, _) in READ_WRITE.items()}
     )
@@ -165,6 +168,7 @@ class RegisterModel:
     of_heads: dict[int, int] = field(default_factory=dict)
     sets: dict[int, int] = field(default_factory=dict)
     local: dict[int, int] = field(default_factory=dict)
+    turns: dict[int, int] = field(default_factory=dict)
     offset: int = 0
     interrupts: int = 0
 
@@ -203,6 +207,8 @@ class RegisterModel:
             return True, self.sets.get(address, 0)
         if self.local_word_exists(address):
             return True, self.local.get(address, 0)
+        if self.turn_step_exists(address) or (self.has_real_orders and address == TURN_NUMBER):
+            return True, self.turns.get(address, 0)
         word = (address & 0x1FFFF) // 4
         windows = (CAPTURE,) if self.heads == 2 else (CAPTURE, FURTHER_CAPTURE)
         if address & ~0x1FFFF in windows and word < 2 * self.capture_depth:
@@ -246,6 +252,10 @@ class RegisterModel:
         point = 0 <= address - LOCAL_POINTS < 4 * LOCAL_POINT_WORDS
         return self.has_local_table and (place or point)
 
+    def turn_step_exists(self, address: int) -> bool:
+        """Whether ``address`` is a word of the turn step of a lane that is built."""
+        return self.has_real_orders and 0 <= address - TURN_STEPS < 8 * self.lanes
+
     def mean_exists(self, address: int) -> bool:
         """Whether ``address`` is a word of the mean for a head that is built, or the choice."""
         word = (address - MEAN) // 4
@@ -284,5 +294,8 @@ class RegisterModel:
             return True
         if self.local_word_exists(address):
             self.local[address] = word
+            return True
+        if self.turn_step_exists(address):
+            self.turns[address] = word
             return True
         return False

@@ -18,7 +18,8 @@ entity register_access_harness is
     HEADS         : positive := 2;
     MEAN          : boolean  := false;
     FAILOVER      : boolean  := false;
-    LOCAL_TABLE   : boolean  := false
+    LOCAL_TABLE   : boolean  := false;
+    REAL_ORDERS   : boolean  := false
   );
   port (
     clock           : in    std_ulogic;
@@ -61,6 +62,10 @@ architecture simulation of register_access_harness is
   signal local_write       : std_ulogic;
   signal local_done        : std_ulogic := '0';
   signal local_data        : std_ulogic_vector(31 downto 0);
+  signal turns_read        : std_ulogic;
+  signal turns_write       : std_ulogic;
+  signal turns_done        : std_ulogic := '0';
+  signal turns_data        : std_ulogic_vector(31 downto 0);
   signal capture_read      : std_ulogic;
   signal capture_done      : std_ulogic := '0';
   signal capture_data      : std_ulogic_vector(31 downto 0);
@@ -74,7 +79,8 @@ begin
       HEADS         => HEADS,
       MEAN          => MEAN,
       FAILOVER      => FAILOVER,
-      LOCAL_TABLE   => LOCAL_TABLE
+      LOCAL_TABLE   => LOCAL_TABLE,
+      REAL_ORDERS   => REAL_ORDERS
     )
     port map (
       clock             => clock,
@@ -109,6 +115,10 @@ begin
       local_write       => local_write,
       local_done        => local_done,
       local_data        => local_data,
+      turns_read        => turns_read,
+      turns_write       => turns_write,
+      turns_done        => turns_done,
+      turns_data        => turns_data,
       take_snapshot     => open,
       capture_read      => capture_read,
       capture_done      => capture_done,
@@ -129,13 +139,14 @@ begin
     -- Points, and the place after them
     variable local_words  : words(0 to 8191)               := (others => (others => '0'));
     variable local_word   : natural range 0 to 8191        := 0;
-    variable window       : std_ulogic_vector(6 downto 0)  := "0000000";
-    variable answer       : std_ulogic_vector(6 downto 0);
+    variable turn_words   : words(0 to 255)                := (others => (others => '0'));
+    variable window       : std_ulogic_vector(7 downto 0)  := "00000000";
+    variable answer       : std_ulogic_vector(7 downto 0);
 
   begin
 
     if rising_edge(clock) then
-      answer := "0000000";
+      answer := "00000000";
       if waiting = 1 then
         answer := window;
       end if;
@@ -145,12 +156,12 @@ begin
 
       if (coefficient_read or coefficient_write or offset_read or offset_write
           or mean_read or mean_write or heads_read or heads_write or sets_read or sets_write
-          or local_read or local_write or capture_read) = '1' then
+          or local_read or local_write or turns_read or turns_write or capture_read) = '1' then
         assert waiting = 0
           report "a request before the answer to the last one"
           severity failure;
         waiting  := to_integer(memory_latency);
-        window   := (local_read or local_write) & (sets_read or sets_write)
+        window   := (turns_read or turns_write) & (local_read or local_write) & (sets_read or sets_write)
                     & (heads_read or heads_write) & (mean_read or mean_write) & capture_read
                     & (offset_read or offset_write) & (coefficient_read or coefficient_write);
         word     := to_integer(u_unsigned(access_address(16 downto 2)));
@@ -170,6 +181,8 @@ begin
           set_words(word mod 8192) := access_data;
         elsif local_write = '1' then
           local_words(local_word) := access_data;
+        elsif turns_write = '1' then
+          turn_words(word mod 256) := access_data;
         end if;
       end if;
 
@@ -184,6 +197,8 @@ begin
       sets_data        <= set_words(word mod 8192);
       local_done       <= answer(6);
       local_data       <= local_words(local_word);
+      turns_done       <= answer(7);
+      turns_data       <= turn_words(word mod 256);
       capture_done     <= answer(2);
       capture_data     <= not std_ulogic_vector(to_unsigned(word, 16)) & std_ulogic_vector(to_unsigned(word, 16));
     end if;

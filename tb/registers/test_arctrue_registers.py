@@ -38,6 +38,8 @@ def test_generated_names_equal_the_model() -> None:
     assert registers.MEAN_ADDRESS == model_map.MEAN
     assert registers.LOCAL_PLACE_CHOICE_ADDRESS == model_map.LOCAL_PLACE
     assert registers.LOCAL_POINTS_ADDRESS == model_map.LOCAL_POINTS
+    assert registers.TURN_STEPS_ADDRESS == model_map.TURN_STEPS
+    assert registers.TURN_NUMBER_ADDRESS == model_map.TURN_NUMBER
     assert registers.FURTHER_CAPTURE_ADDRESS == model_map.FURTHER_CAPTURE
     assert registers.MAP_BYTES == 1 << 19
 
@@ -52,6 +54,7 @@ def test_registers_do_not_overlap() -> None:
                 (model_map.HEADS, 256),
                 (model_map.CONDITIONS, 64),
                 (model_map.LOCAL_PLACE, 32),
+                (model_map.TURN_NUMBER, 4),
             )
             has_window = any(first <= address < first + size for first, size in windows)
             assert address < registers.COEFFICIENTS_ADDRESS or has_window
@@ -134,4 +137,16 @@ def test_windows_of_the_local_table() -> None:
             generics={"LOCAL_TABLE": "true"},
             testcase=testcase,
             environment={"LOCAL_TABLE": "yes"},
+        )
+
+
+def test_windows_of_real_orders() -> None:
+    """Turn steps and the turn number are answered where they are built, all else is refused."""
+    for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
+        simulate(
+            "arctrue_registers_harness",
+            "tb.registers.arctrue_registers_bench",
+            generics={"REAL_ORDERS": "true"},
+            testcase=testcase,
+            environment={"REAL_ORDERS": "yes"},
         )

@@ -54,6 +54,7 @@ async def each_head_has_its_pins(dut: Any) -> None:
         "mean": 1,
         "rotation": 0,
         "modulators": 0,
+        "real_orders": 0,
         "local_table": 0,
         "failover": 0,
     }

@@ -122,6 +122,13 @@ GATEWARE = "gateware"
     "scratch, go into its table.",
 )
 @click.option(
+    "--real-orders",
+    is_flag=True,
+    help="For a gateware built with REAL_ORDERS = true: lines of no whole order, as of a belt or a "
+    "gear of 71.4 teeth, become lanes whose phase goes on from turn to turn. Their phase is that "
+    "in the turn which begins at the zero of SET.",
+)
+@click.option(
     "--coefficients",
     "coefficient_file",
     type=OutputFile(),
@@ -151,6 +158,7 @@ def export(
     modulators: bool,
     reversal_width: float,
     local_table: bool,
+    real_orders: bool,
     coefficient_file: Path | None,
     force: bool,
 ) -> None:
@@ -207,6 +215,7 @@ def export(
         range_c=range_c,
         conditions=ConditionSettings(reversal_width) if modulators else None,
         with_local_table=local_table,
+        with_real_orders=real_orders,
     )
     became = outcome(
         model, loaded.observations, loaded.effects, result.coefficients, temperature_c=temperature
@@ -253,6 +262,8 @@ def export(
         console.print(f"follows its condition: {text}")
     for text in result.local:
         console.print(f"in the local table: {text}")
+    for text in result.real:
+        console.print(f"lane of a real order, phase in turn 0 of the set: {text}")
     _tell_what_became(became)
     for text in result.left_out:
         console.print(f"not corrected: {text}")
@@ -271,6 +282,7 @@ def export(
             ],
             "followed": result.followed,
             "local_table": result.local,
+            "real_orders": result.real,
             "not_corrected": result.left_out,
             "effects": [asdict(item) for item in became.effects],
             "left_arcsec": became.left_arcsec,

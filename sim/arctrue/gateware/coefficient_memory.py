@@ -33,6 +33,13 @@ def bank_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
         yield first + WORD_AMPLITUDE, int(coefficients.amplitudes[lane]) & WORD_MASK
 
 
+def turn_step_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
+    """Give the writes of the turn steps: address (lane * 2 + word) and 32-bit data."""
+    for lane, step in enumerate(coefficients.turn_steps.tolist()):
+        yield 2 * lane, step & WORD_MASK
+        yield 2 * lane + 1, step >> 32
+
+
 class CoefficientMemory:
     """Both banks of ``lanes`` lanes, at the level of writes, read-backs and swaps.
 

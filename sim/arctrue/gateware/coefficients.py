@@ -6,8 +6,10 @@ import cmath
 import dataclasses
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.gateware.extension import MODULATORS, Extension
 from arctrue.gateware.mean_set import OFFSET_ONE
 from arctrue.gateware.thermal import ThermalLanes, as_lane
+from arctrue.gateware.turn_offset_sweep import least_counts, turn_offsets
 from arctrue.generated.number_formats import (
     AMPLITUDE_FRACTION,
     AMPLITUDE_WIDTH,
@@ -67,6 +70,14 @@ class Coefficients:
             numbers[lane] = MODULATORS.index(name)
         return numbers
 
+    @property
+    def turn_steps(self) -> NDArray[np.uint64]:
+        """Turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 where the order is whole."""
+        steps = np.zeros(self.lanes, dtype=np.uint64)
+        for lane, step in self.extension.turn_steps if self.extension else ():
+            steps[lane] = step
+        return steps
+
     def __post_init__(self) -> None:
         """Check every word against its format and make the arrays read-only."""
         check_counts_per_rev(self.counts_per_rev)
@@ -114,6 +125,12 @@ class Coefficients:
         named = {lane for lane, _ in (*self.extension.modulators, *self.extension.turn_steps)}
         if not named <= set(range(self.lanes)):
             raise ValueError(f"extension: lane {max(named)}, there are lanes 0 to {self.lanes - 1}")
+        if self.extension.turn_steps and self.counts_per_rev < least_counts(self.lanes):
+            raise ValueError(
+                f"counts_per_rev: {self.counts_per_rev}, with {self.lanes} lanes a real order "
+                f"needs {least_counts(self.lanes)} at least: with fewer the next turn's phase "
+                "offset is not ready in time"
+            )
         if self.extension.mean:
             for head, offset in enumerate(self.extension.mean.offsets, start=1):
                 if offset >= self.counts_per_rev * OFFSET_ONE:
@@ -165,7 +182,7 @@ class Coefficients:
         Σ n·|c_n| bounds the sum of all lanes anywhere in the turn. The slope of a local table adds
         to that of the lanes.
         """
-        thermal, orders = self.thermal, self.orders.astype(np.float64)
+        thermal, orders = self.thermal, self.real_orders
         written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
         sizes: NDArray[np.float64]
         if thermal is None:
@@ -203,6 +220,33 @@ class Coefficients:
             ],
             dtype=np.int64,
         )
+
+    @property
+    def real_orders(self) -> NDArray[np.float64]:
+        """The order of every lane, (lanes,), with the fraction of lanes that have a turn step."""
+        fractions = self.turn_steps.astype(np.float64) / 2.0**PHASE_STEP_WIDTH
+        turns = self.phase_steps.astype(np.float64) * (self.counts_per_rev / 2.0**PHASE_STEP_WIDTH)
+        return np.where(fractions > 0.0, np.rint(turns - fractions) + fractions, self.orders)
+
+    def with_real_orders(self, orders: Mapping[int, float]) -> Coefficients:
+        """Give the bank with lanes of real orders: number of the lane → order, not whole.
+
+        Amplitude and phase offset stay; the phase is that in turn 0.
+        """
+        steps = self.phase_steps.copy()
+        for lane, order in orders.items():
+            steps[lane] = phase_step(order, self.counts_per_rev)
+        turns = tuple(
+            (lane, turn_step(order)) for lane, order in sorted(orders.items()) if turn_step(order)
+        )
+        extension = dataclasses.replace(self.extension or Extension(), turn_steps=turns)
+        return dataclasses.replace(self, phase_steps=steps, extension=extension)
+
+    def from_turn(self, turn: int) -> Coefficients:
+        """Give the bank whose lanes in turn ``turn`` of the gateware are these in turn 0."""
+        fractions = turn_offsets(-turn, self.turn_steps, np.zeros(self.lanes))
+        offsets = (self.phase_offsets + fractions) % 2**PHASE_WIDTH
+        return dataclasses.replace(self, phase_offsets=offsets.astype(np.uint32))
 
     @property
     def amplitudes_counts(self) -> NDArray[np.float64]:
@@ -290,15 +334,24 @@ class Coefficients:
     def error_counts(self, angle_counts: ArrayLike) -> NDArray[np.float64]:
         """ε in counts by equation (9) in double precision, from these quantised coefficients.
 
-        ``angle_counts`` are whole counts of any shape; the result has the same shape.
+        ``angle_counts`` are whole counts of any shape, where a lane has a real order over all turns
+        from turn 0 on; the result has the same shape.
         """
         angle = np.asarray(angle_counts, dtype=np.int64)
         error = np.full(angle.shape, self.offset_counts)
-        for order, amplitude, phase in zip(
-            self.orders.tolist(), self.amplitudes_counts, self.phases_rad, strict=True
+        for order, turn_step, amplitude, phase in zip(
+            self.orders.tolist(),
+            self.turn_steps.tolist(),
+            self.amplitudes_counts,
+            self.phases_rad,
+            strict=True,
         ):
             # Whole numbers up to here: n·θ is reduced to one turn without a rounding error.
-            turn_counts = order * angle % self.counts_per_rev
+            turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
+            if turn_step:
+                whole = _whole_part(order, turn_step)
+                beyond = turn_step / 2.0**PHASE_STEP_WIDTH
+                turn_counts = whole * angle % self.counts_per_rev + beyond * angle
             error += amplitude * np.cos(2.0 * math.pi * turn_counts / self.counts_per_rev + phase)
         return error
 
@@ -312,10 +365,21 @@ def check_counts_per_rev(counts_per_rev: int) -> None:
         )
 
 
-def phase_step(order: int, counts_per_rev: int) -> int:
+def phase_step(order: float, counts_per_rev: int) -> int:
     """K = round(n·2⁴⁸ / counts_per_rev) mod 2⁴⁸, in 2⁻⁴⁸ turn a count."""
-    rounded = ((order << (PHASE_STEP_WIDTH + 1)) + counts_per_rev) // (2 * counts_per_rev)
-    return rounded % (1 << PHASE_STEP_WIDTH)
+    exact = Fraction(order) * (1 << (PHASE_STEP_WIDTH + 1))
+    rounded = (exact + counts_per_rev) // (2 * counts_per_rev)
+    return int(rounded) % (1 << PHASE_STEP_WIDTH)
+
+
+def turn_step(order: float) -> int:
+    """ν = round(n·2⁴⁸) mod 2⁴⁸, in 2⁻⁴⁸ turn a turn."""
+    return round(Fraction(order) * (1 << PHASE_STEP_WIDTH)) % (1 << PHASE_STEP_WIDTH)
+
+
+def _whole_part(nearest: int, turn_step: int) -> int:
+    """Whole part of a real order, from the whole number next to it."""
+    return nearest - (turn_step >= 1 << (PHASE_STEP_WIDTH - 1))
 
 
 def _whole_order(index: int, order: object) -> int:

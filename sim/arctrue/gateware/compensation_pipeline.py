@@ -22,6 +22,7 @@ from arctrue.gateware.harmonic_lane import Rotation
 from arctrue.gateware.harmonic_unit import harmonic_unit
 from arctrue.gateware.local_table import LocalTable, local_table
 from arctrue.gateware.phase_unit import phase_unit
+from arctrue.gateware.turn_offset_sweep import turn_offsets
 from arctrue.generated.number_formats import COSINE_WIDTH, PAIR_FRACTION
 
 # Number of angles processed at a time: their phases and cosines then fit the processor's cache.
@@ -33,12 +34,19 @@ def pair_sums(
     coefficients: Coefficients,
     cosine_width: int = COSINE_WIDTH,
     rotation: Rotation = "cordic",
+    turns: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """The harmonics of ``angle`` (counts, (clocks,)), summed in pairs: (clocks, pairs) in 2⁻ᶠ."""
+    """The harmonics of ``angle`` (counts, (clocks,)), summed in pairs: (clocks, pairs) in 2⁻ᶠ.
+
+    ``turns``: turn number of each angle, (clocks,), of a core with REAL_ORDERS; None: all 0.
+    """
     sums = np.empty((angle.size, (coefficients.lanes + 1) // 2), dtype=np.int64)
     for start in range(0, angle.size, _BLOCK):
         block = slice(start, start + _BLOCK)
-        phases = phase_unit(angle[block], coefficients.phase_steps, coefficients.phase_offsets)
+        offsets: NDArray[Any] = coefficients.phase_offsets
+        if turns is not None:
+            offsets = turn_offsets(turns[block], coefficients.turn_steps, offsets)
+        phases = phase_unit(angle[block], coefficients.phase_steps, offsets)
         sums[block] = harmonic_unit(
             phases, coefficients.amplitudes, cosine_width, rotation=rotation
         )
@@ -52,18 +60,20 @@ def compensate(
     cosine_width: int = COSINE_WIDTH,
     rotation: Rotation = "cordic",
     table: LocalTable | None = None,
+    turns: NDArray[np.int64] | None = None,
 ) -> Subtracted:
     """Give the settled outputs: compensation on, no ramp active.
 
     ``angle``: counts, 0 <= angle < counts_per_rev, and ``position``: counts, both (readings,).
-    ``table``: that of a core with LOCAL_TABLE.
+    ``table``: that of a core with LOCAL_TABLE; ``turns``: turn numbers, (readings,), of one with
+    REAL_ORDERS.
     Returns corrected angle and position in counts and the correction in 2⁻¹¹ count, int64.
 
     Raises ValueError for an angle outside the turn.
     """
     angles, positions = _readings(angle, position, coefficients.counts_per_rev)
     limit = correction_limit(coefficients.counts_per_rev) << PAIR_FRACTION
-    sums = pair_sums(angles, coefficients, cosine_width, rotation)
+    sums = pair_sums(angles, coefficients, cosine_width, rotation, turns)
     value = None if table is None else local_table(angles, table)
     total = add_pairs(sums, coefficients.offset, value)
     return subtract(angles, positions, np.clip(total, -limit, limit), coefficients.counts_per_rev)
@@ -81,6 +91,7 @@ def compensate_clocks(
     cosine_width: int = COSINE_WIDTH,
     fold: int = 1,
     rotation: Rotation = "cordic",
+    turns: ArrayLike | None = None,
 ) -> Compensated:
     """The outputs of consecutive clocks, with swaps, enable and bypass (latency left out).
 
@@ -88,7 +99,8 @@ def compensate_clocks(
     first angle after each swap; ``apply`` as the port; all (clocks,). ``ramp_rate``: u8.24 in 2⁻¹¹
     count per clock. ``state``: that of the clocks before, default: after reset. ``fold``: the angle
     of the first clock is accepted and then one every ``fold`` clocks; the inputs of other clocks
-    are ignored. The omitted latency is 28 + ``fold`` clocks.
+    are ignored. The omitted latency is 28 + ``fold`` clocks. ``turns``: turn number of the angle of
+    each clock, (clocks,), of a core with REAL_ORDERS.
 
     Raises ValueError for an angle outside the turn, banks for different turns or lanes, or lanes
     that are no multiple of ``fold``.
@@ -102,10 +114,12 @@ def compensate_clocks(
     clocks = angles.size
     angles, positions = angles[::fold], positions[::fold]
     of_clock = np.asarray(bank, dtype=np.int64)[::fold]
+    numbers = np.zeros(clocks, dtype=np.int64) if turns is None else np.asarray(turns)
+    numbers = numbers[::fold]
     sums = np.empty((angles.size, (banks[0].lanes + 1) // 2), dtype=np.int64)
     for index, entry in enumerate(banks):
         met = of_clock == index
-        sums[met] = pair_sums(angles[met], entry, cosine_width, rotation)
+        sums[met] = pair_sums(angles[met], entry, cosine_width, rotation, numbers[met])
     offsets = np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock]
     # A reading is held until the next; a swap is active in its first clock.
     marker = np.zeros(clocks, dtype=np.bool_)

@@ -62,6 +62,10 @@ class CoefficientSet(Protocol):
     def modulator_numbers(self) -> NDArray[np.int64]:
         """(lanes,), what the amplitude is multiplied with; 0 where nothing."""
 
+    @property
+    def turn_steps(self) -> NDArray[np.uint64]:
+        """(lanes,), u0.48 turn a turn; 0 where the order is whole."""
+
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
@@ -112,6 +116,7 @@ class RegisterMap:
         self._read_words = read_words
         self._write_words = write_words
         self._base = base
+        self._has_turn_steps = False
 
     async def read_raw(self, path: str) -> int:
         """The whole register, 64-bit ones low word first, so that both halves belong together."""
@@ -211,11 +216,24 @@ class RegisterMap:
         )
 
     async def write_coefficients(self, coefficients: CoefficientSet) -> None:
-        """Write the idle bank, all its lanes and the offset. It acts with ``command("swap")``."""
+        """Write the idle bank, all its lanes and the offset. It acts with ``command("swap")``.
+
+        Turn steps, which a core without REAL_ORDERS refuses, are written where a lane has one, and
+        from then on with every bank.
+        """
         await self._write_words(
             self._base + registers.COEFFICIENTS_ADDRESS, coefficient_words(coefficients)
         )
+        self._has_turn_steps = self._has_turn_steps or bool(coefficients.turn_steps.any())
+        if self._has_turn_steps:
+            await self.write_turn_steps(coefficients)
         await self.write("coefficient_offset", coefficients.offset)
+
+    async def write_turn_steps(self, coefficients: CoefficientSet) -> None:
+        """Write the turn step of every lane, 0 where its order is whole, to the idle bank."""
+        steps = coefficients.turn_steps.tolist()
+        words = [word for step in steps for word in (step & _WORD, step >> 32)]
+        await self._write_words(self._base + registers.TURN_STEPS_ADDRESS, words)
 
     async def write_conditions(
         self, conditions: Conditions, counts_per_rev: int, clock_hz: float = CLOCK_HZ
@@ -244,7 +262,12 @@ class RegisterMap:
         await self._write_words(self._base + first, [choice])
 
     async def write_set(self, number: int, coefficients: CoefficientSet, mean: MeanSet) -> None:
-        """Write prepared set ``number``: 0 with all heads, else without that head."""
+        """Write prepared set ``number``: 0 with all heads, else without that head.
+
+        Raises ValueError for a set with a lane of a real order: a set holds no turn steps.
+        """
+        if coefficients.turn_steps.any():
+            raise ValueError("a prepared set holds no turn steps: leave its real orders out")
         first = self._base + registers.PREPARED_SETS_ADDRESS + SET_BYTES * number
         await self._write_words(first, coefficient_words(coefficients))
         for place, word in enumerate(mean.words()):

@@ -110,6 +110,15 @@ class ConditionedLane:
 
 
 @dataclass(frozen=True, slots=True)
+class RealLane:
+    """A line of head 1's error of no whole order, over all turns (generic REAL_ORDERS)."""
+
+    order: float
+    cosine_arcsec: float
+    sine_arcsec: float
+
+
+@dataclass(frozen=True, slots=True)
 class LocalError:
     """An error of head 1 at one place of the turn (the gateware's generic LOCAL_TABLE)."""
 
@@ -311,6 +320,15 @@ class Effect(ABC):
         """What lanes can correct whose amplitude follows a condition; default none."""
         return []
 
+    def real_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[RealLane]:
+        """Give the lines of no whole order that lanes can correct; default none."""
+        return []
+
     def local_error(
         self, coefficients: NDArray[np.float64], nonlinear: Nonlinear
     ) -> LocalError | None:
@@ -472,6 +490,15 @@ class Effect(ABC):
                 nonlinear[parameter.name], float("nan"), parameter.unit
             )
         return found
+
+
+def paired_real_lanes(orders: Sequence[float], coefficients: NDArray[np.float64]) -> list[RealLane]:
+    """Give a lane for every order; ``coefficients`` are its cosine and sine, (2·orders,)."""
+    pairs = coefficients.reshape(-1, 2)
+    return [
+        RealLane(order, float(cosine), float(sine))
+        for order, (cosine, sine) in zip(orders, pairs, strict=True)
+    ]
 
 
 def paired_lanes(orders: Sequence[int], coefficients: NDArray[np.float64]) -> list[Lane]:

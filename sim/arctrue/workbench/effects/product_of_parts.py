@@ -22,8 +22,10 @@ from arctrue.workbench.effects.base import (
     Lane,
     Nonlinear,
     Parameter,
+    RealLane,
     amplitude_and_phase,
     paired_lanes,
+    paired_real_lanes,
 )
 from arctrue.workbench.effects.base import Condition as GatewareCondition
 from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns, harmonic_names
@@ -466,6 +468,19 @@ class ProductOfParts(Effect):
         elif self.condition is not ALWAYS:
             return []
         return self._waves(factor * coefficients, observations)
+
+    def real_lanes(
+        self, coefficients: Float, nonlinear: Nonlinear, observations: Observations
+    ) -> list[RealLane]:
+        all_whole = all(order == round(order) for order in self.orders)
+        elsewhere = self.frame == "reference" or (self._head or 1) > 1
+        if self.condition is not ALWAYS or self.electrical_head is not None or elsewhere:
+            return []
+        if all_whole or not self.orders:
+            return []
+        if self.frame == "stator":
+            coefficients = coefficients[2 * len(self.orders) :]
+        return paired_real_lanes(self.orders, coefficients)
 
     def _waves(self, coefficients: Float, observations: Observations) -> list[Lane]:
         """Its harmonics of head 1's error where the condition is 1."""

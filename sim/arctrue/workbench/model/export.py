@@ -17,7 +17,7 @@ from arctrue.gateware.extension import Conditions, Extension
 from arctrue.gateware.mean_set import OFFSET_ONE
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
 from arctrue.generated.number_formats import THERMAL_RANGE_K
-from arctrue.workbench.effects.base import ConditionedLane, Effect
+from arctrue.workbench.effects.base import ConditionedLane, Effect, RealLane
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.model.local_errors import local_errors, table_of
 from arctrue.workbench.model.model import Model, ModelEffect
@@ -63,6 +63,8 @@ class Export:
     """Lanes that follow a condition, in words."""
     local: list[str] = field(default_factory=list)
     """Errors that the local table takes away, in words."""
+    real: list[str] = field(default_factory=list)
+    """Lanes of real orders, in words."""
 
 
 @dataclass(frozen=True)
@@ -270,6 +272,7 @@ def export_model(
     range_c: tuple[float, float] | None = None,
     conditions: ConditionSettings | None = None,
     with_local_table: bool = False,
+    with_real_orders: bool = False,
 ) -> Export:
     """Quantise a fitted model for the gateware; the largest significant orders have a lane.
 
@@ -278,6 +281,7 @@ def export_model(
     THERMAL_RANGE_K to each side of T₀, and all that the set has). With ``conditions`` lanes follow
     direction and speed, and the coefficients need a gateware with MODULATORS. ``with_local_table``:
     errors at one place of the turn go into a table, which needs a gateware with LOCAL_TABLE.
+    ``with_real_orders``: lines of no whole order have lanes, which need one with REAL_ORDERS.
 
     Raises ValueError for a model without coefficients, a set that does not count, or a reversal
     that is too steep for its width.
@@ -291,7 +295,9 @@ def export_model(
         [lane for entry in conditioned.values() for lane in entry], conditions, observations
     )
     local = local_errors(model, effects)
-    taken = frozenset(conditioned) | frozenset(local)
+    of_real_order = lanes_of_real_orders(model, observations, effects)
+    real = [lane for entry in of_real_order.values() for lane in entry if with_real_orders]
+    taken = frozenset(conditioned) | frozenset(local) | frozenset(of_real_order)
     if temperature_c is None and follows_temperature(model, observations, effects):
         thermal = _with_temperature(model, observations, effects, taken)
     else:
@@ -312,10 +318,16 @@ def export_model(
     if local and not with_local_table:
         names = ", ".join(model.effects[index].name for index in local)
         left_out.append(f"{names}: a gateware with LOCAL_TABLE = true can, with --local-table")
-    if len(followed.lanes) > lanes:
-        raise ValueError(f"{len(followed.lanes)} lanes follow a condition, {lanes} are there")
+    if of_real_order and not with_real_orders:
+        names = ", ".join(model.effects[index].name for index in of_real_order)
+        left_out.append(f"{names}: a gateware with REAL_ORDERS = true can, with --real-orders")
+    if len(followed.lanes) + len(real) > lanes:
+        raise ValueError(
+            f"{len(followed.lanes)} lanes follow a condition and {len(real)} have a real order, "
+            f"{lanes} are there"
+        )
     orders = sorted(by_order, key=lambda order: -thermal.largest_arcsec(order))
-    plain_lanes = lanes - len(followed.lanes)
+    plain_lanes = lanes - len(followed.lanes) - len(real)
     for order in orders[plain_lanes:]:
         if thermal.largest_arcsec(order) == 0.0:
             continue
@@ -327,14 +339,19 @@ def export_model(
     sizes = [found.amplitude_arcsec(order) for order in kept]
     count = arcsec_per_count(observations.counts_per_rev)
     coefficients = Coefficients.from_harmonics(
-        [*kept, *followed.orders],
-        np.array([*sizes, *followed.sizes_arcsec]) / count,
-        [*phases, *followed.phases_rad],
+        [*kept, *followed.orders, *[0] * len(real)],
+        np.array([*sizes, *followed.sizes_arcsec, *map(_size_arcsec, real)]) / count,
+        [*phases, *followed.phases_rad, *map(_phase_rad, real)],
         observations.counts_per_rev,
         lanes,
     )
     if followed.lanes:
         coefficients = dataclasses.replace(coefficients, extension=followed.extension(len(kept)))
+    if real:
+        first = len(kept) + len(followed.orders)
+        coefficients = coefficients.with_real_orders(
+            {first + place: lane.order for place, lane in enumerate(real)}
+        )
     if local and with_local_table:
         table = table_of(list(local.values()), observations.counts_per_rev)
         extension = coefficients.extension or Extension()
@@ -359,7 +376,46 @@ def export_model(
         for index, one in local.items()
         if with_local_table
     ]
-    return Export(coefficients, kept, sizes, left_out, found.warnings, followed.words(), in_table)
+    of_orders = [f"order {lane.order:.7g}: {_size_arcsec(lane):.4g}″" for lane in real]
+    return Export(
+        coefficients,
+        kept,
+        sizes,
+        left_out,
+        found.warnings,
+        followed.words(),
+        in_table,
+        of_orders,
+    )
+
+
+def lanes_of_real_orders(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> dict[int, list[RealLane]]:
+    """By the place in the model: effects that lanes of real orders can take away.
+
+    Their phase is that over the angle of the set, whose turn 0 begins at its zero.
+    """
+    found = {}
+    for index, entry in enumerate(model.effects):
+        lanes = (
+            entry.effect(effects).real_lanes(
+                np.array(entry.coefficients), entry.search, observations
+            )
+            if entry.coefficients
+            else []
+        )
+        if lanes and all(lane.order <= ORDER_MAX for lane in lanes):
+            found[index] = lanes
+    return found
+
+
+def _size_arcsec(lane: RealLane) -> float:
+    return float(np.hypot(lane.cosine_arcsec, lane.sine_arcsec))
+
+
+def _phase_rad(lane: RealLane) -> float:
+    return float(np.arctan2(-lane.sine_arcsec, lane.cosine_arcsec))
 
 
 WORDS = ("word_a", "word_b")

@@ -13,10 +13,21 @@ from arctrue.calibration.head_weights import WeightsRefusedError, mean_weights
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import MeasurementSet
 from arctrue.workbench.effects.axis_motion import SEPARATING_HEADS
-from arctrue.workbench.effects.base import ConditionedLane, Effect, FitContext, LocalError
+from arctrue.workbench.effects.base import (
+    ConditionedLane,
+    Effect,
+    FitContext,
+    LocalError,
+    RealLane,
+)
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.solution import context_of_terms
-from arctrue.workbench.model.export import LOW_ORDERS, THERMAL_SPAN_K, lanes_by_condition
+from arctrue.workbench.model.export import (
+    LOW_ORDERS,
+    THERMAL_SPAN_K,
+    lanes_by_condition,
+    lanes_of_real_orders,
+)
 from arctrue.workbench.model.local_errors import local_errors, table_of, taken_off_arcsec
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
@@ -25,10 +36,11 @@ from arctrue.workbench.observations.rows import ReferenceRows
 Float = NDArray[np.float64]
 
 Taker = Literal[
-    "lanes", "lanes by condition", "local table", "firmware's model", "the mean", "nothing",
-    "not in the output", "reference",
+    "lanes", "lanes by condition", "lanes of real orders", "local table", "firmware's model",
+    "the mean", "nothing", "not in the output", "reference",
 ]  # fmt: skip
-"""Lanes; lanes that follow direction or speed; the local table; lanes that the firmware works out
+"""Lanes; lanes that follow direction or speed; lanes whose phase goes on from turn to turn; the
+local table; lanes that the firmware works out
 at the table's temperature; the weighted mean of three or four heads, as ``arctrue calibrate --angle
 mean`` writes it; nobody; a head other than head 1 alone has it; it is an error of the reference,
 none of the table."""
@@ -84,6 +96,9 @@ def outcome(
     followed: dict[int, list[ConditionedLane]] = {}
     if coefficients.extension is not None and coefficients.extension.modulators:
         followed = lanes_by_condition(model, observations, effects)
+    real: dict[int, list[RealLane]] = {}
+    if coefficients.extension is not None and coefficients.extension.turn_steps:
+        real = lanes_of_real_orders(model, observations, effects)
     local: dict[int, LocalError] = {}
     if coefficients.extension is not None and coefficients.extension.local_table is not None:
         local = local_errors(model, effects)
@@ -108,6 +123,9 @@ def outcome(
             held = table_of([local[index]], counts_per_rev)
             left = values - taken_off_arcsec(held, counts_per_rev, table_rows.line_rad)
             by = "local table"
+        elif index in real:
+            left = values - _real_arcsec(real[index], table_rows)
+            by = "lanes of real orders"
         elif effect.compensation == "lanes":
             lanes = _LanesOf(entry, effect, observations, coefficients, temperature_c)
             left = values - lanes.correction_arcsec(table_rows)
@@ -249,6 +267,15 @@ def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> F
         phase = one.lane.order * rows.angle_rad
         wave = one.lane.cosine_arcsec * np.cos(phase) + one.lane.sine_arcsec * np.sin(phase)
         total += values[one.condition] * wave
+    return total
+
+
+def _real_arcsec(lanes: Sequence[RealLane], rows: ReferenceRows) -> Float:
+    """What lanes of real orders take away at every row, (rows,)."""
+    total = np.zeros(rows.run.size)
+    for lane in lanes:
+        phase = lane.order * rows.angle_rad
+        total += lane.cosine_arcsec * np.cos(phase) + lane.sine_arcsec * np.sin(phase)
     return total
 
 

@@ -15,8 +15,10 @@ from arctrue.workbench.effects.base import (
     Leftover,
     Nonlinear,
     Parameter,
+    RealLane,
     amplitude_and_phase,
     paired_lanes,
+    paired_real_lanes,
 )
 from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
@@ -78,7 +80,8 @@ class DriveGearError(Effect):
     }
     compensation = "lanes"
     compensation_note = (
-        "lanes at the tooth count, when it is whole and the reference run has given its size"
+        "lanes at the tooth count, when the reference run has given its size; a tooth count that "
+        "is not whole needs REAL_ORDERS"
     )
     defaults = {"multiples": [1], "below": [], "above": []}
     multiples_setting = "multiples"
@@ -200,6 +203,17 @@ class DriveGearError(Effect):
         if teeth != round(teeth):
             return []
         return paired_lanes([round(order) for order in self._orders(teeth)], coefficients)
+
+    def real_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[RealLane]:
+        teeth = observations.drive_gear_teeth
+        if teeth is None or teeth == round(teeth):
+            return []
+        return paired_real_lanes(self._orders(teeth), coefficients)
 
     def parameters(
         self,

@@ -17,9 +17,11 @@ from arctrue.workbench.effects.base import (
     Leftover,
     Nonlinear,
     Parameter,
+    RealLane,
     SearchParameter,
     amplitude_and_phase,
     paired_lanes,
+    paired_real_lanes,
 )
 from arctrue.workbench.effects.capture_block import in_place_of_head
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
@@ -77,7 +79,9 @@ class PeriodicError(Effect):
     }
     defaults: ClassVar[dict[str, object]] = {"by_direction": False}
     compensation = "lanes"
-    compensation_note = "a whole order of the angle only, and seen in a reference run"
+    compensation_note = (
+        "an order of the angle seen in a reference run; one that is not whole needs REAL_ORDERS"
+    )
     unspecific = True
     search_kind = "line"
     search = (
@@ -274,14 +278,24 @@ class PeriodicError(Effect):
         temperature_c: float | None,
     ) -> list[Lane]:
         order = nonlinear["order"]
-        if (
-            self._by_direction
-            or nonlinear["in_time"]
-            or nonlinear["in_capture"]
-            or abs(order - round(order)) > WHOLE
-        ):
+        if not self._of_the_angle(nonlinear) or abs(order - round(order)) > WHOLE:
             return []
         return paired_lanes([round(order)], coefficients)
+
+    def real_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[RealLane]:
+        order = nonlinear["order"]
+        if not self._of_the_angle(nonlinear) or abs(order - round(order)) <= WHOLE:
+            return []
+        return paired_real_lanes([order], coefficients[:2])
+
+    def _of_the_angle(self, nonlinear: Nonlinear) -> bool:
+        """One line of the reference that is fixed to the angle."""
+        return not (self._by_direction or nonlinear["in_time"] or nonlinear["in_capture"])
 
 
 def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | None:

@@ -1,0 +1,343 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # turn_offset_sweep
+--
+-- Prepares the phase offsets of lanes of a real order n: within a turn a lane's phase is Φ + n·θ, and from turn to turn it goes on by
+-- the fraction ν of n. The offset of turn m is Φ + frac(m·ν); one multiplier works it out for the turns m - 1, m and m + 1
+-- of all lanes of both banks, one after the other, again and again. The turn steps ν and the offsets Φ of both banks are
+-- kept here. A lane with ν = 0, of a whole order, has the offset Φ in every turn.
+--
+-- **Turns.** An offset is written to the place m modulo 4 of its lane. A sweep takes 18 · LANES clocks and holds the turn of its
+-- start as m, so that it writes three neighbours whatever the angle does meanwhile. While the angle goes to and fro over a wrap their
+-- offsets stay as they are. After a wrap the next turn's are complete within two sweeps, when 36 · LANES + 12 clocks have passed
+-- since its angle. Up to the next wrap in the same direction the angle travels half a turn at least, even if the zero
+-- moves, at one count a clock at most: so 72 · LANES + 48 counts a turn are enough at every speed (REAL_ORDER_COUNTS_A_LANE).
+--
+-- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error adds up from turn to turn, and none depends on how the
+-- table came to turn m. The offset is rounded once, half up, to 24 bits.
+--
+-- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of the idle bank are complete. After
+-- a swap, `take_over` has the idle bank's turn steps filled with those of the active one; `copies` is high meanwhile,
+-- 18 · LANES + 4 clocks: write no turn step then.
+--
+-- **Latency.** 1 clock from `read_address` to `read_word`; 8 clocks from a step of the sweep to the memory that holds its offset.
+--
+-- **Number formats.** turn s23.0 turns; turn steps u0.48 turn a turn; offsets u0.24 turn.
+--
+-- **Reset.** None: sweeps go on. At power-up every word is 0.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity turn_offset_sweep is
+  generic (
+    LANES : positive range 1 to LANES_MAX := LANES_DEFAULT;
+    FOLD  : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
+  );
+  port (
+    clock        : in    std_ulogic;
+    turn         : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0);                      -- turns, of the present angle
+    idle_bank    : in    std_ulogic;
+    -- Words of the bank that is idle
+    write_low    : in    std_ulogic;                                                    -- pulse: turn step, bits 31 to 0
+    write_high   : in    std_ulogic;                                                    -- pulse: turn step, bits 47 to 32
+    write_offset : in    std_ulogic;                                                    -- pulse: phase offset
+    write_lane   : in    u_unsigned(5 downto 0);
+    write_word   : in    std_ulogic_vector(31 downto 0);
+    take_over    : in    std_ulogic;                                                    -- pulse: fill the idle bank's turn steps
+    copies       : out   std_ulogic;
+    swept        : out   std_ulogic                               := '0';               -- a whole sweep has followed the last write
+    read_address : in    u_unsigned(6 downto 0);                                        -- lane * 2 + word
+    read_word    : out   std_ulogic_vector(31 downto 0);                                -- of the idle bank's turn step
+    -- Prepared offsets
+    selected     : out   std_ulogic_vector(0 to LANES / FOLD - 1) := (others => '0');
+    bank         : out   std_ulogic                               := '0';
+    slot         : out   u_unsigned(2 downto 0)                   := (others => '0');
+    of_turn      : out   u_unsigned(1 downto 0)                   := (others => '0');   -- turn modulo 4
+    prepared     : out   std_ulogic_vector(PHASE_WIDTH - 1 downto 0) := (others => '0') -- turn, u0.24
+  );
+end entity turn_offset_sweep;
+
+architecture rtl of turn_offset_sweep is
+
+  constant BUILT        : positive := LANES / FOLD;
+  constant PARTS        : positive := 3;
+  constant SWEEP_CLOCKS : positive := 3 * PARTS * 2 * LANES;
+  -- From the last item of a sweep to the memory that has its offset, and two clocks more.
+  constant TAIL_CLOCKS  : positive := 10;
+
+  -- The multiplier's narrow port takes 17 unsigned bits.
+  constant PART_WIDTH   : positive := 17;
+  constant SUM_WIDTH    : positive := TURN_NUMBER_WIDTH + PART_WIDTH + 1;
+  constant HIGH_WIDTH   : positive := PHASE_STEP_WIDTH - 2 * PART_WIDTH;
+  constant LOWEST_BIT   : positive := PHASE_STEP_WIDTH - PHASE_WIDTH - PART_WIDTH;
+
+  subtype word is std_ulogic_vector(31 downto 0);
+
+  subtype offset_of_phase is u_unsigned(PHASE_WIDTH - 1 downto 0);
+
+  subtype turn_number is u_signed(TURN_NUMBER_WIDTH - 1 downto 0);
+
+  subtype product is u_signed(SUM_WIDTH - 1 downto 0);
+
+  type low_words is array (0 to 127) of word;
+
+  subtype high_word is std_ulogic_vector(PHASE_STEP_WIDTH - 33 downto 0);
+
+  type high_words is array (0 to 127) of high_word;
+
+  type offsets is array (0 to 127) of offset_of_phase;
+
+  -- Which part of which lane is on its way
+  type item is record
+    part  : natural range 0 to PARTS - 1;
+    lane  : natural range 0 to LANES - 1;
+    bank  : std_ulogic;
+    which : natural range 0 to 2; -- turn m, m + 1, m - 1
+  end record item;
+
+  type items is array (natural range <>) of item;
+
+  constant FIRST : item :=
+  (
+    part  => 0,
+    lane  => 0,
+    bank  => '0',
+    which => 0
+  );
+
+  function next_item (now : item) return item is
+
+    variable result : item;
+
+  begin
+
+    result := now;
+    if now.part /= PARTS - 1 then
+      result.part := now.part + 1;
+      return result;
+    end if;
+    result.part := 0;
+    if now.lane /= LANES - 1 then
+      result.lane := now.lane + 1;
+      return result;
+    end if;
+    result.lane := 0;
+    result.bank := not now.bank;
+    if now.bank = '0' then
+      return result;
+    end if;
+    result.which := 0;
+    if now.which /= 2 then
+      result.which := now.which + 1;
+    end if;
+    return result;
+
+  end function next_item;
+
+  -- Bank before lane, in 7 bits.
+  function place (of_bank : std_ulogic; lane : u_unsigned(5 downto 0)) return natural is
+  begin
+
+    return to_integer(u_unsigned'(of_bank & lane));
+
+  end function place;
+
+  signal steps_low   : low_words  := (others => (others => '0'));
+  signal steps_high  : high_words := (others => (others => '0'));
+  signal of_lanes    : offsets    := (others => (others => '0'));
+
+  signal now         : item       := FIRST;
+  signal low_1       : word                                       := (others => '0');
+  signal high_1      : high_word := (others => '0');
+  signal offset_1    : offset_of_phase                            := (others => '0');
+  signal read_low    : word                                       := (others => '0');
+  signal read_high   : high_word := (others => '0');
+  signal read_is_high : std_ulogic                                := '0';
+
+  signal copy_left   : natural range 0 to SWEEP_CLOCKS + 4        := 0;
+  signal copying     : std_ulogic;
+  signal copied      : std_ulogic                                 := '0';
+  signal copied_lane : u_unsigned(5 downto 0)                     := (others => '0');
+  signal copied_low  : word                                       := (others => '0');
+  signal copied_high : high_word := (others => '0');
+  signal to_lane     : u_unsigned(5 downto 0);
+  signal read_bank   : std_ulogic;
+  signal sweep_left  : natural range 0 to 2 * SWEEP_CLOCKS + TAIL_CLOCKS := 0;
+
+begin
+
+  copying   <= '1' when copy_left /= 0 else
+               '0';
+  copies    <= copying or copied;
+  to_lane   <= copied_lane when copied = '1' else
+               write_lane;
+  -- Until they are copied the words of the active bank are those that the idle one will have.
+  read_bank <= idle_bank xor (copying or copied);
+  read_word <= std_ulogic_vector(resize(u_unsigned(read_high), 32)) when read_is_high = '1' else
+               read_low;
+
+  remember : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      low_1    <= steps_low(place(now.bank, to_unsigned(now.lane, 6)));
+      high_1   <= steps_high(place(now.bank, to_unsigned(now.lane, 6)));
+      offset_1 <= of_lanes(place(now.bank, to_unsigned(now.lane, 6)));
+
+      read_low     <= steps_low(place(read_bank, read_address(6 downto 1)));
+      read_high    <= steps_high(place(read_bank, read_address(6 downto 1)));
+      read_is_high <= read_address(0);
+
+      if copied = '1' then
+        steps_low(place(idle_bank, to_lane))  <= copied_low;
+        steps_high(place(idle_bank, to_lane)) <= copied_high;
+      else
+        if write_low = '1' then
+          steps_low(place(idle_bank, to_lane)) <= write_word;
+        end if;
+        if write_high = '1' then
+          steps_high(place(idle_bank, to_lane)) <= write_word(high_word'range);
+        end if;
+      end if;
+
+      if write_offset = '1' then
+        of_lanes(place(idle_bank, write_lane)) <= u_unsigned(write_word(PHASE_WIDTH - 1 downto 0));
+      end if;
+    end if;
+
+  end process remember;
+
+  multiply : process (clock) is
+
+    -- Registers; the number is the clock after `now` in which they hold.
+    variable item_1_to_4 : items(1 to 4)                              := (others => FIRST);
+    variable turn_2      : turn_number                                := (others => '0');
+    variable part_2      : u_signed(PART_WIDTH downto 0)              := (others => '0');
+    variable offset_2    : offset_of_phase                            := (others => '0');
+    variable low_turn_3  : u_unsigned(1 downto 0)                     := (others => '0');
+    variable product_3   : product                                    := (others => '0');
+    variable offset_3    : offset_of_phase                            := (others => '0');
+    variable low_turn_4  : u_unsigned(1 downto 0)                     := (others => '0');
+    variable sum_4       : product                                    := (others => '0');
+    variable middle_4    : u_unsigned(PART_WIDTH - LOWEST_BIT downto 0) := (others => '0');
+    variable offset_4    : offset_of_phase                            := (others => '0');
+
+    -- The turn of this sweep and its neighbours
+    variable above       : turn_number                                := (others => '0');
+    variable below       : turn_number                                := (others => '0');
+    variable middle      : turn_number                                := (others => '0');
+
+    variable fraction    : offset_of_phase;
+
+  begin
+
+    if rising_edge(clock) then
+      -- Fifth clock: to the memory that this entity alone writes.
+      selected <= (others => '0');
+      bank     <= item_1_to_4(4).bank;
+      of_turn  <= low_turn_4;
+
+      for lane in 0 to LANES - 1 loop
+        if item_1_to_4(4).lane = lane then
+          slot                   <= to_unsigned(lane / BUILT, 3);
+          selected(lane mod BUILT) <= '1' when item_1_to_4(4).part = PARTS - 1 else '0';
+        end if;
+      end loop;
+
+      fraction := u_unsigned(sum_4(HIGH_WIDTH - 1 downto 0)) & middle_4(middle_4'high downto 1);
+      prepared <= std_ulogic_vector(fraction + offset_4 + ("" & middle_4(0)));
+
+      -- Fourth clock. Every part's low 17 bits belong to the product, the others go to the next part.
+      middle_4   := u_unsigned(sum_4(PART_WIDTH - 1 downto LOWEST_BIT - 1));
+      low_turn_4 := low_turn_3;
+      offset_4   := offset_3;
+      if item_1_to_4(3).part = 0 then
+        sum_4 := product_3;
+      else
+        sum_4 := product_3 + shift_right(sum_4, PART_WIDTH);
+      end if;
+
+      -- Third clock.
+      product_3  := turn_2 * part_2;
+      low_turn_3 := u_unsigned(turn_2(1 downto 0));
+      offset_3   := offset_2;
+
+      -- Second clock.
+      offset_2 := offset_1;
+
+      case item_1_to_4(1).part is
+
+        when 0 =>
+          part_2 := '0' & u_signed(low_1(PART_WIDTH - 1 downto 0));
+
+        when 1 =>
+          part_2 := '0' & u_signed(high_1(2 * PART_WIDTH - 33 downto 0)) & u_signed(low_1(31 downto PART_WIDTH));
+
+        when others =>
+          part_2 := resize('0' & u_signed(high_1(high_1'high downto 2 * PART_WIDTH - 32)), part_2'length);
+
+      end case;
+
+      case item_1_to_4(1).which is
+
+        when 0 =>
+          turn_2 := middle;
+
+        when 1 =>
+          turn_2 := above;
+
+        when others =>
+          turn_2 := below;
+
+      end case;
+
+      -- First clock.
+      item_1_to_4 := now & item_1_to_4(1 to 3);
+      now         <= next_item(now);
+
+      -- One turn for the whole sweep: otherwise a tremble could leave one of the three out.
+      if now = FIRST then
+        middle := turn;
+        above  := turn + 1;
+        below  := turn - 1;
+      end if;
+    end if;
+
+  end process multiply;
+
+  copy : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      -- In its last clock the words of the item that was asked for are there.
+      copied      <= copying and (now.bank xor idle_bank) when now.part = PARTS - 1 and now.which = 0 else
+                     '0';
+      copied_lane <= to_unsigned(now.lane, 6);
+      copied_low  <= low_1;
+      copied_high <= high_1;
+
+      if copy_left /= 0 then
+        copy_left <= copy_left - 1;
+      end if;
+      if take_over = '1' then
+        copy_left <= SWEEP_CLOCKS + 4;
+      end if;
+
+      swept <= '1' when sweep_left = 0 else
+               '0';
+      if sweep_left /= 0 then
+        sweep_left <= sweep_left - 1;
+      end if;
+      if (write_low or write_high or write_offset or copying or copied) = '1' then
+        sweep_left <= 2 * SWEEP_CLOCKS + TAIL_CLOCKS;
+        swept      <= '0';
+      end if;
+    end if;
+
+  end process copy;
+
+end architecture rtl;

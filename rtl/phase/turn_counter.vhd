@@ -1,0 +1,88 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # turn_counter
+--
+-- Counts the turns of the angle. Each angle is taken as the continuation of the one before, the shorter way round: a wrap forwards
+-- adds a turn, a wrap backwards takes one off. An angle that jumps, because the zero moves or another head becomes
+-- the carrier, is continued the same way, and exactly half a turn counts as no wrap. Turn number and angle
+-- together are the angle over many turns.
+--
+-- **Latency.** `turn_select`, the two low bits of an angle's turn number, is valid in the clock after its angle and stands until the
+-- clock after the next angle that is taken. `turn` follows a clock later.
+--
+-- **Number formats.** angle u24.0 counts below counts_per_rev; turn s23.0 turns, wraps modulo 2²⁴.
+--
+-- **Reset.** The turn number is 0. Hold it over two angles that are taken. While `counts_per_rev` changes, angles are below the old and
+-- the new value.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity turn_counter is
+  port (
+    clock          : in    std_ulogic;
+    reset          : in    std_ulogic;
+    take           : in    std_ulogic;                                    -- the angle of this clock counts
+    angle          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
+    counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
+    turn_select    : out   u_unsigned(1 downto 0);                        -- turn number modulo 4, a clock after the angle
+    turn           : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0)       -- turns, two clocks after the angle
+  );
+end entity turn_counter;
+
+architecture rtl of turn_counter is
+
+  subtype limit is u_signed(ANGLE_WIDTH + 1 downto 0);
+
+  signal half    : limit                              := (others => '0');
+  -- The next angle has wrapped if it is below the first or above the second.
+  signal lowest  : limit                              := (others => '0');
+  signal highest : limit                              := (others => '0');
+  signal up      : std_ulogic                         := '0';
+  signal down    : std_ulogic                         := '0';
+  signal number  : u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0');
+
+begin
+
+  turn        <= number;
+  -- down & (up or down) is 1, 0 or -1.
+  turn_select <= u_unsigned(number(1 downto 0)) + u_unsigned'(down & (up or down));
+
+  count : process (clock) is
+
+    variable now : limit;
+
+  begin
+
+    if rising_edge(clock) then
+      now  := resize(u_signed('0' & angle), now'length);
+      half <= resize(u_signed(shift_right('0' & counts_per_rev, 1)), half'length);
+
+      up   <= '0';
+      down <= '0';
+      if take = '1' then
+        up      <= '1' when now < lowest else '0';
+        down    <= '1' when now > highest else '0';
+        lowest  <= now - half;
+        highest <= now + half;
+      end if;
+
+      if up = '1' then
+        number <= number + 1;
+      elsif down = '1' then
+        number <= number - 1;
+      end if;
+
+      if reset = '1' then
+        up     <= '0';
+        down   <= '0';
+        number <= (others => '0');
+      end if;
+    end if;
+
+  end process count;
+
+end architecture rtl;

@@ -1,0 +1,23 @@
+"""Model of the entity ``turn_counter``: the turns that an angle has gone round."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.generated.number_formats import TURN_NUMBER_WIDTH
+
+
+def turn_numbers(angle: ArrayLike, counts_per_rev: int, first: int = 0) -> NDArray[np.int64]:
+    """Turn number of each angle, (angles,); the latency is left out.
+
+    ``angle``: counts of consecutive angles that are taken, (angles,), of which the first is in turn
+    ``first``. Each is the continuation of the one before, the shorter way round; half a turn is no
+    wrap. The numbers wrap modulo 2²⁴ as the gateware's.
+    """
+    step = np.diff(np.asarray(angle, dtype=np.int64))
+    wraps = (2 * step < -counts_per_rev).astype(np.int64) - (2 * step > counts_per_rev)
+    numbers = np.concatenate([[first], first + np.cumsum(wraps)])
+    half = 1 << (TURN_NUMBER_WIDTH - 1)
+    wrapped: NDArray[np.int64] = (numbers + half) % (2 * half) - half
+    return wrapped

@@ -1,0 +1,50 @@
+"""Model of the entity ``turn_offset_sweep``: Φ + frac(m·ν), the phase offsets of a turn m."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.generated.number_formats import (
+    PHASE_STEP_WIDTH,
+    PHASE_WIDTH,
+    REAL_ORDER_COUNTS_A_LANE,
+    REAL_ORDER_COUNTS_BESIDE,
+)
+
+PLACES: Final = 4
+"""Turns for which an offset is stored: that of turn m at m modulo 4."""
+_CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
+
+
+def ready_clocks(lanes: int) -> int:
+    """Clocks after a wrap until the offsets of the turn after the next wrap are there."""
+    return 36 * lanes + 12
+
+
+def least_counts(lanes: int) -> int:
+    """Fewest counts a turn with which the offsets are ready at every speed, a count a clock.
+
+    Between two wraps in one direction the angle travels half a turn at least: a zero that moves
+    may take the other half.
+    """
+    return REAL_ORDER_COUNTS_A_LANE * lanes + REAL_ORDER_COUNTS_BESIDE
+
+
+def turn_offsets(
+    turn: ArrayLike, turn_steps: ArrayLike, phase_offsets: ArrayLike
+) -> NDArray[np.int64]:
+    """Phase offsets in 2⁻²⁴ turn, (turns, lanes), rounded once, half up.
+
+    ``turn``: numbers of turns m, (turns,); ``turn_steps``: ν in 2⁻⁴⁸ turn a turn and
+    ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,).
+    """
+    # Products wrap modulo 2⁶⁴; the 48 bits of a turn are the low ones.
+    numbers = np.asarray(turn, dtype=np.int64).astype(np.uint64)[..., np.newaxis]
+    fraction = numbers * np.asarray(turn_steps, dtype=np.uint64)
+    fraction = (fraction + np.uint64(1 << (_CUT_OFF - 1))) >> np.uint64(_CUT_OFF)
+    offsets = fraction.astype(np.int64) + np.asarray(phase_offsets, dtype=np.int64)
+    wrapped: NDArray[np.int64] = offsets & ((1 << PHASE_WIDTH) - 1)
+    return wrapped

@@ -1,0 +1,179 @@
+"""Lines of no whole order become lanes whose phase goes on from turn to turn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sim.tests.command_line import arctrue as _run
+
+from arctrue.gateware.capability import EVERYTHING
+from arctrue.gateware.coefficient_file import (
+    CoefficientFileError,
+    read_coefficient_file,
+    write_coefficient_file,
+)
+from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.measurement import MeasurementSet, write_measurement_set
+from arctrue.workbench.effects.catalogue.drive_gear_error import DriveGearError
+from arctrue.workbench.effects.catalogue.periodic_error import PeriodicError
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
+from arctrue.workbench.model.export import Export, export_model
+from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.model.model_file import write_model
+from arctrue.workbench.model.taken_away import outcome
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
+
+from .reversal_sets import reversal_set
+
+COUNTS = 1 << 20
+ARCSEC_PER_COUNT = 1_296_000 / COUNTS
+EFFECTS = {
+    "periodic_error": PeriodicError,
+    "drive_gear_error": DriveGearError,
+    "product_of_parts": ProductOfParts,
+}
+LINE = {"order": 0.5, "frequency": 0.0, "in_time": 0.0, "in_capture": 0.0}
+
+
+@pytest.fixture(scope="module")
+def made() -> MeasurementSet:
+    made = reversal_set(varies=0.0)
+    return replace(made, table=replace(made.table, counts_per_rev=COUNTS, drive_gear_teeth=71.4))
+
+
+@pytest.fixture(scope="module")
+def observations(made: MeasurementSet) -> Observations:
+    return observations_of(made)
+
+
+def model() -> Model:
+    """A belt, a gear off its centre, and a wave that is fixed to the disc."""
+    sides = {"multiples": [1], "below": [1], "above": [1]}
+    wave = {"orders": [2.75], "fixed_to": "disc"}
+    return Model(
+        [
+            ModelEffect("periodic_error", {}, LINE, ["cos", "sin"], [12.0, -5.0]),
+            ModelEffect("drive_gear_error", sides, coefficients=[8.0, 6.0, 2.0, 0.5, -1.0, 3.0]),
+            ModelEffect("product_of_parts", wave, coefficients=[4.0, 3.0]),
+        ]
+    )
+
+
+def exported(observations: Observations, **options: bool) -> Export:
+    return export_model(
+        model(),
+        observations,
+        EFFECTS,
+        lanes=8,
+        temperature_c=None,
+        **options,  # type: ignore[arg-type]
+    )
+
+
+def error_arcsec(angle_rad: np.ndarray) -> np.ndarray:
+    """The model's error in float64, over any number of turns."""
+    total = np.zeros(angle_rad.size)
+    for order, cosine, sine in (
+        (0.5, 12.0, -5.0),
+        (71.4, 8.0, 6.0),
+        (70.4, 2.0, 0.5),
+        (72.4, -1.0, 3.0),
+        (2.75, 4.0, 3.0),
+    ):
+        total += cosine * np.cos(order * angle_rad) + sine * np.sin(order * angle_rad)
+    return total
+
+
+def test_every_line_has_a_lane_with_its_turn_step(observations: Observations) -> None:
+    held = exported(observations, with_real_orders=True).coefficients
+    assert held.extension is not None
+    orders = sorted(float(held.real_orders[lane]) for lane, _ in held.extension.turn_steps)
+    # A turn step is off by 2⁻⁴⁹ at most.
+    assert orders == pytest.approx([0.5, 2.75, 70.4, 71.4, 72.4], abs=2.0**-48)
+
+
+@pytest.mark.parametrize("turn", [0, 1, -1, 1000, -1_000_000])
+def test_the_gateware_takes_the_model_away_in_every_turn(
+    observations: Observations, turn: int
+) -> None:
+    """The bit-true pipeline against the equation: half a count of rounding, no drift."""
+    held = exported(observations, with_real_orders=True).coefficients
+    angles = np.arange(0, COUNTS, 4099)
+    turns = np.full(angles.size, turn)
+    found = compensate(angles, angles, held, turns=turns).correction / 2048.0
+    total_rad = 2.0 * np.pi * (turn + angles / COUNTS)
+    exact = error_arcsec(total_rad) / ARCSEC_PER_COUNT
+    # Phases in 2⁻²⁴ turn, cosines and amplitudes: with 24 counts in all far below a tenth.
+    assert np.abs(found - exact).max() < 0.02
+    seen = held.error_counts(angles + turn * COUNTS)
+    assert np.abs(seen - exact).max() < 0.02
+
+
+def test_the_bank_of_another_turn(observations: Observations) -> None:
+    """What the gateware calls turn 5 may be turn 0 of the set."""
+    held = exported(observations, with_real_orders=True).coefficients
+    angles = np.arange(0, COUNTS, 40_009)
+    first = compensate(angles, angles, held, turns=np.zeros(angles.size, dtype=np.int64))
+    moved = held.from_turn(5)
+    later = compensate(angles, angles, moved, turns=np.full(angles.size, 5))
+    # An offset is rounded twice then: 2⁻²⁵ turn, at an amplitude of 12 counts.
+    assert np.abs(first.correction - later.correction).max() <= 1
+
+
+def test_what_they_take_away_is_counted(observations: Observations) -> None:
+    held = exported(observations, with_real_orders=True)
+    became = outcome(model(), observations, EFFECTS, held.coefficients, temperature_c=None)
+    assert {item.by for item in became.effects} == {"lanes of real orders"}
+    assert became.left_arcsec < 1e-9
+    assert not any("REAL_ORDERS" in text for text in held.left_out)
+    assert len(held.real) == 5
+
+
+def test_without_the_option_they_are_left_and_said_so(observations: Observations) -> None:
+    result = exported(observations)
+    assert result.coefficients.extension is None
+    assert any("--real-orders" in text for text in result.left_out)
+    became = outcome(model(), observations, EFFECTS, result.coefficients, temperature_c=None)
+    assert {item.by for item in became.effects} == {"nothing"}
+
+
+def test_lines_in_time_and_of_the_capture_have_none(observations: Observations) -> None:
+    values = np.array([1.0, 2.0])
+    for other in ({"in_time": 1.0}, {"in_capture": 1.0}, {"order": 3.0}):
+        assert PeriodicError().real_lanes(values, LINE | other, observations) == []
+    elsewhere = ProductOfParts(orders=[2.75], fixed_to="reference")
+    assert elsewhere.real_lanes(values, {}, observations) == []
+
+
+def test_few_counts_a_turn_are_refused(made: MeasurementSet) -> None:
+    """The offset of the next turn would not be ready at the fastest speed."""
+    small = replace(made, table=replace(made.table, counts_per_rev=620))
+    with pytest.raises(ValueError, match="needs 624 at least"):
+        exported(observations_of(small), with_real_orders=True)
+
+
+def test_the_file_reads_back_and_names_its_generic(
+    observations: Observations, tmp_path: Path
+) -> None:
+    held = exported(observations, with_real_orders=True).coefficients
+    path = tmp_path / "coefficients.toml"
+    write_coefficient_file(path, held)
+    assert read_coefficient_file(path, EVERYTHING) == held
+    with pytest.raises(CoefficientFileError, match="REAL_ORDERS = true"):
+        read_coefficient_file(path)
+
+
+def test_the_command(made: MeasurementSet, tmp_path: Path) -> None:
+    write_measurement_set(tmp_path / "set", made)
+    write_model(tmp_path / "model.toml", Model(model().effects[:1]))
+    answer = _run(
+        *("export", tmp_path / "set", "--model", tmp_path / "model.toml", "--out", tmp_path),
+        *("--real-orders", "--force"),
+    )
+    assert answer.exit_code == 0, answer.output
+    assert "order 0.5: 13″" in answer.output
+    assert read_coefficient_file(tmp_path / "coefficients.toml", EVERYTHING).turn_steps.any()

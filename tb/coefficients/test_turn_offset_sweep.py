@@ -1,0 +1,15 @@
+"""Phase offsets of turns in VHDL equal their model."""
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize(("lanes", "fold"), [(4, 1), (6, 2), (32, 8)])
+def test_turn_offset_sweep(lanes: int, fold: int) -> None:
+    simulate(
+        "turn_offset_sweep",
+        "tb.coefficients.turn_offset_sweep_bench",
+        generics={"LANES": lanes, "FOLD": fold},
+        environment={"LANES": str(lanes), "FOLD": str(fold)},
+    )

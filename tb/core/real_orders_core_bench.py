@@ -1,0 +1,157 @@
+"""cocotb test of the core with REAL_ORDERS: pins in, lines of real orders taken away.
+
+The table turns forwards and backwards over several turns. In every clock the correction is the
+model's for the turn that the position tells.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.triggers import ClockCycles, FallingEdge
+from cocotbext.axi import AxiResp
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.gateware.extension import Extension
+from arctrue.gateware.turn_counter import turn_numbers
+from arctrue.generated import registers
+from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PIPELINE_LATENCY
+from tb.core import arctrue_core_table as table
+from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, prepared
+
+COUNTS = table.COUNTS_PER_REV
+TURN = 1 << PHASE_STEP_WIDTH
+ORDERS = (0.5, 2.4, 3.0, 0.398)
+AMPLITUDES = (5.0, 4.0, 6.0, 3.0)
+SIGNED = ("healed", "correction", "corrected_position", "turn")
+NAMES = ("angle_in", *SIGNED)
+LATENCY = PIPELINE_LATENCY + FOLD - 1
+
+
+def bank(orders: tuple[float, ...] = ORDERS) -> Coefficients:
+    made = Coefficients.from_harmonics(
+        [0] * LANES, list(AMPLITUDES), [0.4, -1.1, 2.0, 0.1], COUNTS, LANES
+    )
+    steps = tuple((lane, round(order % 1 * TURN)) for lane, order in enumerate(orders) if order % 1)
+    return Coefficients(
+        np.array([round(order * TURN / COUNTS) for order in orders], dtype=np.uint64),
+        made.phase_offsets,
+        made.amplitudes,
+        0,
+        COUNTS,
+        None,
+        Extension(turn_steps=steps),
+    )
+
+
+async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Play a motion; the signals of every clock, (clocks, names)."""
+    seen: list[list[int]] = []
+    turning = cocotb.start_soon(machine.turn(angle))
+    while not turning.done():
+        await FallingEdge(dut.clock)
+        seen.append(
+            [
+                value.to_signed() if name in SIGNED else value.to_unsigned()
+                for name, value in ((name, getattr(dut.unit, name).value) for name in NAMES)
+            ]
+        )
+    return np.array(seen, dtype=np.int64)
+
+
+def compare(rows: NDArray[np.int64], loaded: Coefficients) -> None:
+    """Every accepted angle has the model's correction in its turn."""
+    seen, later = rows[:-LATENCY], rows[LATENCY:]
+    # Two clocks after the angle the number of its turn is there: that of the first row.
+    turns = turn_numbers(seen[:, 0], COUNTS, int(rows[2 * FOLD, 4]))
+    model = compensate(seen[:, 0], seen[:, 1], loaded, turns=turns)
+    same = [
+        np.array_equal(later[start::FOLD, 2], model.correction[start::FOLD])
+        and np.array_equal(later[start::FOLD, 3], model.corrected_position[start::FOLD])
+        for start in range(FOLD)
+    ]
+    assert sum(same) == 1, same
+    assert np.ptp(turns) >= 2
+
+
+async def settled(machine: Machine) -> None:
+    await ClockCycles(machine.dut.clock, 60 * LANES + 2 * LATENCY)
+    while (await machine.registers.read_fields("status"))["ramp_busy"]:
+        pass
+
+
+@cocotb.test()
+async def lines_of_real_orders(dut: Any) -> None:
+    """Three turns forwards and four backwards; another bank; whole orders again."""
+    machine = await prepared(dut)
+    names = machine.registers
+    assert (await names.read_fields("capability"))["real_orders"] == 1
+    loaded = bank()
+    await names.write_coefficients(loaded)
+    await names.command("swap")
+    await names.update("control", output_enable=1, compensate=1)
+    turn = np.arange(int(COUNTS * CLOCKS_PER_COUNT)) / CLOCKS_PER_COUNT
+    await machine.turn(machine.now + turn)
+    await machine.turn(machine.now + turn)
+    await settled(machine)
+    up = machine.now + np.concatenate([turn, COUNTS + turn, 2 * COUNTS + turn])
+    down = up[-1] - np.concatenate([turn, COUNTS + turn, 2 * COUNTS + turn, 3 * COUNTS + turn[:9]])
+    tremble = down[-1] + 3.0 * np.sin(np.arange(900) / 20.0)
+    compare(await record(machine, dut, np.concatenate([up, down, tremble])), loaded)
+    number = await names.read("turn_number")
+    assert number in (0, 1, 2**32 - 1)
+    other = bank((1.7, 0.25, 0.5, 1.0))
+    await names.write_coefficients(other)
+    await names.command("swap")
+    await settled(machine)
+    up = machine.now + np.concatenate([turn, COUNTS + turn, 2 * COUNTS + turn])
+    compare(await record(machine, dut, up), other)
+    assert (await names.read("turn_number")) == number + 3
+    whole = Coefficients.from_harmonics([1, 2], [5.0, 3.0], [0.3, 1.0], COUNTS, LANES)
+    await names.write_coefficients(whole)
+    await names.command("swap")
+    await settled(machine)
+    up = machine.now + np.concatenate([turn, COUNTS + turn, 2 * COUNTS + turn])
+    compare(await record(machine, dut, up), whole)
+
+
+@cocotb.test()
+async def rearm_keeps_the_turn(dut: Any) -> None:
+    """No count is lost: after the next index each turn has its number again."""
+    machine = await prepared(dut)
+    names = machine.registers
+    turn = np.arange(int(COUNTS * CLOCKS_PER_COUNT)) / CLOCKS_PER_COUNT
+    for share in (0.2, 0.7):
+        await machine.turn(machine.now + turn[: int(turn.size * share)])
+        await machine.turn(machine.now + turn)
+        before = await names.read("turn_number")
+        await names.command("rearm")
+        await ClockCycles(dut.clock, 200)
+        await machine.turn(machine.now + turn)
+        await machine.turn(machine.now + turn)
+        # Two turns of travel: at the same angle the number is two more.
+        assert (await names.read("turn_number")) == (before + 2) % 2**32
+
+
+@cocotb.test()
+async def words_of_turn_steps(dut: Any) -> None:
+    """Words read back; other lanes, parts of a word and writes of the turn number are refused."""
+    machine = await prepared(dut)
+    bus = machine.bus
+    first = registers.TURN_STEPS_ADDRESS
+    for lane in range(LANES):
+        for word, data, kept in ((0, 0xDEADBEEF, 0xDEADBEEF), (1, 0xFFFF1234, 0x1234)):
+            address = first + 8 * lane + 4 * word
+            assert await bus.write(address, data) == AxiResp.OKAY
+            assert await bus.read(address) == (AxiResp.OKAY, kept)
+            assert await bus.write(address, 1, strobes=0b0011) == AxiResp.SLVERR
+            assert await bus.read(address) == (AxiResp.OKAY, kept)
+            assert await bus.write(address, 0) == AxiResp.OKAY
+    for beyond in (first + 8 * LANES, first + 508, first + 0x204, first + 0x3FC):
+        assert await bus.write(beyond, 1) == AxiResp.SLVERR
+        assert await bus.read(beyond) == (AxiResp.SLVERR, 0)
+    assert await bus.write(registers.TURN_NUMBER_ADDRESS, 1) == AxiResp.SLVERR

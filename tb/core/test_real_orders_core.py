@@ -1,0 +1,24 @@
+"""The whole core with lanes of real orders."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize("fold", [1, 4])
+def test_core_with_real_orders(fold: int) -> None:
+    simulate(
+        "arctrue_core",
+        "tb.core.real_orders_core_bench",
+        generics={
+            "LANES": LANES,
+            "CAPTURE_DEPTH": CAPTURE_DEPTH,
+            "FOLD": fold,
+            "REAL_ORDERS": "true",
+        },
+        environment={"FOLD": str(fold)},
+        backend="llvm",
+    )
