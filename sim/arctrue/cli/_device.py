@@ -1,4 +1,4 @@
-"""What the commands of a device share: its console, through the daemon where one runs."""
+"""Opens the console for the commands of a device, through the daemon if one runs."""
 
 from __future__ import annotations
 

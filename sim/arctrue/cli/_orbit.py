@@ -15,7 +15,8 @@ from arctrue.metrology.iso230_7 import ErrorMotion, error_motion
 
 
 def orbit_of(measurement: MeasurementSet) -> AxisOrbit | None:
-    """Of the first run that the calibration uses; None for two heads, and where it says why not."""
+    """Return the axis orbit of the first run that the calibration uses; None for two heads or a set
+    that cannot give it."""
     capture, scale = measurement.capture, measurement.table
     if capture is None or scale.counts_per_rev is None or len(capture.heads) < LEAST_HEADS:
         return None

@@ -85,7 +85,7 @@ def capture(
 
 
 def _guide(kind: str, before: MeasurementSet) -> None:
-    """What to do at the table, before the turn is captured. Raises ValueError."""
+    """Print the instructions for the table before the turn is captured. Raises ValueError."""
     lines = steps(kind, before)
     if not by_device(kind):
         raise ValueError(

@@ -102,7 +102,8 @@ def diagnose(
 def _guide(
     result: Diagnosis, measurement: MeasurementSet, folder: Path, model_file: Path | None
 ) -> list[str]:
-    """What to do at the table and what to type for the next measurement, a line each."""
+    """Return the instructions for the next measurement, one line each: at the table, then the
+    commands."""
     kind = result.next_measurement_kind
     if kind not in KINDS:
         return []

@@ -23,7 +23,8 @@ from arctrue.report.numbers import plain
 FULL_INTERPOLATION = 1024
 COARSE_INTERPOLATION = 64
 LEAST_INTERPOLATION = 16
-"""With less, the ramp of new coefficients does not end before the cycles begin."""
+"""Least interpolation; with less, the ramp of new coefficients does not end before the cycles
+begin."""
 
 
 @click.command(short_help="The paper's experiment on the virtual instrument.")

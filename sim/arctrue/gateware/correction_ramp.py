@@ -38,9 +38,10 @@ class RampState:
     caught: int = 0
     age: int = HOLD
     motion: RampVelocity | None = None
-    """With a bound of the acceleration: r and its velocity, in place of ``caught``."""
+    """State with a bound of the acceleration: r and its velocity; replaces ``caught``."""
     excess_then: int = 0
-    """With such a bound: -r of the last clock's total; ``motion`` has that of the next one."""
+    """−r for the last clock's total if the acceleration is bounded; ``motion`` holds that of the
+    next clock."""
 
 
 @dataclass

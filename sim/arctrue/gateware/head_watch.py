@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SETTLE_CLOCKS: Final = 16
-"""Without a search for steps after readings jumped."""
+"""Clocks without a search for steps after readings jumped."""
 STORED: Final = 8
 """Stored readings: a step is compared over 7 to 8 intervals."""
 MISSING_MOST: Final = 255

@@ -11,7 +11,7 @@ from arctrue.gateware.mean_set import WEIGHT_ONE
 from arctrue.generated.number_formats import CORRECTION_FRACTION, MEAN_TERM_FRACTION
 
 PARITY_LSB_COUNTS: Final = 2.0**-CORRECTION_FRACTION
-"""Of a word of the parity."""
+"""Last place of a word of the parity, counts."""
 
 
 def parity_sum(differences: ArrayLike, weights: ArrayLike) -> NDArray[np.int64]:

@@ -164,7 +164,7 @@ class _Follower:
         self.phase_of_zero = phase_of_zero
 
     def refer(self, position: int, angle: int, turn: int, referenced: bool) -> None:
-        """Where the zero is: from the position to the angle; the turn joins it a clock later."""
+        """Set the zero: from the position to the angle; the turn joins it one clock later."""
         (reference, _, was_referenced), of_turn, _ = self.references
         now = (_wrapped(angle - position), 0, referenced)
         self.references = [now, (reference, turn, was_referenced), of_turn]

@@ -40,7 +40,7 @@ _WORD: Final = 0xFFFF_FFFF
 
 
 class CoefficientSet(Protocol):
-    """What :meth:`RegisterMap.write_coefficients` takes: one value a lane."""
+    """Values that :meth:`RegisterMap.write_coefficients` takes, one per lane."""
 
     @property
     def phase_steps(self) -> NDArray[np.uint64]:

@@ -22,11 +22,11 @@ Rows = CaptureRows | ReferenceRows
 Outcome = Literal["right", "wrong", "open"]
 
 EXPLAINED = 1e-6
-"""Of a column's length: what is left of it beside other columns but for rounding."""
+"""Share of a column's length up to which its part outside other columns counts as rounding."""
 LOOK_ALIKE = 0.95
 """Canonical correlation above which the diagnosis does not tell two effects apart."""
 SAME = 1e-9
-"""Of the largest value: columns that are computed twice from the same rows."""
+"""Relative difference up to which columns that are calculated twice from the same rows agree."""
 
 
 @dataclass(frozen=True)
@@ -331,7 +331,8 @@ def _stands_for(pattern: str, name: str) -> bool:
 
 
 def _value(item: SearchParameter, share: float) -> float:
-    """Of a search parameter, that share of its range from its low end; whole where it must be."""
+    """Return the value at ``share`` of the range of a search parameter; an integer where it must be
+    one."""
     value = item.low + share * (item.high - item.low)
     return float(round(value)) if item.integer else value
 

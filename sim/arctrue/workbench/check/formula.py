@@ -1,4 +1,4 @@
-"""Columns beside the finite differences of a forward formula, one coefficient at a time."""
+"""Compares columns with finite differences of a forward formula, one coefficient at a time."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 STEP = 1e-3
-"""Of a coefficient, in its unit: what is linear has the same difference at any step."""
+"""Step of a coefficient, in its unit; a linear formula has the same difference at any step."""
 FAR = 1.0
 """The step with which it is asked whether the formula is linear."""
 ROUNDING = 1e-6
-"""Of the largest difference: 1e-3 of a value of order 1 keeps 13 digits less 3, with room."""
+"""Share of the largest difference that rounding may cause: a step of 1e-3 leaves 13 of 16 digits,
+with a margin."""
 
 Forward = Callable[[dict[str, float]], Float]
 """The formula's values in arcseconds, shape (rows,), as a function of the coefficients by name."""
 
 
 def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> list[str]:
-    """What of the columns, shape (rows, coefficients), is not the formula's; ``[]``: nothing."""
+    """Return the faults of the columns, shape (rows, coefficients), against the formula; ``[]`` if
+    none."""
     at = {name: 0.5 + 0.25 * place for place, name in enumerate(names)}
     faults = _faults_of_zero(forward, at)
     for place, name in enumerate(names):
@@ -62,7 +64,7 @@ def _difference(forward: Forward, at: dict[str, float], name: str, step: float) 
 
 
 def _hint(column: Float, slope: Float) -> str:
-    """What the one is of the other, where that is the same in all rows."""
+    """Return the ratio of column and slope in words, if all rows have the same one."""
     square = float(slope @ slope)
     if square == 0.0:
         return "; the formula does not know this coefficient"

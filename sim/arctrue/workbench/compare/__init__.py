@@ -1,1 +1,1 @@
-"""Where a model fails: residuals against every condition, ranked in words and drawn."""
+"""Shows where a model fails: residuals against every condition, ranked in words and drawn."""

@@ -1,4 +1,4 @@
-"""A model beside a measurement set: how far, and where."""
+"""Compares a model with a measurement set: how far it is off, and where."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.workbench.noise.whiteness import noise_data
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """How far the model is from one channel."""
+    """Distance of the model from the rows of one channel."""
 
     rows: int
     rms_arcsec: float
@@ -41,7 +41,7 @@ class ModelComparison:
     maps: list[ResidualMap]
     findings: list[Finding]
     noise: dict[str, Any]
-    """By channel: white and coloured part, and the tests of the whitened residuals."""
+    """White and coloured noise by channel, and the tests of the whitened residuals."""
 
 
 def compare(solution: Solution, seed: int) -> ModelComparison:

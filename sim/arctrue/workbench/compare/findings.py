@@ -29,14 +29,15 @@ LEAST_SHARE = 0.02
 """Shares of the excess below this are not put into words."""
 SIGNIFICANCE = 0.01
 SHADOW_SHARE = 0.25
-"""One that keeps less than this part of its share beside a stronger one is its shadow."""
+"""A condition that keeps less than this part of its share after a stronger one was removed is its
+shadow."""
 MOST_TAKEN = 4
-"""So many are taken out one after another; what comes later is too small to rank."""
+"""Number of conditions that are removed one after another; later ones are too small to rank."""
 
 
 @dataclass(frozen=True)
 class ExcessOf:
-    """What the shares of one channel refer to."""
+    """Excess of one channel, to which the shares refer."""
 
     rows: int
     rms_arcsec: float
@@ -62,11 +63,11 @@ class Finding:
     follows: str
     """The condition, in words."""
     share: float
-    """Of the excess that follows it, by itself."""
+    """Share of the excess that follows the condition alone."""
     share_beyond: float
-    """Of the excess that follows it once everything stronger has been taken out."""
+    """Share of the excess that follows the condition after all stronger ones were removed."""
     shadow_of: str | None
-    """What it resembles, when it adds little beside it."""
+    """The stronger condition that it resembles, if it adds little to that one."""
     text: str
 
 
@@ -160,7 +161,7 @@ def ranked_findings(
 
 
 def _products(residuals: Residuals, channel: str, known: set[str]) -> list[_Follower]:
-    """Products of parts that the residuals follow beyond chance, but for those that are known."""
+    """Return the products of parts that the residuals follow beyond chance, without known ones."""
     found: list[_Follower] = []
     for item in best_parts(residuals, look_alikes=True):
         if corrected_p_value(item.gain, item.rank, item.trials, 1) > SIGNIFICANCE:

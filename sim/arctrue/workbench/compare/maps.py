@@ -27,13 +27,13 @@ class ResidualMap:
 
     channel: str
     condition: str
-    """In words: angle, electrical phase of head 1, temperature, ..."""
+    """Condition in words: angle, electrical phase of head 1, temperature, …"""
     unit: str
     centres: Float
     means_arcsec: Float
     standard_errors_arcsec: Float
     share: float
-    """Of the residual's variance that the bins' means take."""
+    """Share of the residual's variance that the means of the bins explain."""
     null_share: float
     """The largest share that draws of the fitted noise reach: chance alone."""
     group: Integer = field(repr=False, compare=False)

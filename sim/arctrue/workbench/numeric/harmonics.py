@@ -66,7 +66,8 @@ def harmonic_sum(
 def disc_difference(
     disc1_rad: NDArray[np.float64], disc2_rad: NDArray[np.float64], orders: Sequence[float]
 ) -> Columns:
-    """What a disc-fixed error of these orders adds to R₂ − R₁: its value at ψ₂ less that at ψ₁."""
+    """Return the columns of a disc-fixed error of these orders in R₂ − R₁: its value at ψ₂ minus
+    that at ψ₁."""
     columns = harmonic_columns(disc2_rad, orders)
     columns -= harmonic_columns(disc1_rad, orders)
     return columns

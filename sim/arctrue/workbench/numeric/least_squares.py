@@ -67,14 +67,14 @@ class WhitenedRows:
 
 @dataclass(frozen=True)
 class ChannelSums:
-    """Of whitened rows: Gram matrix, right-hand side, sum of squares; columns, then constants."""
+    """Sums of whitened rows: Gram matrix, right side, sum of squares; columns, then constants."""
 
     gram: Matrix
     moment: Matrix
     square: float
     rows: int
     log_determinant: float
-    """Of the covariance of the rows."""
+    """Log determinant of the covariance of the rows."""
 
     def residual_square(self, coefficients: Matrix) -> float:
         """χ² of these coefficients, without going over the rows again."""
@@ -82,7 +82,7 @@ class ChannelSums:
         return max(float(self.square - explained), 0.0)
 
     def __add__(self, other: ChannelSums) -> ChannelSums:
-        """Of the rows of both."""
+        """Return the sums over the rows of both."""
         return ChannelSums(
             self.gram + other.gram,
             self.moment + other.moment,
@@ -94,7 +94,7 @@ class ChannelSums:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where each channel's columns lie in the joint system: terms, run offsets, constant."""
+    """Places of each channel's columns in the joint system: terms, run offsets, constant."""
 
     shared: int
     runs: int

@@ -28,7 +28,7 @@ def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int
 
 
 def log_determinant(normal: Matrix) -> float:
-    """Of a normal matrix, over the directions that the data determine."""
+    """Return the log determinant of a normal matrix over the directions that the data determine."""
     diagonal = np.diag(normal)
     scale = np.where(diagonal > UNSEEN * float(diagonal.max(initial=1e-300)), diagonal, np.inf)
     values = np.linalg.eigvalsh(normal / np.sqrt(np.outer(scale, scale)))

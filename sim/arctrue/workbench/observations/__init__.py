@@ -1,6 +1,6 @@
-"""From a measurement set to what a model is compared with: rows with their conditions.
+"""Converts a measurement set into rows with their conditions, which a model is compared with.
 
-Pure data: nothing is kept in them that a fit has worked out, and they call nobody.
+The rows are pure data: they hold no result of a fit and call no other package.
 """
 
 from arctrue.workbench.observations.observations import Observations

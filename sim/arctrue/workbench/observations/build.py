@@ -27,7 +27,8 @@ Integer = NDArray[np.int64]
 LARGEST_ERROR_RAD = 0.05
 """A reading farther than this from its target has another zero or other counts."""
 MOST_TURNS = 1_000_000
-"""From the index: farther off, an angle in double precision is worse than a thousandth count."""
+"""Most turns from the index; farther away, double precision resolves an angle worse than a
+thousandth count."""
 MOST_COUNTS = 2**62 - 1
 """The difference of two heads then fits into 64 bits."""
 

@@ -10,9 +10,9 @@ Float = NDArray[np.float64]
 LEAST_AGAIN = 2.0
 """Times that a rounded value comes again: a file of fewer digits than its noise has more."""
 SAME_VALUE = 1e-12
-"""Of the largest value: below it two values of a file are one but for their last bit."""
+"""Relative difference up to which two values of a file are equal except for their last bit."""
 WHOLE_STEPS = 0.01
-"""Of a step: what decimals of the file leave of a whole number of steps."""
+"""Largest deviation from a whole number of steps that the decimals of a file cause, in steps."""
 
 
 def display_step(values: Float) -> float:

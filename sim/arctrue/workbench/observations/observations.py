@@ -20,7 +20,7 @@ INDEX_SCATTER_COUNTS = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """What was measured, and what is known of the table."""
+    """Measured rows of a set, and the facts known about its table."""
 
     title: str
     capture: CaptureRows | None
@@ -32,7 +32,7 @@ class Observations:
     drive_gear_teeth: float | None
     disc_diameter_mm: float | None
     heads: int = 2
-    """How many the capture has."""
+    """Number of heads of the capture."""
     stored: StoredCapture | None = None
     """Every row of a capture of which ``capture`` is a part."""
     stored_reference: ReferenceRows | None = field(default=None, repr=False)
@@ -165,7 +165,7 @@ class Observations:
 
     @property
     def order_resolution(self) -> float:
-        """Orders nearer than this cannot be told apart: 1/(2·turns), all runs together."""
+        """Smallest difference of two orders that all runs together resolve: 1/(2·turns)."""
         turns = sum(span / (2.0 * np.pi) for span in self._run_spans("angle_rad"))
         turns /= self.channels_of_capture
         return 0.5 / turns if turns > 0.0 else float("inf")

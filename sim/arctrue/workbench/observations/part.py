@@ -29,7 +29,8 @@ STRETCH_TURNS = 2
 LEAST_ROWS_A_TURN = 12_000
 """A turn is thinned, by whole steps, to no fewer rows: the paper's rate."""
 SEED = 20_120_215
-"""Of the places within equal shares of a run; a fixed one, so that a set has one part."""
+"""Fixed seed of the places within equal shares of a run, so that a set always gives the same part.
+"""
 
 
 def part_of(stored: StoredCapture) -> tuple[CaptureRows, StoredCapture | None]:

@@ -53,7 +53,7 @@ def _mountings(faces: int, run: Integer) -> list[NDArray[np.bool_]]:
 
 
 def _shift_to_faces(place: Float, faces: int) -> tuple[float, bool]:
-    """By what part of a face the stations are turned, and whether they are then at faces."""
+    """Return the shift of the stations in faces, and whether they are then at the faces."""
     shift = float(np.median(place - np.round(place)))
     away = np.abs(place - shift - np.round(place - shift))
     return shift, bool(np.max(away) * 360.0 / faces <= FACE_TOLERANCE_DEG)

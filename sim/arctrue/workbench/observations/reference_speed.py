@@ -20,7 +20,7 @@ LEAST_ROWS = 8
 EVEN = 0.05
 """At a steady speed the times between marks follow their distances to this share."""
 TARGET_NOISE_RAD = np.radians(1e-4)
-"""Of a target angle: a commanded one, or that of a finer encoder, written with four decimals."""
+"""Noise of a target angle, commanded or from a finer encoder, written with four decimals."""
 SPEED_RATIO = 1.2
 """Passes over the same stations at speeds further apart than this were not stops of one length."""
 

@@ -31,7 +31,7 @@ class _Sliceable:
                 object.__setattr__(self, item.name, view)
 
     def part(self, rows: slice | NDArray[np.bool_] | Integer) -> Self:
-        """The same with only these rows."""
+        """Return only these rows."""
         values = {}
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
@@ -92,7 +92,7 @@ class CaptureRows(_Sliceable):
     channel: Integer | None = None
     """0 … heads − 2; None with two heads, and of the rows of :meth:`of_head`."""
     further_places_rad: tuple[float, ...] = ()
-    """Of heads 3 and 4: their angles after head 1."""
+    """Angles of heads 3 and 4 relative to head 1."""
     further_line_rad: Float | None = None
     """Readings of heads 3 and 4, shape (rows, heads − 2)."""
     further_electrical_rad: Float | None = None
@@ -102,17 +102,17 @@ class CaptureRows(_Sliceable):
 
     @property
     def measured_arcsec(self) -> Float:
-        """What a model predicts: R₂ − R₁ − α, or the contrast of the row's channel."""
+        """Measured values to be predicted: R₂ − R₁ − α, or the contrast of the row's channel."""
         return self.difference_arcsec
 
     @property
     def heads(self) -> int:
-        """How many heads the capture has."""
+        """Number of heads of the capture."""
         return 2 + len(self.further_places_rad)
 
     @property
     def channels(self) -> int:
-        """How many rows a sample has."""
+        """Number of rows per sample."""
         return 1 if self.channel is None else self.heads - 1
 
     def run_words(self, run: int) -> str:
@@ -122,7 +122,7 @@ class CaptureRows(_Sliceable):
         return f"run {run // self.channels} head {run % self.channels + 2}"
 
     def of_head(self, head: int) -> CaptureRows:
-        """The same samples as rows of Rᵢ − R₁: an effect says here what head i sees."""
+        """Return the samples as rows of Rᵢ − R₁, for which an effect states what head i sees."""
         if self.channel is None:
             if head == self.head:
                 return self
@@ -205,11 +205,11 @@ class ReferenceRows(_Sliceable):
     capture_runs: int | None = None
     """Runs of the capture of the same set; None: these rows are not those of a set."""
     heads: int = 2
-    """How many the capture of the same set has."""
+    """Number of heads of the set's capture."""
     conditions: Mapping[str, Float] = field(default_factory=dict)
     """Further columns of the file by name, in their own units."""
 
     @property
     def measured_arcsec(self) -> Float:
-        """What a model predicts: ε."""
+        """Measured values that a model predicts: ε."""
         return self.error_arcsec

@@ -34,14 +34,16 @@ class RunSpeeds:
         return self.local_rad_s[rows]
 
     def in_channels(self, channels: int, sample: Integer) -> RunSpeeds:
-        """Of rows that repeat each run in several channels; ``sample``: the row here of each."""
+        """Return the speeds of rows that repeat each run in several channels; ``sample``: each
+        row's sample."""
         local = self.local_rad_s
         return RunSpeeds(
             np.repeat(self.mean_rad_s, channels), None if local is None else local[sample]
         )
 
     def every(self, channels: int, rows: Integer) -> RunSpeeds:
-        """Of one channel alone, whose rows are ``rows``: the inverse of :meth:`in_channels`."""
+        """Return the speeds of one channel whose rows are ``rows``: the inverse of
+        :meth:`in_channels`."""
         local = self.local_rad_s
         return RunSpeeds(self.mean_rad_s[::channels], None if local is None else local[rows])
 

@@ -21,7 +21,7 @@ Small = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class RunFacts:
-    """What is one value a run, arrays of shape (runs,)."""
+    """Values that are constant within a run, arrays of shape (runs,)."""
 
     start_s: Float
     direction: Float
@@ -55,11 +55,11 @@ class StoredCapture:
     conditions: Mapping[str, Float] = field(default_factory=dict)
     reference_in_time: bool = False
     further_counts: tuple[Integer, ...] = ()
-    """Of heads 3 and 4, as those of heads 1 and 2."""
+    """Counts of heads 3 and 4, like those of heads 1 and 2."""
     sample: Integer | None = None
     """Number of the sample of each row; None: row k is sample k."""
     channel: Integer | None = None
-    """As in :class:`CaptureRows`."""
+    """Channel of each row, as in :class:`CaptureRows`."""
     head: int = 2
     """Which head ``head2_counts`` are of, as in :class:`CaptureRows`."""
 
@@ -75,7 +75,7 @@ class StoredCapture:
 
     @property
     def further_places_rad(self) -> tuple[float, ...]:
-        """Of heads 3 and 4: their angles after head 1."""
+        """Angles of heads 3 and 4 relative to head 1."""
         places = self.table.head_places_deg or ()
         return tuple(float(np.radians(place)) for place in places[2 : 2 + len(self.further_counts)])
 

@@ -18,8 +18,8 @@ ORDERS = tuple(range(1, 21))
 LEAST_GAIN = 0.3
 """Orders whose factor |e^{jnα} − 1| is smaller are left out of this rough estimate."""
 ROUNDS = 2
-"""The angle's error of some 10⁻³ rad is a share of 10⁻³ per order of ε: two rounds leave 10⁻⁶
-of it."""
+"""Rounds of the iteration: an angle error of 10⁻³ rad is 10⁻³ per order of ε, and two rounds leave
+10⁻⁶."""
 BLOCK_ROWS = 1 << 16
 """Rows of one product, for memory alone."""
 MOST_ROWS = 200_000

@@ -34,7 +34,7 @@ class UsedRows(Generic[Channel]):
     """Their places in the file (0, 1, …); None: all rows are used."""
     masked: list[MaskedRow]
     outlying_share: float
-    """Of the rows looked at. If it is above MOST_SHARE no outlier is masked."""
+    """Share of outliers among the checked rows; above MOST_SHARE no outlier is masked."""
 
 
 def used_capture_rows(

@@ -10,7 +10,8 @@ from arctrue.workbench.observations.outliers.single_rows import MOST_ROWS, NORMA
 Float = NDArray[np.float64]
 
 FAR_SIGMA = 12.0
-"""Of the scatter from row to row: 10⁻³², whatever the number of rows."""
+"""Distance of an excursion in scatters from row to row; a probability of 10⁻³² for any number of
+rows."""
 SAME_SIZE = 0.5
 """Way there and way back differ by less than this share."""
 ENOUGH = 100_000

@@ -17,10 +17,10 @@ class MaskedRow:
     row: int
     reason: Reason
     away_arcsec: float | None = None
-    """How far it lies from the rows around it."""
+    """Distance from the rows around it."""
 
     def data(self) -> dict[str, str | int | float | None]:
-        """The same for JSON."""
+        """Return the row as values for JSON."""
         return {
             "channel": self.channel,
             "row": self.row,

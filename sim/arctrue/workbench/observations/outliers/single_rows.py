@@ -25,20 +25,21 @@ FAR_SIGMA = 6.0
 FALSE_ROWS = 0.02
 """Rows of a channel that white normal noise makes outliers in the mean, however many rows."""
 MAD_EFFICIENCY = 0.37
-"""Of the median absolute deviation beside the standard deviation (Rousseeuw and Croux, J. Am. Stat.
-Assoc. 88 (1993) 1273): n rows tell a scatter as well as 0.37·n degrees of freedom."""
+"""Efficiency of the median absolute deviation relative to the standard deviation (Rousseeuw and
+Croux, J. Am. Stat. Assoc. 88 (1993) 1273): n rows give 0.37·n degrees of freedom."""
 NEAR_SIGMA = 3.0
-"""The rows beside an outlier, and the same angle in other revolutions, stay within this."""
+"""Largest distance, in scatters, of the rows next to an outlier and at the same angle in other
+revolutions."""
 MOST_ROWS = 3
 """Off for longer, it may be real."""
 SIDE_ROWS = 2 * MOST_ROWS + 1
 """Rows on each side whose median is taken: outliers are always the smaller part of them."""
 LEAST_SIDE_ROWS = 5
-"""The same near an end: two wrong rows do not move their median far."""
+"""Fewest rows on a side near an end: two wrong rows do not move their median far."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
-"""From a row to the middle of the SIDE_ROWS rows before or after it."""
+"""Distance, in rows, to the middle of the SIDE_ROWS rows before or after a row."""
 LEAST_ROWS = 3 * SIDE_ROWS
-"""Of a run or pass in which single rows can be told to be wrong."""
+"""Fewest rows of a run or pass in which a single wrong row can be recognised."""
 SCALE_ROWS = 256
 """Rows that one value of the local scatter is taken over."""
 END_ROWS = 4 * SCALE_ROWS
@@ -55,7 +56,7 @@ MOST_SHARE = 0.05
 NORMAL_MAD = 1.4826
 """Standard deviation of normal noise over its median absolute deviation."""
 LEAST_VISITS = 4
-"""Readings of a station from which a single one can be told to be wrong."""
+"""Fewest readings of a station among which a single wrong one can be recognised."""
 SAME_PLACE_ROWS = 1.5
 """Rows of other revolutions as near as this, in steps between rows, are at the same angle."""
 MOST_COMPARED = 20_000
@@ -189,7 +190,7 @@ def far_from_neighbours(
 
 
 def _scatter_of_all(away: Float, resolution: float) -> Float:
-    """Of each row the local scatter of those of known distance, at its place among them."""
+    """Return the local scatter at each row, from the rows of known distance."""
     known = ~np.isnan(away)
     place = np.cumsum(known) - 1
     return np.asarray(local_scatter(away[known], resolution)[np.maximum(place, 0)])
