@@ -9,11 +9,17 @@ await of a cocotb test must be one of a ``Timer``, or GHDL goes on for ever.
 
 from __future__ import annotations
 
+import fcntl
 import functools
+import hashlib
+import json
 import os
 import re
+import shutil
+import subprocess
 import uuid
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree
@@ -32,6 +38,13 @@ COVERAGE = "ARCTRUE_COVERAGE"
 
 Backend = Literal["mcode", "llvm"]
 """mcode analyses fast, llvm runs a heavy design three times as fast."""
+
+STANDARD = ("--std=08",)
+LIBRARY = "top"
+UNITS = f"{LIBRARY}-obj08.cf"
+"""GHDL's list of the library's units, named after library and standard."""
+FLAT_FOLDER = "flat"
+"""Wrappers with flat ports, in build/tb."""
 
 
 @functools.cache
@@ -65,12 +78,20 @@ def _flat(toplevel: str) -> str | None:
     return wrapper(toplevel, texts[toplevel], texts.values())
 
 
+def _suffix() -> str:
+    """Two versions of GHDL never use the same folder."""
+    return "-coverage" if COVERAGE in os.environ else ""
+
+
 def _work_folder(toplevel: str, backend: Backend) -> Path:
-    # One folder a pytest worker: two workers never write the same library.
+    # Each pytest worker runs its simulations in its own folder.
     worker = os.environ.get("PYTEST_XDIST_WORKER", "main")
-    # Nor do two versions of GHDL.
-    counting = "-coverage" if COVERAGE in os.environ else ""
-    return ROOT / "build" / "tb" / f"{toplevel}-{backend}-{worker}{counting}"
+    return ROOT / "build" / "tb" / f"{toplevel}-{backend}-{worker}{_suffix()}"
+
+
+def _library_folder(backend: Backend) -> Path:
+    """The compiled VHDL of all benches, which the workers of a run share."""
+    return ROOT / "build" / "tb" / f"library-{backend}{_suffix()}"
 
 
 def _counting() -> list[str]:
@@ -85,8 +106,58 @@ def _top(toplevel: str) -> str:
     return f"{toplevel}_flat" if _flat(toplevel) else toplevel
 
 
+def _ghdl(folder: Path, *words: str) -> None:
+    """Run GHDL in ``folder``; raises AssertionError with its messages when it fails."""
+    command = ["ghdl", *words[:1], f"--work={LIBRARY}", *STANDARD, *words[1:]]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{' '.join(command)}:\n{done.stdout}{done.stderr}"
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Keep other processes from building in ``folder``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _known_sources(library: Path) -> dict[str, str]:
+    """Digest of each file that the library has, by its path."""
+    noted = library / "sources.json"
+    return json.loads(noted.read_text(encoding="utf-8")) if noted.exists() else {}
+
+
+def _bring_in(library: Path, sources: Iterable[Path], version: str) -> None:
+    """Make the files known to GHDL.
+
+    A library that holds an older version of a file, or another GHDL's units, begins anew.
+    """
+    known = _known_sources(library)
+    wanted = {
+        str(path): hashlib.sha256(path.read_bytes() + version.encode()).hexdigest()
+        for path in sources
+    }
+    if any(known.get(path, digest) != digest for path, digest in wanted.items()):
+        for path in library.glob("*"):
+            path.unlink()
+        known = {}
+    new = [path for path in wanted if path not in known]
+    if new:
+        _ghdl(library, "-i", *new)
+        text = json.dumps(known | wanted, indent=1)
+        (library / "sources.json").write_text(text, encoding="utf-8")
+
+
+@functools.cache
+def _version(backend: Backend) -> str:
+    del backend  # The environment names it to the system's ghdl.
+    return subprocess.run(["ghdl", "--version"], capture_output=True, text=True, check=True).stdout
+
+
 @functools.cache
 def _built(toplevel: str, backend: Backend) -> Ghdl:
+    """A runner for ``toplevel``, whose compiled units are in the work folder."""
     runner = get_runner("ghdl")
     assert isinstance(runner, Ghdl)
     os.environ["GHDL_BACKEND"] = backend
@@ -94,20 +165,20 @@ def _built(toplevel: str, backend: Backend) -> Ghdl:
         before = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
         paths = dict.fromkeys([str(LLVM_NAMES), *before])
         os.environ["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, paths))
-    folder = _work_folder(toplevel, backend)
+    folder, library = _work_folder(toplevel, backend), _library_folder(backend)
+    folder.mkdir(parents=True, exist_ok=True)
     sources, flat = list(vhdl_sources(toplevel)), _flat(toplevel)
-    if flat:
-        folder.mkdir(parents=True, exist_ok=True)
-        sources.append(folder / f"{toplevel}_flat.vhd")
-        sources[-1].write_text(flat, encoding="utf-8")
-    runner.build(
-        sources=sources,
-        hdl_toplevel=_top(toplevel),
-        build_args=["--std=08"],
-        build_dir=folder,
-        always=True,
-        log_file=folder.with_suffix(".build.log"),
-    )
+    with _locked(library):
+        if flat:
+            sources.append(library.with_name(FLAT_FOLDER) / f"{toplevel}_flat.vhd")
+            sources[-1].parent.mkdir(exist_ok=True)
+            sources[-1].write_text(flat, encoding="utf-8")
+        _bring_in(library, sources, _version(backend))
+        _ghdl(library, "-m", _top(toplevel))
+        # A simulation reads the list of units and the program, which the next build may replace.
+        for name in (UNITS, _top(toplevel)):
+            if (library / name).exists():
+                shutil.copy2(library / name, folder / name)
     return runner
 
 
@@ -134,10 +205,12 @@ def simulate(
     runner = _built(toplevel, backend)
     results = runner.test(
         hdl_toplevel=_top(toplevel),
+        hdl_toplevel_lang="vhdl",
+        hdl_toplevel_library=LIBRARY,
         test_module=test_module,
         testcase=testcase,
         parameters=dict(generics or {}),
-        test_args=["--std=08", *_counting()],
+        test_args=[*STANDARD, *_counting()],
         plusargs=["--assert-level=error", "--max-stack-alloc=0"],
         build_dir=folder,
         test_dir=folder,

@@ -65,6 +65,11 @@ def wheel(tree: Path, build_packages: Path) -> Path:
     return build("build_wheel", tree, tree.parent / "wheel", build_packages)
 
 
+@pytest.fixture(scope="module")
+def source_distribution(tree: Path, build_packages: Path) -> Path:
+    return build("build_sdist", tree, tree.parent / "sdist", build_packages)
+
+
 def contents(wheel: Path) -> dict[str, bytes]:
     with zipfile.ZipFile(wheel) as archive:
         return {name: archive.read(name) for name in archive.namelist()}
@@ -96,11 +101,11 @@ def test_a_module_of_an_earlier_build_is_not_in_the_next_wheel(
 
 
 def test_the_source_distribution_makes_the_same_wheel(
-    tree: Path, wheel: Path, build_packages: Path, tmp_path: Path
+    tree: Path, wheel: Path, source_distribution: Path, build_packages: Path, tmp_path: Path
 ) -> None:
-    made = build("build_sdist", tree, tmp_path / "sdist", build_packages)
     (tmp_path / "unpacked").mkdir()
-    subprocess.run(["tar", "-xf", made, "-C", tmp_path / "unpacked"], check=True)
+    command = ["tar", "-xf", source_distribution, "-C", tmp_path / "unpacked"]
+    subprocess.run(command, check=True)
     (unpacked,) = (tmp_path / "unpacked").iterdir()
     for folder in ("rtl", "tb/demo", "firmware", "scripts", "sim/scenarios"):
         kept = {path.relative_to(tree) for path in (tree / folder).rglob("*.*")}
@@ -114,11 +119,11 @@ def test_the_source_distribution_makes_the_same_wheel(
 
 
 def test_wheel_and_source_distribution_can_be_published(
-    tree: Path, wheel: Path, build_packages: Path, tmp_path: Path
+    wheel: Path, source_distribution: Path, tmp_path: Path
 ) -> None:
     """``twine check --strict``: metadata, and a description that the index can show."""
-    made = build("build_sdist", tree, tmp_path / "sdist", build_packages)
-    words = [sys.executable, "-m", "twine", "--no-color", "check", "--strict", wheel, made]
+    words = [sys.executable, "-m", "twine", "--no-color", "check", "--strict"]
+    words += [str(wheel), str(source_distribution)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count("PASSED") == 2
