@@ -18,6 +18,8 @@ EXTRA_OF: Mapping[str, str] = {
     "pyarrow": "files",
     "serial": "device",
     "softioc": "epics",
+    "bluesky": "bluesky",
+    "ophyd_async": "bluesky",
     "sklearn": "studies",
     "distributed": "cluster",
     "xmlschema": "certificate",

@@ -182,7 +182,7 @@ def status(port: str) -> None:
         sys.exit(NO_DEVICE)
     latest = found.pop("latest") or {}
     for name, value in found.items():
-        shown = ", ".join(value) or "none" if isinstance(value, list) else value
+        shown = ", ".join(value) or "none" if isinstance(value, list | dict) else value
         say(f"{name.replace('_', ' ')}: {shown}")
     if latest:
         say(f"latest turn: {latest['turn']}, {latest['result']}")

@@ -25,7 +25,9 @@ from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._terminal import tell_warning
+from arctrue.cli._terminal import tell_error, tell_warning
+from arctrue.device.connection import ask, daemon_of
+from arctrue.device.console import ConsoleError
 from arctrue.metrology.life.history import (
     FALSE_ALARMS_A_YEAR,
     HORIZON_DAYS,
@@ -72,6 +74,12 @@ from arctrue.workbench.model.model import ModelEffect
 @effects_option
 @json_option
 @click.option("--out", type=OutputFolder(), help="Folder for the page life.html.")
+@click.option(
+    "--device",
+    "port",
+    metavar="PORT",
+    help="Send the alarms to the daemon of this serial port, or of HOST:PORT.",
+)
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of the random draws.")
 @for_people
 def life(
@@ -84,13 +92,16 @@ def life(
     folders: tuple[Path, ...],
     json_file: Path | None,
     out: Path | None,
+    port: str | None,
     seed: int,
 ) -> None:
     """Fit every measurement set below FOLDER and tell what changed in the machine, and when.
 
     The sets are of one machine, each with a `date` in its measurement.toml. The model is that of
-    --model or the paper's, fitted to each set anew. Sets that cannot be used are listed. Exit code
-    1: an alarm; a limit is passed, or a change may lead to it within --horizon.
+    --model or the paper's, fitted to each set anew. Sets that cannot be used are listed. FOLDER may
+    be the store of arctrue device run, whose captures are dated sets. Exit code 1: an alarm; a
+    limit is passed, or a change may lead to it within --horizon. 2: bad input, or no daemon took
+    the alarms.
     """
     model = load_model(model_file)
     effects = effects_for(model, model_file, folders)
@@ -114,8 +125,28 @@ def life(
         given = [word for text in limits for word in ("--limit", text)]
         command = shlex.join(["arctrue", "life", str(folder), *given])
         console.print(f"wrote {write_life_page(history, out, command=command)}", soft_wrap=True)
+    if port is not None:
+        _send_alarms(port, history)
     if history.alarms:
         raise SystemExit(1)
+
+
+def _send_alarms(port: str, history: LifeHistory) -> None:
+    """Replace the alarms of the machine's history in the daemon of ``port``; exit 2 without it."""
+    from arctrue.report.life_report import forecast_sentence
+
+    alarms = {
+        one.series.name: forecast_sentence(one, history.horizon_days) for one in history.alarms
+    }
+    try:
+        daemon = daemon_of(port)
+        if daemon is None:
+            raise ConsoleError(f"{port}: no daemon runs: arctrue device run PORT")
+        ask(daemon, "life", alarms=alarms)
+    except ConsoleError as error:
+        tell_error(f"the alarms were not sent: {error}")
+        raise SystemExit(2) from error
+    console.print(f"sent {len(alarms)} alarms to the daemon of {port}", soft_wrap=True)
 
 
 def _limit(text: str) -> tuple[str, float]:

@@ -69,7 +69,10 @@ class Watch:
     def __init__(self, daemon: Announcement, latest: int = 0) -> None:
         """Connect; the ``latest`` recorded turns come first. Raises ConsoleError."""
         self.daemon = daemon
-        connection, rest = _greeted(daemon, {"ask": "watch", "latest": latest})
+        request = {"ask": "watch", "latest": latest}
+        connection, rest, answer = _connected(daemon, request, CONNECT_S)
+        self.earlier = int(answer.get("earlier", 0))
+        """Number of recorded turns that come first."""
         self._transport = DaemonTransport(connection, 0.5, rest)
         self._lines = LineAssembler()
 
@@ -100,9 +103,14 @@ class Watch:
         self._transport.close()
 
 
-def ask(daemon: Announcement, what: str, seconds: float = CONNECT_S) -> dict[str, Any]:
-    """Ask for ``status`` or a ``capture``; return the answer. Raises ConsoleError."""
-    connection, _, answer = _connected(daemon, {"ask": what}, seconds)
+def ask(
+    daemon: Announcement, what: str, seconds: float = CONNECT_S, **content: Any
+) -> dict[str, Any]:
+    """Ask for ``status`` or a ``capture``, or send ``life``; return the answer.
+
+    ``content``: what goes with the request. Raises ConsoleError.
+    """
+    connection, _, answer = _connected(daemon, {"ask": what, **content}, seconds)
     connection.close()
     return answer
 

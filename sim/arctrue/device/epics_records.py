@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any
+
+from arctrue.device.port import ConsoleError
 
 MOST_ORDERS = 128
 NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
@@ -12,6 +15,8 @@ NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
 STATE, COMM = 7, 9
 """Alarm status of EPICS: of the state; no communication."""
 CAPTURE = "Capture"
+_TIME_OF_VALUE = -2
+"""Value of an EPICS record's field TSE: the program gives the time with the value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,31 +60,56 @@ def access_text(*, allow_control: bool) -> str:
 class Records:
     """The PVs of one device. softioc is imported here: its variables must be set before."""
 
-    def __init__(self, prefix: str, capture: Callable[[], object]) -> None:
-        """Make the records; ``capture`` is called when a client writes to the PV Capture."""
+    def __init__(self, prefix: str, capture: Callable[[], Awaitable[str]]) -> None:
+        """Make the records.
+
+        ``capture`` takes a capture when a client writes to the PV Capture and returns the set's
+        folder; a ConsoleError that it raises becomes the text of CaptureFault.
+        """
         from softioc import builder
 
+        # The PVs have the daemon's time of a value, not the time of their processing.
+        of_daemon = {"TSE": _TIME_OF_VALUE}
         self._numbers = {
-            item.field: builder.aIn(f"{prefix}{item.name}", **item.fields) for item in NUMBERS
+            item.field: builder.aIn(f"{prefix}{item.name}", **item.fields, **of_daemon)
+            for item in NUMBERS
         }
-        self._turn = builder.longIn(f"{prefix}Turn")
-        self._result = builder.stringIn(f"{prefix}Result")
-        self._reason = builder.stringIn(f"{prefix}Reason")
-        self._alarms = builder.longStringIn(f"{prefix}Alarms", length=512)
-        self._connected = builder.boolIn(f"{prefix}Connected", ZNAM="lost", ONAM="open")
+        self._turn = builder.longIn(f"{prefix}Turn", **of_daemon)
+        self._result = builder.stringIn(f"{prefix}Result", **of_daemon)
+        self._reason = builder.stringIn(f"{prefix}Reason", **of_daemon)
+        self._alarms = builder.longStringIn(f"{prefix}Alarms", length=512, **of_daemon)
+        self._connected = builder.boolIn(
+            f"{prefix}Connected", ZNAM="lost", ONAM="open", **of_daemon
+        )
+        self._capture_set = builder.longStringIn(f"{prefix}CaptureSet", length=1024, **of_daemon)
+        self._capture_fault = builder.longStringIn(f"{prefix}CaptureFault", length=512, **of_daemon)
+        self._latest: tuple[dict[str, Any], float] | None = None
+        self._device_alarms: list[str] = []
+        self._machine_alarms: list[str] = []
         self._arrays = {
             name: builder.WaveformIn(
-                f"{prefix}{name}", length=MOST_ORDERS, datatype=float, EGU=ARRAY_UNITS.get(name, "")
+                f"{prefix}{name}",
+                length=MOST_ORDERS,
+                datatype=float,
+                EGU=ARRAY_UNITS.get(name, ""),
+                **of_daemon,
             )
             for name in ARRAYS
         }
 
-        def asked(value: int) -> None:
+        async def asked(value: int) -> None:
             if value:
-                capture()
+                await self._take_capture(capture)
 
+        # Blocking: a client that waits for its write waits for the capture.
         builder.boolOut(
-            f"{prefix}{CAPTURE}", ZNAM="no", ONAM="capture", ASG="CONTROL", on_update=asked
+            f"{prefix}{CAPTURE}",
+            ZNAM="no",
+            ONAM="capture",
+            ASG="CONTROL",
+            on_update=asked,
+            always_update=True,
+            blocking=True,
         )
         builder.LoadDatabase()
 
@@ -89,11 +119,11 @@ class Records:
         A number that the device did not send, and everything of a refused turn, is INVALID.
         """
         at: dict[str, Any] = {"timestamp": recorded_s}
-        alarms = fields.get("alarms", [])
-        severity = {"severity": MAJOR, "alarm": STATE} if alarms else {}
-        self._alarms.set(", ".join(alarms), **at, **severity)
+        self._device_alarms = list(fields.get("alarms", []))
+        self._show_alarms(recorded_s)
         if fields["result"] == "alarm":
             return  # a line between turns has alarms alone
+        self._latest = (fields, recorded_s)
         refused = {"severity": MINOR, "alarm": STATE} if fields["result"] == "refused" else {}
         self._result.set(str(fields["result"])[:39], **at, **refused)
         self._reason.set(str(fields["reason"])[:39], **at, **refused)
@@ -110,10 +140,37 @@ class Records:
         # Last: a client that waits for the next turn then reads the others of the same turn.
         self._turn.set(int(fields["turn"]) % 2**31, **at)
 
+    def machine_alarms(self, names: list[str], recorded_s: float) -> None:
+        """Show the parameters that ``arctrue life`` raises an alarm for, after the device's own."""
+        self._machine_alarms = [f"life: {name}" for name in names]
+        self._show_alarms(recorded_s)
+
+    def _show_alarms(self, recorded_s: float) -> None:
+        alarms = [*self._device_alarms, *self._machine_alarms]
+        severity = {"severity": MAJOR, "alarm": STATE} if alarms else {}
+        self._alarms.set(", ".join(alarms)[:511], timestamp=recorded_s, **severity)
+
+    async def _take_capture(self, capture: Callable[[], Awaitable[str]]) -> None:
+        try:
+            folder = await capture()
+        except ConsoleError as error:
+            failed: dict[str, Any] = {"severity": MAJOR, "alarm": STATE}
+            self._capture_fault.set(str(error)[:511], timestamp=time.time(), **failed)
+            return
+        self._capture_set.set(folder, timestamp=time.time())
+        self._capture_fault.set("", timestamp=time.time())
+
     def connected(self, is_connected: bool, recorded_s: float) -> None:
-        """Show whether the device can be reached; without it every value is INVALID."""
+        """Show whether the device can be reached; without it every value is INVALID.
+
+        After a reconnection the latest turn is shown again, with its own time, before Connected:
+        a client that waits for Connected then finds no INVALID value of the interruption.
+        """
         at: dict[str, Any] = {"timestamp": recorded_s}
         if is_connected:
+            if self._latest is not None:
+                self.show(*self._latest)
+            self._show_alarms(recorded_s)
             self._connected.set(1, **at)
             return
         lost: dict[str, Any] = {"severity": INVALID, "alarm": COMM, **at}

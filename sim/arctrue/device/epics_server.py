@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import ctypes
 import os
 import socket
@@ -75,8 +76,8 @@ def serve_pvs(
     bind_to(interface)
     from softioc import asyncio_dispatcher, softioc
 
-    def capture() -> None:
-        threading.Thread(target=_capture, args=(find, report), daemon=True).start()
+    async def capture() -> str:
+        return await _in_thread(lambda: _capture(find, report))
 
     records = Records(prefix, capture)
     with TemporaryDirectory() as folder:
@@ -101,9 +102,16 @@ def serve_pvs(
 
 def _follow(daemon: Announcement, records: Records) -> None:
     """Show the daemon's events until it ends. Raises ConsoleError."""
-    records.connected(bool(ask(daemon, "status")["connected"]), time.time())
     watch = Watch(daemon, latest=1)
     try:
+        # Connected comes after the values that it vouches for.
+        for _ in range(watch.earlier):
+            event = watch.event(_EVENT_S)
+            if event is not None:
+                records.show(event["telemetry"], event["recorded_s"])
+        state = ask(daemon, "status")
+        records.machine_alarms(list(state["machine_alarms"]), time.time())
+        records.connected(bool(state["connected"]), time.time())
         while True:
             event = watch.event(_EVENT_S)
             if event is None:
@@ -112,17 +120,42 @@ def _follow(daemon: Announcement, records: Records) -> None:
                 records.show(event["telemetry"], event["recorded_s"])
             elif event["event"] == "port":
                 records.connected(bool(event["state"]["connected"]), event["recorded_s"])
+            elif event["event"] == "life":
+                names = list(event["state"]["machine_alarms"])
+                records.machine_alarms(names, event["recorded_s"])
     finally:
         watch.close()
 
 
-def _capture(find: Callable[[], Announcement | None], report: Callable[[str], None]) -> None:
-    daemon = find()
+def _capture(find: Callable[[], Announcement | None], report: Callable[[str], None]) -> str:
+    """Take a capture and return the set's folder. Raises ConsoleError."""
     try:
-        if daemon is not None:
-            report(f"captured: {ask(daemon, 'capture', _CAPTURE_S)['capture']}")
+        daemon = find()
+        if daemon is None:
+            raise ConsoleError("no daemon runs; start it with arctrue device run")
+        folder = str(ask(daemon, "capture", _CAPTURE_S)["capture"])
     except ConsoleError as error:
         report(str(error))
+        raise
+    report(f"captured: {folder}")
+    return folder
+
+
+async def _in_thread(work: Callable[[], str]) -> str:
+    """Await ``work`` in a thread that does not keep the program alive; raises what it raises."""
+    loop = asyncio.get_running_loop()
+    ended: asyncio.Future[str] = loop.create_future()
+
+    def run() -> None:
+        try:
+            found = work()
+        except ConsoleError as error:
+            loop.call_soon_threadsafe(ended.set_exception, error)
+        else:
+            loop.call_soon_threadsafe(ended.set_result, found)
+
+    threading.Thread(target=run, daemon=True).start()
+    return await ended
 
 
 def _use_access_file(file: Path) -> None:

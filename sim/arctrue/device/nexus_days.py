@@ -19,12 +19,18 @@ import numpy as np
 
 from arctrue.base.extras import LazyModule
 from arctrue.base.whole_file import whole_file
-from arctrue.device.recorder import RecordedTurn, read_turns
+from arctrue.device.recorder import RecordedTurn, read_turns, record_identity
 
 h5py: Any = LazyModule("h5py")
 
 _STEP = timedelta(hours=1)
 """Of the day, read at once: the turns of a day need not fit into the memory."""
+_BLOCK = 4096
+"""Turns of an earlier file that are copied at once."""
+_RECORD, _LAST_ID = "arctrue_record", "arctrue_last_id"
+"""Attributes of the entry: the record that the file was written from, and its last turn there."""
+_MILLISECOND_BITS = 27
+"""Hold the milliseconds of a day: 86,400,000 < 2^27."""
 _NUMBERS = {
     "separation_deg": "deg",
     "u_separation_arcsec": "arcsec",
@@ -39,11 +45,9 @@ _NUMBERS = {
     "swaps": "",
 }
 _TEXTS = ("result", "reason", "alarms")
+_EVENT = ("recorded", "kind", "text")
+_WHOLE = ("entry/turns/id", "entry/turns/time", "entry/orders/order", "entry/events/text")
 _OF_ORDER = {"amplitude": "arcsec", "phase": "rad", "amplitude_errors": "arcsec", "applied": ""}
-
-
-class FewerTurnsError(ValueError):
-    """The file of a day holds turns that the record has deleted meanwhile."""
 
 
 def day_file(folder: Path, day: date) -> Path:
@@ -51,24 +55,26 @@ def day_file(folder: Path, day: date) -> Path:
     return folder / f"arctrue-{day.isoformat()}.nxs"
 
 
-def recorded_days(record: Path) -> list[date]:
-    """The days in UTC of which the record has turns. Raises sqlite3.Error."""
-    query = "SELECT DISTINCT substr(recorded, 1, 10) FROM turn ORDER BY 1"
-    return [date.fromisoformat(row[0]) for row in _rows(record, query)]
+def recorded_days(record: Path) -> dict[date, int]:
+    """Return the days in UTC of which the record has turns, each with its last turn's id.
+
+    Raises sqlite3.Error.
+    """
+    query = "SELECT substr(recorded, 1, 10), max(id) FROM turn GROUP BY 1 ORDER BY 1"
+    return {date.fromisoformat(day): int(last) for day, last in _rows(record, query)}
 
 
 def write_missing_days(record: Path, folder: Path) -> list[Path]:
     """Write the file of each day that lacks turns of the record, and return these files.
 
-    A day whose file has turns that the record has deleted keeps its file.
-    Raises sqlite3.Error, OSError, MissingExtraError.
+    A file keeps its turns that the record does not have: those that retention has deleted, and
+    those of another record. Raises sqlite3.Error, OSError, MissingExtraError.
     """
+    identity = record_identity(record)
     written = []
-    for day in recorded_days(record):
+    for day, last in recorded_days(record).items():
         path = day_file(folder, day)
-        if turns_of_file(path) >= _count(record, day):
-            continue
-        with contextlib.suppress(FewerTurnsError):
+        if not _has(path, identity, last):
             write_day(record, day, path)
             written.append(path)
     return written
@@ -76,32 +82,37 @@ def write_missing_days(record: Path, folder: Path) -> list[Path]:
 
 def turns_of_file(path: Path) -> int:
     """Number of turns in the file of a day; 0 for a file that is missing or cannot be read."""
-    try:
-        with h5py.File(path, "r") as file:
-            return int(file["entry/turns/time"].size)
-    except (OSError, KeyError):
-        return 0
+    with _opened(path) as file:
+        return 0 if file is None else int(file["entry/turns/time"].size)
 
 
 def write_day(record: Path, day: date, path: Path) -> None:
     """Write all turns that were recorded on ``day`` (UTC) to ``path``.
 
-    Raises FewerTurnsError, sqlite3.Error, OSError, MissingExtraError.
+    Turns of an earlier file that the record does not have come first.
+    Raises sqlite3.Error, OSError, MissingExtraError.
     """
-    if _first_id(path) < _first_id_of(record, day):
-        raise FewerTurnsError(f"{path}: has turns that {record} has deleted; the file stays")
     start = datetime(day.year, day.month, day.day, tzinfo=UTC)
-    orders = _orders(record, day)
-    with whole_file(path) as unfinished, h5py.File(unfinished, "w") as file:
-        file.attrs["default"] = "entry"
-        _make_layout(file, start, orders)
-        for hour in range(24):
-            begin = start + hour * _STEP
-            span = (_iso(begin), _iso(begin + _STEP))
-            turns = read_turns(record, span=span)
-            if turns:
-                _append(file["entry"], turns, start.timestamp(), orders)
-        _write_events(file["entry"], record, day)
+    with _opened(path) as earlier:
+        # Before the turns: one that comes in between belongs to the next writing too.
+        ids, times_s = _ids_and_times(record, day, start.timestamp())
+        kept = _rows_not_in(earlier, _keys(ids, times_s))
+        orders = sorted({*_orders(record, day), *_orders_of_file(earlier)})
+        with whole_file(path) as unfinished, h5py.File(unfinished, "w") as file:
+            file.attrs["default"] = "entry"
+            _make_layout(file, start, orders)
+            entry = file["entry"]
+            for at in range(0, kept.size, _BLOCK):
+                _copy(earlier["entry"], entry, kept[at : at + _BLOCK])
+            for hour in range(24):
+                begin = start + hour * _STEP
+                span = (_iso(begin), _iso(begin + _STEP))
+                turns = read_turns(record, span=span)
+                if turns:
+                    _append(entry, turns, start.timestamp(), orders)
+            _write_events(entry, record, day, _events_of_file(earlier))
+            entry.attrs[_RECORD] = record_identity(record)
+            entry.attrs[_LAST_ID] = int(ids.max(initial=0))
 
 
 def _make_layout(file: Any, start: datetime, orders: list[int]) -> None:
@@ -186,13 +197,65 @@ def _extend(dataset: Any, values: Any) -> None:
     dataset[before:] = values
 
 
-def _write_events(entry: Any, record: Path, day: date) -> None:
+def _write_events(entry: Any, record: Path, day: date, earlier: list[tuple[str, str, str]]) -> None:
+    """Write the events of the day; those of an earlier file stay."""
     query = "SELECT recorded, kind, text FROM event WHERE recorded LIKE ? ORDER BY id"
-    rows = list(_rows(record, query, f"{day.isoformat()}T%"))
+    recorded = [(str(a), str(b), str(c)) for a, b, c in _rows(record, query, f"{day}T%")]
+    rows = list(dict.fromkeys([*earlier, *recorded]))
     events = _group(entry, "events", "NXcollection")
-    for place, name in enumerate(("recorded", "kind", "text")):
+    for place, name in enumerate(_EVENT):
         values = np.array([row[place] for row in rows], dtype=object)
         events.create_dataset(name, data=values, dtype=h5py.string_dtype())
+
+
+def _events_of_file(file: Any) -> list[tuple[str, str, str]]:
+    if file is None:
+        return []
+    columns = [file[f"entry/events/{name}"].asstr()[:].tolist() for name in _EVENT]
+    return list(zip(*columns, strict=True))
+
+
+def _copy(source: Any, entry: Any, rows: Any) -> None:
+    """Append turns of an earlier file; a column that it lacks stays without values."""
+    turns, table = source["turns"], source["orders"]
+    for name, column in entry["turns"].items():
+        if name in turns:
+            _extend(column, turns[name][rows])
+        else:
+            _extend(column, np.full(rows.size, np.nan if column.dtype.kind == "f" else 0))
+    orders = entry["orders/order"][:]
+    places = np.searchsorted(orders, table["order"][:])
+    for name in _OF_ORDER:
+        values = np.full((rows.size, orders.size), np.nan)
+        values[:, places] = table[name][rows]
+        _extend(entry["orders"][name], values)
+
+
+def _orders_of_file(file: Any) -> list[int]:
+    return [] if file is None else [int(order) for order in file["entry/orders/order"][:]]
+
+
+def _rows_not_in(file: Any, keys: Any) -> Any:
+    """Rows of a file's turns, (n,), that are none of the record's."""
+    if file is None:
+        return np.empty(0, dtype=np.int64)
+    turns = file["entry/turns"]
+    return np.flatnonzero(~np.isin(_keys(turns["id"][:], turns["time"][:]), keys))
+
+
+def _keys(ids: Any, times_s: Any) -> Any:
+    """A number for each turn, (n,): the ids of another record may be the same, their times not."""
+    return (ids << _MILLISECOND_BITS) | np.rint(1000.0 * times_s).astype(np.int64)
+
+
+def _ids_and_times(record: Path, day: date, start_s: float) -> tuple[Any, Any]:
+    """Ids, (n,), and seconds since midnight, (n,), of the record's turns of a day."""
+    query = "SELECT id, recorded FROM turn WHERE recorded LIKE ? ORDER BY id"
+    rows = [
+        (number, datetime.fromisoformat(recorded).timestamp() - start_s)
+        for number, recorded in _rows(record, query, f"{day}T%")
+    ]
+    return np.array([row[0] for row in rows], dtype=np.int64), np.array([row[1] for row in rows])
 
 
 def _orders(record: Path, day: date) -> list[int]:
@@ -200,26 +263,32 @@ def _orders(record: Path, day: date) -> list[int]:
         "SELECT DISTINCT harmonic_order FROM harmonic JOIN turn ON turn.id = harmonic.turn "
         "WHERE recorded LIKE ? ORDER BY 1"
     )
-    return [int(row[0]) for row in _rows(record, query, f"{day.isoformat()}T%")]
+    return [int(row[0]) for row in _rows(record, query, f"{day}T%")]
 
 
-def _count(record: Path, day: date) -> int:
-    query = "SELECT count(*) FROM turn WHERE recorded LIKE ?"
-    return int(next(_rows(record, query, f"{day.isoformat()}T%"))[0])
+def _has(path: Path, identity: str, last: int) -> bool:
+    """True if the file was written from this record and has its turns up to ``last``."""
+    with _opened(path) as file:
+        if file is None:
+            return False
+        attributes = file["entry"].attrs
+        return bool(
+            attributes.get(_RECORD) == identity and int(attributes.get(_LAST_ID, -1)) >= last
+        )
 
 
-def _first_id_of(record: Path, day: date) -> int:
-    query = "SELECT coalesce(min(id), 0) FROM turn WHERE recorded LIKE ?"
-    return int(next(_rows(record, query, f"{day.isoformat()}T%"))[0])
-
-
-def _first_id(path: Path) -> float:
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Give the file of a day; None if it is missing, damaged or no such file."""
+    file = None
+    with contextlib.suppress(OSError):
+        file = h5py.File(path, "r")
     try:
-        with h5py.File(path, "r") as file:
-            ids = file["entry/turns/id"]
-            return float(ids[:].min()) if ids.size else float("inf")
-    except (OSError, KeyError):
-        return float("inf")
+        whole = file is not None and all(name in file for name in _WHOLE)
+        yield file if whole else None
+    finally:
+        if file is not None:
+            file.close()
 
 
 def _rows(record: Path, query: str, *values: str) -> Iterator[tuple[Any, ...]]:

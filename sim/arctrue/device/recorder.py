@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 import time
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -49,6 +50,7 @@ CREATE TABLE IF NOT EXISTS harmonic (
     chosen INTEGER NOT NULL
 );
 CREATE INDEX IF NOT EXISTS harmonic_turn ON harmonic (turn);
+CREATE TABLE IF NOT EXISTS identity (name TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS event (
     id INTEGER PRIMARY KEY,
     recorded TEXT NOT NULL,
@@ -96,6 +98,10 @@ class Recorder:
         self._connection.execute("PRAGMA auto_vacuum = INCREMENTAL")
         self._connection.execute("PRAGMA journal_mode = WAL")
         self._connection.executescript(_SCHEMA)
+        if self._one("SELECT count(*) FROM identity") == 0:
+            self._connection.execute("INSERT INTO identity VALUES (?)", (uuid.uuid4().hex,))
+        self.deletable: int | None = None
+        """Retention deletes no turn with a greater id; None: it deletes any."""
         self._add_what_older_files_lack()
         self._last_id = self._one("SELECT coalesce(max(id), 0) FROM turn")
         self._since_retention = 0
@@ -145,7 +151,7 @@ class Recorder:
         """Delete the oldest turns until both limits are met."""
         if self._retention.days is not None:
             before = _utc(self._clock() - self._retention.days * _DAY_S)
-            while self._delete_oldest("WHERE recorded < ?", before):
+            while self._delete_oldest("AND recorded < ?", before):
                 pass
         if self._retention.megabytes is not None:
             while self._used_bytes() > self._retention.megabytes * _MEGABYTE:
@@ -154,8 +160,9 @@ class Recorder:
         self._connection.execute("PRAGMA incremental_vacuum").fetchall()
 
     def _delete_oldest(self, where: str, *values: str) -> bool:
-        chosen = f"SELECT id FROM turn {where} ORDER BY id LIMIT {_DELETED_AT_ONCE}"
-        ids = [row[0] for row in self._connection.execute(chosen, values)]
+        most = self._last_id if self.deletable is None else self.deletable
+        chosen = f"SELECT id FROM turn WHERE id <= ? {where} ORDER BY id LIMIT {_DELETED_AT_ONCE}"
+        ids = [row[0] for row in self._connection.execute(chosen, (most, *values))]
         # The latest turn stays, so that a new row never gets the id of an earlier one.
         ids = [number for number in ids if number != self._last_id]
         if not ids:
@@ -214,6 +221,27 @@ class RecordedTurn:
     recorded_s: float
     """Seconds since 1970, UTC."""
     fields: dict[str, Any]
+
+
+def record_identity(file: Path) -> str:
+    """Return the name that tells a record from others; empty for one of an older version.
+
+    Raises sqlite3.Error.
+    """
+    connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
+    try:
+        named = "SELECT count(*) FROM sqlite_master WHERE name = 'identity'"
+        if not connection.execute(named).fetchone()[0]:
+            return ""
+        row = connection.execute("SELECT name FROM identity").fetchone()
+    finally:
+        connection.close()
+    return "" if row is None else str(row[0])
+
+
+def last_turn(file: Path) -> int:
+    """Return the id of the latest turn of a record; 0 without one. Raises sqlite3.Error."""
+    return max((turn.id for turn in read_turns(file, latest=1)), default=0)
 
 
 def read_turns(

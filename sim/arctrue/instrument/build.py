@@ -245,7 +245,26 @@ def build(
 ) -> Path:
     """Give the shared library of an instrument; build it if it does not exist.
 
-    ``generics``: further generics of arctrue_core. Raises InstrumentError.
+    Parameters
+    ----------
+    lanes : int
+        Lanes of the gateware.
+    capture_depth : int
+        Samples of a captured turn.
+    generics : mapping, optional
+        Further generics of arctrue_core by name.
+    report_step : callable, optional
+        It receives a line for people at each step.
+
+    Returns
+    -------
+    Path
+        The library.
+
+    Raises
+    ------
+    InstrumentError
+        If a tool is missing or fails.
     """
     report_step = report_step or (lambda _: None)
     versions = tool_versions()

@@ -31,11 +31,20 @@ class Curves(Protocol):
     """Length in clocks; afterwards the pins hold their levels."""
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
-        """Knots of a piece that begins ``first_clock`` clocks after the start.
+        """Give the knots of a piece.
 
-        Returns the clocks between two knots, and at the knots −1, 0, …, n + 1 the readings of each
-        head (counts from its index) and the true angle (radians, not wrapped). n intervals
-        of knots need not fill ``clocks``.
+        Parameters
+        ----------
+        first_clock : int
+            Clocks from the start of the curves to the begin of the piece.
+        clocks : int
+            Length of the piece, clocks; n intervals of knots need not fill it.
+
+        Returns
+        -------
+        tuple
+            The clocks between two knots; the readings of each head, counts from its index; the true
+            angle there, radians, not wrapped. Arrays of shape (n + 3,): the knots −1, 0, …, n + 1.
         """
 
 
@@ -89,7 +98,20 @@ class TableCurves:
         return (*readings, state.angle_rad)
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
-        """See :class:`Curves`."""
+        """Give the knots of a piece, as :meth:`Curves.piece` describes.
+
+        Parameters
+        ----------
+        first_clock : int
+            Clocks from the start of the motion to the begin of the piece.
+        clocks : int
+            Length of the piece, clocks.
+
+        Returns
+        -------
+        tuple
+            The clocks between two knots, the readings of each head, and the true angle, (n + 3,).
+        """
         while True:
             knot = self._knot
             intervals = max(1, -(-min(clocks, self.clocks - first_clock) // knot))

@@ -87,8 +87,19 @@ class Firmware:
     def set(self, name: str, value: float) -> None:
         """Set a parameter like ``set`` on the console, but without its re-arm.
 
-        Call :meth:`start` after setting parameters that are registers. Raises InstrumentError for
-        a name or value that the firmware refuses.
+        Call :meth:`start` after setting parameters that are registers.
+
+        Parameters
+        ----------
+        name : str
+            Name of the parameter.
+        value : float
+            Its value, in the unit of ``help parameters``.
+
+        Raises
+        ------
+        InstrumentError
+            If the firmware refuses the name or the value.
         """
         answer = self._library.firmware_set(self._processor, name.encode(), float(value))
         if answer:
@@ -97,7 +108,10 @@ class Firmware:
     def start(self) -> None:
         """Find the core, set it up and re-arm it, so that the heads wait for their index again.
 
-        Raises InstrumentError when the firmware does not accept the core.
+        Raises
+        ------
+        InstrumentError
+            If the firmware does not accept the core.
         """
         self._library.firmware_start(self._processor)
         self._check_bus()
@@ -118,7 +132,15 @@ class Firmware:
     def power_on(self, flash: bytes) -> None:
         """Start like a board with this flash content, without commands; replaces :meth:`start`.
 
-        Raises InstrumentError for a flash of another size, or where no core is accepted.
+        Parameters
+        ----------
+        flash : bytes
+            Content of the memory that power-off keeps, as :attr:`flash` gives it.
+
+        Raises
+        ------
+        InstrumentError
+            If the flash has another size, or no core is accepted.
         """
         size = int(self._library.firmware_flash_bytes())
         if len(flash) != size:
@@ -130,7 +152,13 @@ class Firmware:
             raise InstrumentError("the firmware finds no core, or the core refused its set-up")
 
     def step(self) -> str:
-        """Run one round of the main loop; return the console's output without telemetry."""
+        """Run one round of the main loop.
+
+        Returns
+        -------
+        str
+            Output of the console without telemetry.
+        """
         if self.thermometer is not None:
             celsius = self.thermometer()
             self._library.firmware_thermometer(
@@ -144,7 +172,18 @@ class Firmware:
         return self._said()
 
     def send(self, line: str) -> str:
-        """Type a line at the console; return its answer."""
+        """Type a line at the console.
+
+        Parameters
+        ----------
+        line : str
+            The line without its end.
+
+        Returns
+        -------
+        str
+            The answer.
+        """
         self._library.firmware_type(self._processor, line.encode() + b"\r")
         self._check_bus()
         return self._said()
@@ -157,10 +196,23 @@ class Firmware:
         poll_clocks: int = 5000,
         stage: str = "",
     ) -> None:
-        """Let time pass, with a round of the main loop every ``poll_clocks``.
+        """Let time pass, with rounds of the main loop.
 
-        Ends after ``clocks`` or when ``until`` is true, which is evaluated after every round.
-        Raises InstrumentError if ``until`` is not true at the end of the stimulus.
+        Parameters
+        ----------
+        clocks : int, optional
+            End after so many clocks; None: ``until`` or the first round ends it.
+        until : callable, optional
+            End when this function of the firmware is true; it is evaluated after every round.
+        poll_clocks : int
+            Clocks from one round to the next.
+        stage : str
+            Name of this part of the run, for ``report_run``.
+
+        Raises
+        ------
+        InstrumentError
+            If the stimulus ends before ``until`` is true.
         """
         instrument = self._instrument
         last = None if clocks is None else instrument.clock + clocks
@@ -190,7 +242,18 @@ class Firmware:
         return self.active_bank(self._instrument.read("counts_per_rev_active"))
 
     def active_bank(self, counts_per_rev: int) -> Coefficients | None:
-        """Give the same for a known number of counts per turn, without a bus access."""
+        """Give the active bank for a known number of counts a turn, without a bus access.
+
+        Parameters
+        ----------
+        counts_per_rev : int
+            Counts a turn.
+
+        Returns
+        -------
+        Coefficients or None
+            None before the first swap.
+        """
         steps = (ctypes.c_uint64 * LANES_MAX)()
         offsets = (ctypes.c_uint32 * LANES_MAX)()
         amplitudes = (ctypes.c_int32 * LANES_MAX)()

@@ -52,7 +52,9 @@ class RunProgress:
     """Progress of a run in clocks, turns of the table and time left."""
 
     stage: str
+    """Name of the present part of the run."""
     clock: int
+    """Clocks since power-on."""
     clocks_per_s: float
     """Simulated clocks per second of wall time, since the last report."""
     true_angle_rad: float
@@ -92,15 +94,36 @@ class PinFault:
     """
 
     first_clock: int
+    """Clock of its begin."""
     clocks: int
+    """Its length."""
     invert: int = 0
+    """Pins that are inverted."""
     low: int = 0
+    """Pins that are held low."""
     high: int = 0
+    """Pins that are held high."""
     probability: float = 1.0
+    """Share of the clocks in which it acts."""
 
 
 def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: float = 1.1) -> float:
-    """Clocks per second of table time at which a count lasts ``clocks_per_count`` clocks."""
+    """Work out the clock at which a count lasts so many clocks.
+
+    Parameters
+    ----------
+    counts_per_rev : int
+        Counts a turn.
+    speed_rad_s : float
+        Speed of the table, radians a second.
+    clocks_per_count : float
+        Clocks a count.
+
+    Returns
+    -------
+    float
+        Clocks of the gateware a second of table time.
+    """
     return abs(speed_rad_s) / (2 * math.pi) * counts_per_rev * clocks_per_count
 
 
@@ -231,14 +254,28 @@ class Instrument:
         return str(self.library.instrument_message(self.handle).decode())
 
     def reset(self, clocks: int = RESET_CLOCKS) -> None:
-        """Hold the core in reset with an idle bus; the coefficient banks keep their content."""
+        """Hold the core in reset with an idle bus; the coefficient banks keep their content.
+
+        Parameters
+        ----------
+        clocks : int
+            Length of the reset.
+        """
         self.library.instrument_hold_reset(self.handle, 1)
         self.run(clocks)
         self.library.instrument_hold_reset(self.handle, 0)
         self.run(5)
 
     def run(self, clocks: int, *, stage: str = "") -> None:
-        """Run for this number of clocks."""
+        """Run for a number of clocks.
+
+        Parameters
+        ----------
+        clocks : int
+            The number.
+        stage : str
+            Name of this part of the run, for ``report_run``.
+        """
         self._run(clocks, stage=stage)
 
     def run_until(
@@ -250,11 +287,31 @@ class Instrument:
         at_most_clocks: int | None = None,
         stage: str = "",
     ) -> Reason:
-        """Run until the first of these conditions is met; return it.
+        """Run until the first of these conditions is met.
 
-        The true angle must be passed (not wrapped, in either direction) while a table or curves
-        are attached; ``interrupt`` is the level of the line. Without ``at_most_clocks`` the end
-        of the stimulus ends the run too.
+        Parameters
+        ----------
+        true_angle_rad : float, optional
+            True angle that is passed, not wrapped, in either direction, radians; it needs a table
+            or curves.
+        interrupt : bool
+            The level of the interrupt line.
+        end_of_stimulus : bool
+            The end of the stimulus; without ``at_most_clocks`` it always ends the run.
+        at_most_clocks : int, optional
+            So many clocks have passed.
+        stage : str
+            Name of this part of the run, for ``report_run``.
+
+        Returns
+        -------
+        str
+            The condition: ``clocks``, ``true_angle``, ``interrupt`` or ``end``.
+
+        Raises
+        ------
+        InstrumentError
+            If there is neither a stimulus nor ``at_most_clocks``, or the harness reports a fault.
         """
         if at_most_clocks is None and self._end is None:
             raise InstrumentError(
@@ -319,19 +376,44 @@ class Instrument:
     ) -> None:
         """Connect a table to the heads; its motion begins at the present clock.
 
-        In every clock each pin has the level of the head's present count. At the
-        end of the motion the pins hold. If a head makes two counts in one clock the run
-        ends with InstrumentError, unless ``may_jump`` permits that.
-        In the first clock A and B may change together, an illegal transition: attach before
-        ``reset()`` or ``firmware.start()``, which clear it. A real table is connected before the
-        power comes. Raises UnhonouredCauseError for a cause that acts after the pins.
-        power comes. Raises UnhonouredCauseError for a cause that acts after the pins.
+        In every clock each pin has the level of the head's present count. In the first clock A and
+        B may change together, an illegal transition: attach before ``reset()`` or
+        ``firmware.start()``,
+        which clear it. A real table is connected before the power comes.
+
+        Parameters
+        ----------
+        table : RotaryTable
+            The table.
+        motion : Motion
+            Its motion; at the end the pins hold their levels.
+        knot_clocks : int, optional
+            Clocks between two knots of the readings; None: some counts of travel.
+        may_jump : bool
+            Permit two counts of a head in one clock, which otherwise end the run with
+            InstrumentError.
+
+        Raises
+        ------
+        UnhonouredCauseError
+            If a cause acts after the pins.
+        InstrumentError
+            If the motion is shorter than a clock.
         """
         curves = TableCurves(table, motion, self.clock_hz, knot_clocks)
         self.attach_curves(curves, may_jump=may_jump)
 
     def attach_curves(self, curves: Curves, *, may_jump: bool = False) -> None:
-        """Connect arbitrary readings to the heads; they begin at the present clock."""
+        """Connect arbitrary readings to the heads; they begin at the present clock.
+
+        Parameters
+        ----------
+        curves : Curves
+            The readings.
+        may_jump : bool
+            Permit two counts of a head in one clock, which otherwise end the run with
+            InstrumentError.
+        """
         self.detach()
         self._feeder = _Feeder(self, curves)
         self._begin, self._end = self.clock, self.clock + curves.clocks
@@ -347,7 +429,13 @@ class Instrument:
         )
 
     def attach_pins(self, events: PinEvents) -> None:
-        """Play the levels of six pins (head 1 in the low three); their clock 0 is the present."""
+        """Play the levels of six pins, head 1 in the low three.
+
+        Parameters
+        ----------
+        events : PinEvents
+            The events; their clock 0 is the present one.
+        """
         self.detach()
         clock = np.ascontiguousarray(events.clock + self.clock, dtype=np.int64)
         levels = np.ascontiguousarray(events.levels, dtype=np.uint8)
@@ -375,9 +463,14 @@ class Instrument:
         return float(self.library.instrument_true_angle(self.handle))
 
     def disturb(self, *faults: PinFault, seed: int = 1) -> None:
-        """Apply faults to the head pins, replacing earlier ones; no arguments remove all.
+        """Apply faults to the head pins, replacing earlier ones.
 
-        They act in their order. ``seed`` is that of the random faults.
+        Parameters
+        ----------
+        *faults : PinFault
+            They act in their order; none removes all.
+        seed : int
+            Seed of the random numbers.
         """
         made = (Disturbance * max(1, len(faults)))(
             *(
@@ -402,11 +495,37 @@ class Instrument:
         return bool(self.library.instrument_interrupt(self.handle))
 
     def stall_bus(self, most_clocks: int, seed: int = 1) -> None:
-        """Hold back every channel of the bus for 0 … ``most_clocks`` clocks, at random."""
+        """Hold back every channel of the bus at random.
+
+        Parameters
+        ----------
+        most_clocks : int
+            Each hold lasts 0 … ``most_clocks`` clocks.
+        seed : int
+            Seed of the random numbers.
+        """
         self.library.instrument_stall(self.handle, most_clocks, seed)
 
     def read_words(self, address: int, count: int) -> list[int]:
-        """Words of 32 bits from a byte address on. Raises BusError where the core refuses."""
+        """Read words of 32 bits.
+
+        Parameters
+        ----------
+        address : int
+            Byte address of the first one.
+        count : int
+            Number of words.
+
+        Returns
+        -------
+        list of int
+            The words.
+
+        Raises
+        ------
+        BusError
+            If the core refuses the access.
+        """
         words: NDArray[np.uint32] = np.zeros(count, dtype=np.uint32)
         failed = ctypes.c_uint32()
         response = self.library.instrument_read(
@@ -417,7 +536,20 @@ class Instrument:
         return values
 
     def write_words(self, address: int, words: Sequence[int]) -> None:
-        """Write words of 32 bits from a byte address on. Raises BusError where the core refuses."""
+        """Write words of 32 bits.
+
+        Parameters
+        ----------
+        address : int
+            Byte address of the first one.
+        words : sequence of int
+            The words.
+
+        Raises
+        ------
+        BusError
+            If the core refuses the access.
+        """
         data = np.array([word & 0xFFFF_FFFF for word in words], dtype=np.uint32)
         failed = ctypes.c_uint32()
         response = self.library.instrument_write(
@@ -438,43 +570,119 @@ class Instrument:
         self.write_words(address, words)
 
     def read(self, path: str) -> int:
-        """Read a register with a single field, or ``register.field``."""
+        """Read a register with a single field, or ``register.field``.
+
+        Parameters
+        ----------
+        path : str
+            Name of the register, or of register and field.
+
+        Returns
+        -------
+        int
+            The value.
+        """
         return _now(self.registers.read(path))
 
     def read_fields(self, path: str) -> dict[str, int]:
-        """Every field of a register."""
+        """Read every field of a register.
+
+        Parameters
+        ----------
+        path : str
+            Name of the register.
+
+        Returns
+        -------
+        dict
+            Values by the names of the fields.
+        """
         return _now(self.registers.read_fields(path))
 
     def write(self, path: str, value: int) -> None:
-        """Write the only field of a register."""
+        """Write the only field of a register.
+
+        Parameters
+        ----------
+        path : str
+            Name of the register.
+        value : int
+            The value.
+        """
         _now(self.registers.write(path, value))
 
     def update(self, path: str, **values: int) -> None:
-        """Change the named fields of a register, keep the others."""
+        """Change fields of a register and keep the others.
+
+        Parameters
+        ----------
+        path : str
+            Name of the register.
+        **values : int
+            Values by the names of the fields.
+        """
         _now(self.registers.update(path, **values))
 
     def command(self, *names: str) -> None:
-        """Pulse each named bit of ``command``."""
+        """Pulse bits of the register ``command``.
+
+        Parameters
+        ----------
+        *names : str
+            Names of the bits.
+        """
         _now(self.registers.command(*names))
 
     def snapshot(self) -> Snapshot:
-        """Both heads and the corrected output of one clock."""
+        """Read both heads and the corrected output of one clock.
+
+        Returns
+        -------
+        Snapshot
+            Their positions and the clock.
+        """
         return _now(self.registers.snapshot())
 
     def read_capture(self) -> CaptureBank:
-        """Read the ready bank over the bus; ``command("capture_release")`` returns it."""
+        """Read the ready bank over the bus; ``command("capture_release")`` returns it.
+
+        Returns
+        -------
+        CaptureBank
+            The samples of a turn.
+        """
         return _now(self.registers.read_capture())
 
     def write_coefficients(self, coefficients: CoefficientSet) -> None:
-        """Write the idle bank; ``command("swap")`` makes it active."""
+        """Write the idle bank; ``command("swap")`` makes it active.
+
+        Parameters
+        ----------
+        coefficients : CoefficientSet
+            The words of all lanes.
+        """
         _now(self.registers.write_coefficients(coefficients))
 
     def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
-        """Write what direction and speed are worked out with, for this instrument's clock."""
+        """Write what direction and speed are worked out with, for this instrument's clock.
+
+        Parameters
+        ----------
+        conditions : Conditions
+            The parameters.
+        counts_per_rev : int
+            Counts a turn.
+        """
         _now(self.registers.write_conditions(conditions, counts_per_rev, self.clock_hz))
 
     def write_local_table(self, table: LocalTable) -> None:
-        """Write the idle bank of the local table; ``command("swap")`` makes it active."""
+        """Write the idle bank of the local table; ``command("swap")`` makes it active.
+
+        Parameters
+        ----------
+        table : LocalTable
+            Its points.
+        """
         _now(self.registers.write_local_table(table))
 
     # What leaves the core ---------------------------------------------------------------------
@@ -492,10 +700,19 @@ class Instrument:
     ) -> None:
         """Begin a recording, replacing the one before.
 
-        Every ``every``-th edge is kept (1: all), up to ``most``; with ``bins`` every edge is
-        counted in one of so many equal parts of the true angle. With ``turns`` the recording ends
-        exactly when the table has turned so far. Positions are in the present counts per
-        turn.
+        Positions are in the present counts a turn.
+
+        Parameters
+        ----------
+        bins : int
+            Every edge is counted in one of so many equal parts of the true angle; 0: in none.
+        every : int
+            Every so many edges one is kept; 1: all, 0: none.
+        most : int
+            Most edges that are kept.
+        turns : float
+            The recording ends exactly when the table has turned so far; 0: :meth:`stop_recording`
+            ends it.
         """
         self._recorded_counts_per_rev = self.read("counts_per_rev_active")
         self.library.instrument_record(
@@ -513,7 +730,18 @@ class Instrument:
         self.library.instrument_stop_recording(self.handle)
 
     def recording(self) -> Recording:
-        """Give the data recorded so far."""
+        """Give the data recorded so far.
+
+        Returns
+        -------
+        Recording
+            The output and the incoming signal of head 1.
+
+        Raises
+        ------
+        InstrumentError
+            If :meth:`record` was not called.
+        """
         if not self._recorded_counts_per_rev:
             raise InstrumentError("nothing was recorded: call record() first")
         output, view = self._track(0)
@@ -547,13 +775,23 @@ class Instrument:
         return track, view
 
     def trace(self, clocks: int) -> None:
-        """Begin to record the levels of all pins for this number of clocks."""
+        """Begin to record the levels of all pins.
+
+        Parameters
+        ----------
+        clocks : int
+            For so many clocks.
+        """
         self.library.instrument_trace(self.handle, clocks)
 
     def traced(self) -> NDArray[np.uint16]:
-        """Give the recorded levels, shape ``(n,)``.
+        """Give the recorded levels.
 
-        The six head pins, above them A, B and Z of the output, TRIGGER_OUT and COMPARE_OUT.
+        Returns
+        -------
+        ndarray
+            A word a clock, shape (n,): the six head pins, above them A, B and Z of the output,
+            TRIGGER_OUT and COMPARE_OUT.
         """
         levels = ctypes.POINTER(ctypes.c_uint16)()
         number = self.library.instrument_traced(self.handle, ctypes.byref(levels))

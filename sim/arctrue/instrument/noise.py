@@ -28,8 +28,11 @@ class ReadingNoise(Cause):
     """
 
     rms_rad: float
+    """Standard deviation, radians."""
     correlation_s: float
+    """A quarter of the time after which readings are independent, seconds."""
     seed: int = 1
+    """Seed of the random numbers."""
     _blocks: dict[int, Float] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -70,7 +73,22 @@ class ReadingNoise(Cause):
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """The noise of head 0, 1, … at the instants of ``state``, shape ``(n,)``."""
+        """Give the noise of a head.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        disc_reading_rad : ndarray
+            Angle of the lines, which has no influence, shape (n,).
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        ndarray
+            Noise, radians, shape (n,).
+        """
         place = state.time_s / self.correlation_s
         first = np.floor(place).astype(np.int64)
         u = place - first

@@ -17,7 +17,9 @@ class EdgeTrack:
     """
 
     counts_per_rev: int
+    """Counts a turn."""
     clock: NDArray[np.int64]
+    """Clock of each kept edge."""
     position: NDArray[np.int64]
     """Counts, of the level that the reading passed."""
     true_angle_rad: NDArray[np.float64]
@@ -27,8 +29,11 @@ class EdgeTrack:
     bin_mean_counts: NDArray[np.float64]
     """Mean of position − true angle; NaN in an empty bin."""
     bin_lowest_counts: NDArray[np.float64]
+    """Smallest position − true angle in each bin."""
     bin_highest_counts: NDArray[np.float64]
+    """Largest position − true angle in each bin."""
     edges: int
+    """Number of all edges."""
     dropped: int
     """Edges that were to be kept, beyond the most that may be kept."""
 
@@ -38,7 +43,9 @@ class Recording:
     """One recording: the output of the core, and the incoming signal of head 1."""
 
     output: EdgeTrack
+    """The corrected signal."""
     head1: EdgeTrack
+    """The incoming signal of head 1."""
     illegal: int
     """Clocks in which A and B of the output changed together."""
     index_clock: NDArray[np.int64]

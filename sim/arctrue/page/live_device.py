@@ -35,6 +35,7 @@ class LiveDevice:
         self._turns: deque[dict[str, Any]] = deque(maxlen=_MOST_TURNS)
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
         self._connected, self._alarms = False, list[str]()
+        self._machine_alarms: list[str] = []
         self._problem = f"{port}: no daemon runs; start it with arctrue device run"
         self._lock = threading.Lock()
         threading.Thread(target=self._keep_following, daemon=True).start()
@@ -57,6 +58,7 @@ class LiveDevice:
                 "problem": self._problem,
                 "connected": self._connected and not self._problem,
                 "alarms": list(self._alarms),
+                "machine_alarms": list(self._machine_alarms),
             }
         found["events"] = [{**event, "time": _utc(event["recorded_s"])} for event in events]
         return found | ({"turn": None} if not turns else _history(turns))
@@ -81,7 +83,8 @@ class LiveDevice:
         with self._lock:
             self._turns.clear()
             self._problem = ""
-            self._connected, self._alarms = bool(state["connected"]), list(state["alarms"])
+            self._alarms = list(state["alarms"])
+            self._take_state(state)
         try:
             while True:
                 event = watch.event(_EVENT_S)
@@ -93,7 +96,7 @@ class LiveDevice:
 
     def _take(self, event: dict[str, Any]) -> None:
         if event["event"] != "turn":
-            self._connected = bool(event["state"]["connected"])
+            self._take_state(event["state"])
             shown = {"kind": event["event"], "text": event["text"]}
             self._events.append({**shown, "recorded_s": event["recorded_s"]})
             return
@@ -101,6 +104,10 @@ class LiveDevice:
         self._alarms = list(fields.get("alarms", []))
         if fields["result"] != "alarm":
             self._turns.append({**fields, "recorded_s": event["recorded_s"]})
+
+    def _take_state(self, state: dict[str, Any]) -> None:
+        self._connected = bool(state["connected"])
+        self._machine_alarms = list(state["machine_alarms"].values())
 
 
 def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:

@@ -38,79 +38,287 @@ class Cause:
     """
 
     def axis_shift_m(self, state: TableState) -> Points | complex:
-        """Displacement of the axis in the stator frame."""
+        """Give the displacement of the axis in the stator frame.
+
+        Parameters
+        ----------
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        ndarray or complex
+            Displacement x + jy, metres, shape (n,), or one for all instants.
+        """
         return 0.0
 
     def disc_shift_m(self, state: TableState) -> Points | complex:
-        """Displacement of the disc centre from the axis in the frame of the turning table."""
+        """Give the displacement of the disc centre in the frame of the turning table.
+
+        Parameters
+        ----------
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        ndarray or complex
+            Displacement x + jy, metres, shape (n,), or one for all instants.
+        """
         return 0.0
 
     def head_shift_m(self, head: int, state: TableState) -> Points | complex:
-        """Displacement of head 0, 1, … in the stator frame."""
+        """Give the displacement of a head in the stator frame.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        ndarray or complex
+            Displacement x + jy, metres, shape (n,), or one for all instants.
+        """
         return 0.0
 
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """Error of the lines at a disc angle; period one turn."""
+        """Give the error of the lines at a disc angle; its period is one turn.
+
+        Parameters
+        ----------
+        disc_angle_rad : ndarray
+            Disc angle, not wrapped, radians, shape (n,).
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        ndarray or float
+            Error of the lines there, radians, shape (n,).
+        """
         return 0.0
 
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """Error that the signal of head 0, 1, … adds to the lines that it sees."""
+        """Give the error that the signal of a head adds to the lines that it sees.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        disc_reading_rad : ndarray
+            Angle that the lines under the head state, radians, shape (n,).
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        ndarray or float
+            Error, radians, shape (n,).
+        """
         return 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> Angles | float:
-        """Angle by which the disc is turned against the table top, which carries the reference."""
+        """Give the angle of the disc against the table top, which carries the reference.
+
+        Parameters
+        ----------
+        conditions : Conditions
+            State of the table and its surroundings at n instants, shape (n,).
+
+        Returns
+        -------
+        ndarray or float
+            Angle, radians, shape (n,).
+        """
         return 0.0
 
     def sampling_delay_s(self, head: int) -> float:
-        """Age of the reading of head 0, 1, … when it is latched."""
+        """Give the age of the reading of a head when it is latched.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+
+        Returns
+        -------
+        float
+            Seconds.
+        """
         return 0.0
 
     def gained_counts(self, head: int, conditions: Conditions) -> NDArray[np.int64] | int:
-        """Counts gained by the counter of head 0, 1, … (lost: negative) up to each instant."""
+        """Give the counts that the counter of a head has gained up to each instant.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        conditions : Conditions
+            State of the table and its surroundings at n instants, shape (n,).
+
+        Returns
+        -------
+        ndarray or int
+            Counts, negative where they were lost, shape (n,).
+        """
         return 0
 
     def instrument_error_rad(self, stations: Stations, deviation_rad: Angles) -> Angles | float:
-        """Error of the instrument on ``deviation_rad``, the true reading minus the true angle."""
+        """Give the error of the reference instrument.
+
+        Parameters
+        ----------
+        stations : Stations
+            The stations at which it is read.
+        deviation_rad : ndarray
+            True reading of the instrument less the true angle, radians, shape (n,).
+
+        Returns
+        -------
+        ndarray or float
+            Error, radians, shape (n,).
+        """
         return 0.0
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise | None:
-        """Gaussian noise of the reading of head 0, 1, …."""
+        """Give the Gaussian noise of the reading of a head.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        conditions : Conditions
+            State of the table and its surroundings at n instants, shape (n,).
+
+        Returns
+        -------
+        Noise or None
+            None: no noise.
+        """
         return None
 
     def instrument_noise(self, stations: Stations) -> Noise | None:
-        """Gaussian noise of the reference instrument."""
+        """Give the Gaussian noise of the reference instrument.
+
+        Parameters
+        ----------
+        stations : Stations
+            The stations at which it is read.
+
+        Returns
+        -------
+        Noise or None
+            None: no noise.
+        """
         return None
 
     def struck_rad(
         self, head: int, conditions: Conditions, random: np.random.Generator
     ) -> Angles | None:
-        """Errors of single rows of head 0, 1, …; 0 in all other rows."""
+        """Draw the errors of single rows of a head.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        conditions : Conditions
+            State of the table and its surroundings at n instants, shape (n,).
+        random : numpy.random.Generator
+            Source of the random numbers.
+
+        Returns
+        -------
+        ndarray or None
+            Errors, radians, shape (n,), 0 in all other rows; None: no row is struck.
+        """
         return None
 
     def index_shift_counts(self, random: np.random.Generator) -> int:
-        """Offset in counts with which a head detects its index in one run."""
+        """Draw the offset with which a head detects its index in one run.
+
+        Parameters
+        ----------
+        random : numpy.random.Generator
+            Source of the random numbers.
+
+        Returns
+        -------
+        int
+            Counts.
+        """
         return 0
 
     def index_variance_counts2(self) -> float:
-        """Variance of :meth:`index_shift_counts`."""
+        """Give the variance of :meth:`index_shift_counts`.
+
+        Returns
+        -------
+        float
+            Counts squared.
+        """
         return 0.0
 
     def shown_temperature_c(self, course: TemperatureCourse, time_s: Angles) -> Angles | None:
-        """Temperature that the sensor shows instead of the true temperature."""
+        """Give the temperature that the sensor shows instead of the true one.
+
+        Parameters
+        ----------
+        course : TemperatureCourse
+            The true temperature over the time of the surroundings.
+        time_s : ndarray
+            Instants of that time, seconds, shape (n,).
+
+        Returns
+        -------
+        ndarray or None
+            Temperature, °C, shape (n,); None: the true one.
+        """
         return None
 
     def kept_rows(
         self, conditions: Conditions, random: np.random.Generator
     ) -> NDArray[np.bool_] | None:
-        """True for each row that is recorded."""
+        """Draw which rows are recorded.
+
+        Parameters
+        ----------
+        conditions : Conditions
+            State of the table and its surroundings at n instants, shape (n,).
+        random : numpy.random.Generator
+            Source of the random numbers.
+
+        Returns
+        -------
+        ndarray or None
+            True for each row that is recorded, shape (n,); None: all of them.
+        """
         return None
 
     def driven(self, motion: Motion) -> Motion:
+<<<<<<< HEAD
         """Return the motion that the drive makes of the requested motion."""
+=======
+        """Give the motion that the drive makes of the requested motion.
+
+        Parameters
+        ----------
+        motion : Motion
+            The requested motion.
+
+        Returns
+        -------
+        Motion
+            The motion of the table.
+        """
+>>>>>>> lib
         return motion
 
 

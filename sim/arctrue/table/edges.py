@@ -25,6 +25,7 @@ class CountEdges:
     first_count: int
     """The count before the first edge."""
     time_s: NDArray[np.float64]
+    """Time of each edge since the motion began, seconds."""
     count: NDArray[np.int64]
     """The count after each edge, from the head's index, not wrapped."""
     true_angle_rad: NDArray[np.float64]
@@ -37,12 +38,32 @@ def count_edges(
     motion: Motion,
     random: np.random.Generator | None = None,
 ) -> CountEdges:
-    """Solve for the time and true angle of every count edge of head 0 or 1 during ``motion``.
+    """Solve for the time and true angle of every count edge of a head during a motion.
 
-    With ``random`` given, noise displaces each edge; the interpolator's own hysteresis keeps
-    edges from passing their neighbours, so that noise never adds a pair of edges.
-    Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals: a
-    counter that loses counts comes after the edges.
+    The interpolator's own hysteresis keeps edges from passing their neighbours, so that noise never
+    adds a pair of edges.
+
+    Parameters
+    ----------
+    table : RotaryTable
+        The table.
+    head : int
+        Number of the head, from 0.
+    motion : Motion
+        The motion from its begin to its end.
+    random : numpy.random.Generator, optional
+        Source of the noise of the readings, which displaces each edge; None: no noise.
+
+    Returns
+    -------
+    CountEdges
+        All edges in order of time.
+
+    Raises
+    ------
+    UnhonouredCauseError
+        If a cause acts on more than the lines and their signals: a counter that loses counts comes
+        after the edges.
     """
 
     refuse_unhonoured(table.causes, SIGNALS, "a head's edges")
@@ -89,10 +110,28 @@ def _displaced(
 def angle_of_reading(
     table: RotaryTable, head: int, reading_counts: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Find the true angle at which the slowly turning table shows each reading, shape ``(n,)``.
+    """Find the true angle at which the slowly turning table shows each reading.
 
-    This needs effects that do not depend on time or speed. Raises ArithmeticError if the
-    reading errs by more than a tenth of a turn.
+    This needs causes that do not depend on time or speed.
+
+    Parameters
+    ----------
+    table : RotaryTable
+        The table.
+    head : int
+        Number of the head, from 0.
+    reading_counts : ndarray
+        Readings from the head's index, counts, shape (n,).
+
+    Returns
+    -------
+    ndarray
+        True angles, not wrapped, radians, shape (n,).
+
+    Raises
+    ------
+    ArithmeticError
+        If the reading errs by more than a tenth of a turn.
     """
     nominal = reading_counts * table.count_rad + table.heads[head].angle_rad
     nominal = nominal + table.index_mark_rad

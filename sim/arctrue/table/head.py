@@ -14,6 +14,7 @@ class Head:
     """
 
     point_m: complex
+    """Point x + jy of the stator plane, metres."""
     index_offset_counts: int = 0
     """Counts by which this head detects the index mark late, counter-clockwise."""
 
@@ -24,7 +25,27 @@ class Head:
 
     @classmethod
     def on_circle(cls, radius_m: float, angle_rad: float, index_offset_counts: int = 0) -> Head:
-        """A head at a radius and at the stator angle β about the axis."""
+        """Make a head on a circle about the axis.
+
+        Parameters
+        ----------
+        radius_m : float
+            Distance from the axis, metres.
+        angle_rad : float
+            Stator angle β, radians.
+        index_offset_counts : int
+            Counts by which the head detects the index mark late.
+
+        Returns
+        -------
+        Head
+            The head.
+
+        Raises
+        ------
+        ValueError
+            If the radius is 0.
+        """
         return cls(cmath.rect(radius_m, angle_rad), index_offset_counts)
 
     @property

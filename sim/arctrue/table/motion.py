@@ -28,11 +28,17 @@ class Motion:
     """
 
     knot_times_s: tuple[float, ...]
+    """Times of the knots, seconds, rising from 0."""
     knot_speeds_rad_s: tuple[float, ...]
+    """Speed at each knot, radians a second, counter-clockwise positive."""
     start_rad: float = 0.0
+    """True angle at the begin, radians."""
     ripple_rad: float = 0.0
+    """Amplitude a of the ripple, radians."""
     ripple_order: int = 1
+    """Periods n of the ripple a turn."""
     ripple_phase_rad: float = 0.0
+    """Phase p of the ripple, radians."""
     temperature: TemperatureCourse = field(default_factory=TemperatureCourse)
     """Temperature over the time of the surroundings, from ``start_s`` on."""
     surroundings_s: tuple[float, ...] | None = None
@@ -81,7 +87,35 @@ class Motion:
         ripple_order: int = 1,
         ripple_phase_rad: float = 0.0,
     ) -> Motion:
-        """One speed for ``duration_s``; with ``ramp_s`` the run-up and run-down lie within it."""
+        """Make a motion with one speed.
+
+        Parameters
+        ----------
+        speed_rad_s : float
+            The speed, radians a second, counter-clockwise positive.
+        duration_s : float
+            Time of the whole motion, seconds.
+        ramp_s : float
+            Time of the run-up and of the run-down, which lie within the duration; 0: none, seconds.
+        start_rad : float
+            True angle at the begin, radians.
+        ripple_rad : float
+            Amplitude of the ripple of the angle, radians.
+        ripple_order : int
+            Periods of the ripple a turn.
+        ripple_phase_rad : float
+            Phase of the ripple at angle 0, radians.
+
+        Returns
+        -------
+        Motion
+            The motion.
+
+        Raises
+        ------
+        ValueError
+            If both ramps do not fit into the duration, or the motion cannot be driven.
+        """
         if ramp_s == 0:
             times: Sequence[float] = (0.0, duration_s)
             speeds: Sequence[float] = (speed_rad_s, speed_rad_s)
@@ -100,9 +134,14 @@ class Motion:
         return self.knot_times_s[-1]
 
     def turning_times_s(self) -> NDArray[np.float64]:
-        """Instants at which the profile bends or changes its sign, rising, shape ``(k,)``.
+        """Give the instants at which the profile bends or changes its sign.
 
         Between two neighbours the true angle is monotonic.
+
+        Returns
+        -------
+        ndarray
+            Rising times, seconds, shape (k,).
         """
         times = np.asarray(self.knot_times_s)
         speeds = np.asarray(self.knot_speeds_rad_s)
@@ -113,23 +152,73 @@ class Motion:
         )
 
     def surroundings_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Time of the surroundings since the motion began, at its instants; same shape."""
+        """Give the time of the surroundings since the motion began.
+
+        Parameters
+        ----------
+        time_s : ndarray
+            Instants since the motion began, seconds, shape (n,).
+
+        Returns
+        -------
+        ndarray
+            Seconds, shape (n,); longer than the motion's where a pause is shortened.
+        """
         if self.surroundings_s is None:
             return np.asarray(time_s, dtype=np.float64)
         return np.asarray(np.interp(time_s, self.knot_times_s, self.surroundings_s))
 
     def temperature_c(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Temperature at instants of the motion, same shape."""
+        """Give the temperature during the motion.
+
+        Parameters
+        ----------
+        time_s : ndarray
+            Instants since the motion began, seconds, shape (n,).
+
+        Returns
+        -------
+        ndarray
+            Temperature, °C, shape (n,).
+        """
         return self.temperature.at(self.start_s + self.surroundings_at(time_s))
 
     def travel_rad(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+<<<<<<< HEAD
         """Return the travel in both directions since the motion began, same shape."""
+=======
+        """Give how far the table has turned in either direction since the motion began.
+
+        Parameters
+        ----------
+        time_s : ndarray
+            Instants since the motion began, seconds, shape (n,).
+
+        Returns
+        -------
+        ndarray
+            Travel, radians, shape (n,).
+        """
+>>>>>>> lib
         return _travel_of(self.knot_times_s, self.knot_speeds_rad_s).at(time_s)[1]
 
     def state(self, time_s: NDArray[np.float64]) -> Conditions:
-        """The state and its conditions at the given instants, shape ``(n,)``.
+        """Give the state of the table and its conditions.
 
-        Raises ValueError for an instant outside the motion.
+        Parameters
+        ----------
+        time_s : ndarray
+            Instants since the motion began, seconds, shape (n,).
+
+        Returns
+        -------
+        Conditions
+            Angle, speed, temperature, direction and travel, each of shape (n,).
+
+        Raises
+        ------
+        ValueError
+            If an instant is outside the motion.
         """
         time_s = np.atleast_1d(np.asarray(time_s, dtype=np.float64))
         if time_s.size and (time_s.min() < 0 or time_s.max() > self.duration_s):

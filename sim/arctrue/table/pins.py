@@ -26,9 +26,21 @@ class TooFastError(ValueError):
 def pin_states(
     count: NDArray[np.int64], counts_per_rev: int, index_width_counts: int = 1
 ) -> NDArray[np.uint8]:
-    """Levels of A (bit 0), B (bit 1) and Z (bit 2) at each count, shape ``(n,)``.
+    """Give the levels of A (bit 0), B (bit 1) and Z (bit 2) at each count.
 
-    Z is high from count 0 of every turn for ``index_width_counts`` counts.
+    Parameters
+    ----------
+    count : ndarray
+        Counts from the head's index, not wrapped, shape (n,).
+    counts_per_rev : int
+        Counts a turn.
+    index_width_counts : int
+        Z is high from count 0 of every turn for so many counts.
+
+    Returns
+    -------
+    ndarray
+        Levels, shape (n,).
     """
     at_index = count % counts_per_rev < index_width_counts
     return _QUADRATURE[count % 4] | np.where(at_index, PIN_Z, 0).astype(np.uint8)
@@ -43,11 +55,27 @@ class PinEvents:
     """
 
     first_levels: int
+    """Levels of all pins before the first event, a bit a pin."""
     clock: NDArray[np.int64]
+    """Clock of each event."""
     levels: NDArray[np.uint8]
+    """Levels of all pins after each event, a bit a pin."""
 
     def write(self, file: Path) -> None:
-        """Write the events as text. The first event must come after clock 0."""
+        """Write the events as text.
+
+        Parameters
+        ----------
+        file : Path
+            The file, which is replaced as a whole.
+
+        Raises
+        ------
+        ValueError
+            If the events are not in order, or the first is at clock 0.
+        OSError
+            If the file cannot be written.
+        """
         deltas = np.diff(self.clock, prepend=0)
         if deltas.size and deltas.min() < 1:
             raise ValueError(f"{file}: events must be in order, the first after clock 0")
@@ -60,7 +88,20 @@ class PinEvents:
     def read(cls, file: Path) -> PinEvents:
         """Read what :meth:`write` or the recorder in VHDL wrote.
 
-        Raises ValueError for an empty file or one with other than two numbers a line.
+        Parameters
+        ----------
+        file : Path
+            The file.
+
+        Returns
+        -------
+        PinEvents
+            Its events.
+
+        Raises
+        ------
+        ValueError
+            If the file is missing or empty, or a line has other than two numbers.
         """
         if not file.exists() or not file.stat().st_size:
             raise ValueError(f"{file}: no pin events; did the simulation run to its end?")
@@ -79,9 +120,27 @@ def clocked_pins(
 ) -> PinEvents:
     """Sample the wires of all heads by a clock, head 1 in the lowest bits.
 
-    An edge appears at the first clock at or after it. Raises TooFastError, naming head and
-    time, if two edges of one head fall on one clock: the electronics could not distinguish
-    them from an illegal transition.
+    Parameters
+    ----------
+    heads : sequence of CountEdges
+        Edges of each head.
+    counts_per_rev : int
+        Counts a turn.
+    clock_hz : float
+        Clocks a second of table time.
+    index_width_counts : int
+        Width of Z in counts.
+
+    Returns
+    -------
+    PinEvents
+        Changes of all wires; an edge appears at the first clock at or after it.
+
+    Raises
+    ------
+    TooFastError
+        If two edges of one head fall on one clock, which the electronics could not tell from an
+        illegal transition; it names head and time.
     """
     first_levels = 0
     clocks, owners, levels = [], [], []
@@ -119,10 +178,21 @@ def clocked_pins(
 def decode_quadrature(
     first_levels: int, levels: NDArray[np.uint8]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Steps of a recorded A/B/Z output, and where they are illegal.
+    """Decode a recorded A/B/Z output.
 
-    ``levels`` as in :func:`pin_states`, one an event. Returns the step at each event (−1, 0, +1;
-    shape ``(n,)``) and the events at which A and B changed together.
+    Parameters
+    ----------
+    first_levels : int
+        Levels before the first event.
+    levels : ndarray
+        Levels after each event as in :func:`pin_states`, shape (n,).
+
+    Returns
+    -------
+    step : ndarray
+        Step at each event, −1, 0 or +1, shape (n,).
+    illegal : ndarray
+        Events at which A and B changed together, shape (k,).
     """
     phase_of = np.array([0, 1, 3, 2])  # of A + 2·B along 00, 10, 11, 01
     phase = phase_of[np.concatenate([[first_levels], levels]).astype(np.int64) & 3]

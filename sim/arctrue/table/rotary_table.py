@@ -27,7 +27,20 @@ TURN_RAD = 2 * np.pi
 def two_heads(
     radius_m: float = DISC_RADIUS_M, separation_rad: float = HEAD_SEPARATION_RAD
 ) -> tuple[Head, Head]:
-    """Head 1 at the stator angle 0 and head 2 at −α: docs/architecture.md, "Head geometry"."""
+    """Make head 1 at 0 and head 2 at −α: docs/architecture.md, "Head geometry".
+
+    Parameters
+    ----------
+    radius_m : float
+        Distance of both from the axis, metres.
+    separation_rad : float
+        α, radians.
+
+    Returns
+    -------
+    tuple of Head
+        Both heads.
+    """
     return Head.on_circle(radius_m, 0.0), Head.on_circle(radius_m, -separation_rad)
 
 
@@ -46,9 +59,26 @@ def heads_at(
     radii_m: Sequence[float] | None = None,
     late_counts: Sequence[int] | None = None,
 ) -> tuple[Head, ...]:
-    """Heads at the stator angles −p for places p after head 1.
+    """Make heads at the stator angles −p for places p after head 1.
 
-    ``radii_m``: None selects the disc's radius for all; ``late_counts``: delay of each index mark.
+    Parameters
+    ----------
+    places_rad : sequence of float
+        Place of each head, radians.
+    radii_m : sequence of float, optional
+        Distance of each head from the axis, metres; None: the disc's radius.
+    late_counts : sequence of int, optional
+        Delay of each head's index mark, counts; None: none.
+
+    Returns
+    -------
+    tuple of Head
+        The heads in the order of their places.
+
+    Raises
+    ------
+    ValueError
+        If the sequences differ in length.
     """
     radii = [DISC_RADIUS_M] * len(places_rad) if radii_m is None else radii_m
     late = [0] * len(places_rad) if late_counts is None else late_counts
@@ -79,10 +109,15 @@ class RotaryTable:
     """
 
     heads: tuple[Head, ...]
+    """The heads, two to four."""
     causes: tuple[Cause, ...] = ()
+    """Causes of errors, in the order in which they act."""
     counts_per_rev: int = 1 << 24
+    """Counts a turn, a multiple of 4."""
     rounding: Literal["floor", "nearest"] = "floor"
+    """Where a count changes: at a whole number, or at a half."""
     noise_rad: float = 0.0
+    """Standard deviation of white noise on each reading, radians."""
     index_mark_rad: float = 0.0
     """Disc angle of the index mark."""
     index_width_counts: int = 1
@@ -114,7 +149,20 @@ class RotaryTable:
         return TURN_RAD / self.counts_per_rev
 
     def disc_angle_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
-        """Disc angle under head 0, 1, …, not wrapped, shape ``(n,)``."""
+        """Give the disc angle under a head.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        ndarray
+            Disc angle, not wrapped, radians, shape (n,).
+        """
         axis: NDArray[np.complex128] = np.zeros(state.angle_rad.shape, dtype=np.complex128)
         disc = axis.copy()
         point = axis + self.heads[head].point_m
@@ -137,17 +185,40 @@ class RotaryTable:
         return reading
 
     def index_count(self, head: int) -> int:
-        """Count of the graduation at which head 0, 1, … detects the index mark."""
+        """Give the count of the graduation at which a head detects the index mark.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+
+        Returns
+        -------
+        int
+            Counts.
+        """
         mark = np.array([self.index_mark_rad])
         reading = self._disc_reading_rad(mark, TableState.at_rest(mark))
         counts = self.round_counts(reading / self.count_rad)
         return int(counts[0]) + self.heads[head].index_offset_counts
 
     def reading_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
-        """Reading of head 0, 1, … from the index mark: continuous, without noise, shape ``(n,)``.
+        """Give the reading of a head from the index mark: continuous and without noise.
 
         A late reading shows an earlier place: back by delay × speed, which is exact at constant
         speed and on a ramp off by acceleration × delay²/2.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        ndarray
+            Reading, not wrapped, radians, shape (n,).
         """
         timed = [cause for cause in self.causes if acts_on(cause) - GEOMETRY]
         if timed:
@@ -172,17 +243,45 @@ class RotaryTable:
         return reading - self.index_count(head) * self.count_rad
 
     def round_counts(self, reading_counts: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Round a continuous reading in counts to whole counts, same shape."""
+        """Round a continuous reading to whole counts.
+
+        Parameters
+        ----------
+        reading_counts : ndarray
+            Readings, counts, shape (n,).
+
+        Returns
+        -------
+        ndarray
+            Whole counts, shape (n,).
+        """
         half = 0.5 if self.rounding == "nearest" else 0.0
         return np.floor(reading_counts + half).astype(np.int64)
 
     def counts(
         self, head: int, state: TableState, random: np.random.Generator | None = None
     ) -> NDArray[np.int64]:
-        """Give the counter of head 0, 1, … from its index, not wrapped, shape ``(n,)``.
+        """Give the counter of a head from its index.
 
-        Noise is added where ``random`` is given. Raises UnhonouredCauseError for a cause that acts
-        on more than the reading: a row that is missing, an instrument, noise of its own.
+        Parameters
+        ----------
+        head : int
+            Number of the head, from 0.
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+        random : numpy.random.Generator, optional
+            Source of the noise ``noise_rad``; None: no noise.
+
+        Returns
+        -------
+        ndarray
+            Counts, not wrapped, shape (n,).
+
+        Raises
+        ------
+        UnhonouredCauseError
+            If a cause acts on more than the reading: a row that is missing, an instrument, noise of
+            its own.
         """
         refuse_unhonoured(self.causes, READING, "a counter")
         reading = self.reading_rad(head, state) / self.count_rad

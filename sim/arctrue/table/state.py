@@ -16,6 +16,7 @@ class TableState:
     """
 
     time_s: NDArray[np.float64]
+    """Time of each instant, seconds."""
     angle_rad: NDArray[np.float64]
     """True angle of the table, not wrapped, growing counter-clockwise."""
     speed_rad_s: NDArray[np.float64]
@@ -23,6 +24,17 @@ class TableState:
 
     @classmethod
     def at_rest(cls, angle_rad: NDArray[np.float64]) -> TableState:
-        """A table that stands still at each of the given angles, at time 0."""
+        """Make the state of a table that stands still at each of the given angles, at time 0.
+
+        Parameters
+        ----------
+        angle_rad : ndarray
+            True angles, radians, shape (n,).
+
+        Returns
+        -------
+        TableState
+            n instants with speed 0.
+        """
         angle_rad = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
         return cls(np.zeros_like(angle_rad), angle_rad, np.zeros_like(angle_rad))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import socket
@@ -20,6 +21,7 @@ from sim.tests.device.daemon_process import (
     Replay,
     announcement,
     daemon,
+    line_of,
     until,
 )
 
@@ -123,6 +125,29 @@ def test_one_operator_at_a_time_and_a_token(
         done = arctrue("device", "status", found.address)
         assert done.exit_code == 0, done.output
         assert daemon_at("/dev/ttyUSB1") is None
+
+
+def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
+    """The console gets the refusal between two lines, though it was due within one."""
+    half = line_of(2)
+    with daemon(replay.port, tmp_path):
+        found = announcement(replay.port)
+        with socket.create_connection((found.host, found.tcp_port)) as operator:
+            operator.settimeout(PATIENCE_S)
+            operator.sendall(json.dumps({"ask": "console", "token": found.token}).encode() + b"\n")
+            lines = operator.makefile("rb")
+            assert b"console" in lines.readline()
+            replay.send(half[:20])
+            assert lines.read(20) == half[:20]
+            operator.sendall(b"save\r")
+            # A line that is passed on: the refusal before it has been dealt with.
+            operator.sendall(b"status\r")
+            asked = b""
+            while b"status\r" not in asked:
+                asked += replay.received.get(timeout=PATIENCE_S)
+            replay.send(half[20:])
+            assert lines.readline() == half[20:]
+            assert lines.readline().startswith(b"error: read-only")
 
 
 def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) -> None:

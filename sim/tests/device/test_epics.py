@@ -5,65 +5,34 @@ from __future__ import annotations
 import ctypes
 import os
 import socket
-import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from sim.tests.device.daemon_process import (
     PATIENCE_S,
-    PROGRAM,
     Replay,
-    Running,
+    announcement,
     daemon,
     until,
 )
+from sim.tests.device.epics_process import PREFIX, free_ports, pvs
+
+from arctrue.device.connection import Watch, ask
 
 client = pytest.importorskip("caproto.sync.client", reason="softioc has x86-64 wheels only")
 from caproto import CaprotoTimeoutError  # noqa: E402
-
-PREFIX = "TEST:"
 
 
 @pytest.fixture
 def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
     """Ports of EPICS that nothing else on this machine uses."""
-    names = ("CA_SERVER_PORT", "CAS_SERVER_PORT", "CA_REPEATER_PORT")
-    names += ("PVAS_SERVER_PORT", "PVA_BROADCAST_PORT", "PVAS_BROADCAST_PORT")
-    with socket.socket() as one, socket.socket() as two, socket.socket() as three:
-        for free in (one, two, three):
-            free.bind(("127.0.0.1", 0))
-        server, repeater, pva = (str(free.getsockname()[1]) for free in (one, two, three))
-    values = (server, server, repeater, pva, pva, pva)
-    found = {f"EPICS_{name}": value for name, value in zip(names, values, strict=True)}
-    found |= {"EPICS_CA_ADDR_LIST": "127.0.0.1", "EPICS_CA_AUTO_ADDR_LIST": "NO"}
+    found = free_ports()
     for name, value in found.items():
         monkeypatch.setenv(name, value)
     return found
-
-
-@contextmanager
-def pvs(port: str, *options: str) -> Iterator[Running]:
-    command = [sys.executable, "-c", PROGRAM, "device", "epics", port, "--prefix", PREFIX]
-    process = subprocess.Popen(
-        [*command, *options],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )
-    running = Running(process, Path())
-    try:
-        running.heard(f"serving {PREFIX}Turn")
-        yield running
-    finally:
-        process.kill()
-        process.wait(PATIENCE_S)
 
 
 def read(name: str, kind: str = "time") -> Any:
@@ -80,13 +49,16 @@ def test_a_turn_becomes_pvs_with_unit_limits_severity_and_time(
 ) -> None:
     harmonics = [[1, 150.0, 0.4, 0.01, 1], [2, 6.25, -2.0, 0.02, 0]]
     with daemon(replay.port, tmp_path, "--no-alarm-capture") as running, pvs(replay.port):
-        begin = time.time()
+        watch = Watch(announcement(replay.port))
         replay.turn(7, harmonics=harmonics, separation_deg=33.25)
         shows("Turn", lambda found: found.data[0] == 7)
         shows("HeadSeparation", lambda found: found.data[0] == 33.25)
         found = read("HeadSeparation")
         assert found.metadata.severity == 0
-        assert begin - 1.0 < found.metadata.timestamp < time.time() + 1.0
+        event = watch.event(PATIENCE_S)
+        assert event is not None
+        # The event is sent when the record has taken the turn.
+        assert 0.0 <= event["recorded_s"] - found.metadata.timestamp < 1.0
         shows("Amplitudes", lambda found: found.data.tolist() == [150.0, 6.25])
         shows("Uncertainties", lambda found: found.data.tolist() == [0.01, 0.02])
         # The device did not send it.
@@ -109,10 +81,11 @@ def test_a_turn_becomes_pvs_with_unit_limits_severity_and_time(
 def test_nobody_writes_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    def write(name: str, value: float) -> str:
-        """The status that EPICS answers with."""
-        asked = {"notify": True, "timeout": 20.0, "repeater": False}
-        return str(client.write(f"{PREFIX}{name}", value, **asked).status.name)
+    def write(name: str, value: float, *, notify: bool = True) -> str:
+        """The status that EPICS answers with, once what was asked for has been done."""
+        asked = {"notify": notify, "timeout": 20.0, "repeater": False}
+        found = client.write(f"{PREFIX}{name}", value, **asked)
+        return str(found.status.name) if notify else ""
 
     with daemon(replay.port, tmp_path):
         with pvs(replay.port):
@@ -120,11 +93,86 @@ def test_nobody_writes_unless_it_is_allowed(
                 assert write(name, 1.0) == "ECA_NOWTACCESS"
         with pvs(replay.port, "--allow-control"):
             assert write("HeadSeparation", 1.0) == "ECA_NOWTACCESS"
-            assert write("Capture", 1.0) == "ECA_NORMAL"
-            asked = b""
-            # The daemon's console asks first whether it is in step.
-            while b"marker" not in asked:
-                asked += replay.received.get(timeout=PATIENCE_S)
+            write("Capture", 1.0, notify=False)
+            asks_for_a_capture(replay)
+
+
+def asks_for_a_capture(replay: Replay) -> None:
+    """The daemon's console asks first whether it is in step; here nobody answers."""
+    asked = b""
+    while b"marker" not in asked:
+        asked += replay.received.get(timeout=PATIENCE_S)
+
+
+def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
+    replay: Replay, tmp_path: Path, ports: dict[str, str]
+) -> None:
+    """p4p, the client of PVAccess, reads every PV and writes Capture alone."""
+    p4p = pytest.importorskip("p4p.client.thread")
+
+    def refused(client: Any, name: str, value: float) -> None:
+        with pytest.raises(p4p.RemoteError, match=r"not permitted|putDisabled"):
+            client.put(f"{PREFIX}{name}", value, timeout=20.0)
+
+    with daemon(replay.port, tmp_path):
+        with pvs(replay.port), p4p.Context("pva") as client:
+            assert not bool(client.get(f"{PREFIX}Capture", timeout=20.0))
+            for name in ("Capture", "HeadSeparation", "DieTemperature.HIGH"):
+                refused(client, name, 1.0)
+        with pvs(replay.port, "--allow-control"), p4p.Context("pva") as client:
+            refused(client, "HeadSeparation", 1.0)
+            client.put(f"{PREFIX}Capture", 1, timeout=20.0)
+            asks_for_a_capture(replay)
+
+
+def test_after_a_reconnection_values_are_valid_before_connected(
+    tmp_path: Path, ports: dict[str, str]
+) -> None:
+    """A table that stands still sends no turn: the latest one counts again, with its time."""
+    first, link = Replay(), tmp_path / "arctrue"
+    link.symlink_to(first.port)
+    with daemon(str(link), tmp_path / "store") as running, pvs(str(link)):
+        first.turn(7, separation_deg=33.25)
+        shows("Connected", lambda found: found.data[0] == 1)
+        shows("Turn", lambda found: found.data[0] == 7)
+        before = read("HeadSeparation").metadata.timestamp
+        link.unlink()
+        first.pull()
+        running.heard("lost: ")
+        shows("HeadSeparation", lambda found: found.metadata.severity == 3)
+        second = Replay()
+        link.symlink_to(second.port)
+        shows("Connected", lambda found: found.data[0] == 1)
+        for name in ("HeadSeparation", "Turn", "Amplitudes", "Alarms"):
+            assert read(name).metadata.severity == 0, name
+        assert read("HeadSeparation").metadata.timestamp == before
+        second.turn(8, separation_deg=33.5)
+        shows("HeadSeparation", lambda found: found.data[0] == 33.5)
+
+
+def test_alarms_of_the_machine_s_history_are_in_the_pv(
+    replay: Replay, tmp_path: Path, ports: dict[str, str]
+) -> None:
+    """``life`` sends its alarms; they stand after the device's own, also in a new daemon."""
+
+    def text_of(found: Any) -> bytes:
+        return bytes(found.data).rstrip(b"\0")
+
+    with pvs(replay.port):
+        with daemon(replay.port, tmp_path, "--no-alarm-capture"):
+            ask(announcement(replay.port), "life", alarms={"hysteresis.a": "ALARM: it passes."})
+            replay.turn(1, alarms=["noise"])
+            shows("Alarms", lambda found: text_of(found) == b"noise, life: hysteresis.a")
+            assert read("Alarms").metadata.severity == 2
+            replay.turn(2)
+            shows("Alarms", lambda found: text_of(found) == b"life: hysteresis.a")
+        shows("Connected", lambda found: found.data[0] == 0)
+        with daemon(replay.port, tmp_path):
+            shows("Connected", lambda found: found.data[0] == 1)
+            assert text_of(read("Alarms")) == b"life: hysteresis.a"
+            ask(announcement(replay.port), "life", alarms={})
+            shows("Alarms", lambda found: found.metadata.severity == 0)
+            assert text_of(read("Alarms")) == b""
 
 
 def socket_of(process: int, number: int) -> socket.socket:

@@ -12,6 +12,7 @@ from sim.tests.device.daemon_process import Replay, announcement, daemon, until
 
 from arctrue.device.announcement import Announcement
 from arctrue.device.connection import ask
+from arctrue.device.console import ConsoleError
 from arctrue.device.daemon.metrics import metrics_text
 from arctrue.device.daemon.state import DaemonState
 
@@ -40,6 +41,10 @@ def test_the_latest_turn_and_the_counters_are_metrics(replay: Replay, tmp_path: 
         replay.send(b"{spoiled\n")
         replay.turn(7, harmonics=harmonics, alarms=["noise"], noise_arcsec=0.125)
         until(lambda: ask(found, "status")["turns"] == 1)
+        ask(found, "life", alarms={"hysteresis.reversal_error": "ALARM: it passes its limit."})
+        for wrong in ({"": "no name"}, {"name": 1}, ["name"], {str(n): "" for n in range(101)}):
+            with pytest.raises(ConsoleError, match="are not taken"):
+                ask(found, "life", alarms=wrong)
         read = samples(fetched(found, found.token))
         assert read["arctrue_turns_total", ""] == 1.0
         assert read["arctrue_damaged_lines_total", ""] == 1.0
@@ -49,6 +54,7 @@ def test_the_latest_turn_and_the_counters_are_metrics(replay: Replay, tmp_path: 
         assert read["arctrue_order_u_arcsec", "1"] == 0.01
         assert read["arctrue_order_applied", "1"] == 1.0
         assert read["arctrue_alarm", "noise"] == 1.0
+        assert read["arctrue_machine_alarm", "hysteresis.reversal_error"] == 1.0
         assert read["arctrue_noise_arcsec", ""] == 0.125
         assert read["arctrue_die_temperature_celsius", ""] == 40.5
         assert ("arctrue_table_temperature_celsius", "") not in read

@@ -6,24 +6,23 @@ import sqlite3
 import time
 from datetime import UTC, date, datetime
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
-import pytest
 from sim.tests.command_line import arctrue
 from sim.tests.device.daemon_process import Replay, announcement, daemon, until
 
 from arctrue.device.connection import ask
 from arctrue.device.lines import TelemetryLine
 from arctrue.device.nexus_days import (
-    FewerTurnsError,
     day_file,
     recorded_days,
     turns_of_file,
     write_day,
     write_missing_days,
 )
-from arctrue.device.recorder import Recorder
+from arctrue.device.recorder import Recorder, Retention, last_turn, read_turns
 
 START_S = datetime(2026, 3, 1, 22, 30, tzinfo=UTC).timestamp()
 DAYS = [date(2026, 3, 1), date(2026, 3, 2)]
@@ -56,7 +55,7 @@ def record_of(file: Path, turns: int = 40) -> None:
 def test_a_day_holds_what_the_record_has(tmp_path: Path) -> None:
     record = tmp_path / "telemetry.sqlite"
     record_of(record)
-    assert recorded_days(record) == DAYS
+    assert list(recorded_days(record)) == DAYS
     assert write_missing_days(record, tmp_path) == [day_file(tmp_path, day) for day in DAYS]
     with sqlite3.connect(record) as database:
         rows = database.execute(
@@ -116,10 +115,110 @@ def test_a_damaged_file_is_made_anew_and_a_fuller_one_stays(tmp_path: Path) -> N
     assert turns_of_file(first) == whole
     with sqlite3.connect(record) as database:
         database.execute("DELETE FROM turn WHERE id <= 5")
+        database.execute("DELETE FROM harmonic WHERE turn <= 5")
     assert write_missing_days(record, tmp_path) == []
-    with pytest.raises(FewerTurnsError):
-        write_day(record, DAYS[0], first)
-    assert turns_of_file(first) == whole
+    before = columns_of(first)
+    write_day(record, DAYS[0], first)
+    assert columns_of(first) == before
+
+
+def columns_of(path: Path) -> dict[str, list[Any]]:
+    """Every dataset of a file whose length is the number of its turns or events."""
+    found: dict[str, list[Any]] = {}
+
+    def take(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.shape:
+            found[name] = (
+                np.nan_to_num(item[:], nan=-1.0).tolist()
+                if item.dtype.kind == "f"
+                else (item[:].tolist())
+            )
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+    return found
+
+
+def test_a_day_that_retention_thins_out_keeps_its_turns_and_gets_new_ones(tmp_path: Path) -> None:
+    record = tmp_path / "telemetry.sqlite"
+    now = [datetime(2026, 3, 1, 1, tzinfo=UTC).timestamp()]
+    recorder = Recorder(record, Retention(days=0.1), lambda: now[0], lambda: now[0])
+    (day,) = DAYS[:1]
+
+    def add(numbers: range, order: int) -> None:
+        for number in numbers:
+            now[0] += 60.0
+            fields = {"turn": number, "result": "kept", "reason": "none"}
+            recorder.add(TelemetryLine(fields | {"harmonics": [[order, number, 0.5, 0.01, 1]]}))
+            recorder.event("mark", str(number))
+
+    add(range(100), 2)
+    recorder.deletable = 0  # no file has them yet
+    now[0] += 5 * 3600.0
+    recorder.apply_retention()
+    assert len(read_turns(record)) == 100
+    assert write_missing_days(record, tmp_path) == [day_file(tmp_path, day)]
+    recorder.deletable = last_turn(record)
+    recorder.apply_retention()
+    assert len(read_turns(record)) == 1  # the latest stays
+    add(range(100, 150), 7)
+    write_missing_days(record, tmp_path)
+    add(range(150, 160), 1)
+    write_missing_days(record, tmp_path)
+    recorder.close()
+    found = columns_of(day_file(tmp_path, day))
+    assert found["entry/turns/turn"] == list(range(160))
+    assert found["entry/orders/order"] == [1, 2, 7]
+    amplitudes = np.array(found["entry/orders/amplitude"])
+    for number in range(160):
+        column = 1 if number < 100 else 2 if number < 150 else 0
+        expected = [-1.0, -1.0, -1.0]
+        expected[column] = float(number)
+        assert amplitudes[number].tolist() == expected
+    assert [int(text) for text in found["entry/events/text"]] == list(range(160))
+
+
+def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
+    """Its ids begin with 1 again."""
+    for name in ("first", "second"):
+        record_of(tmp_path / f"{name}.sqlite", turns=10)
+        with sqlite3.connect(tmp_path / f"{name}.sqlite") as database:
+            shift = "strftime('%Y-%m-%dT%H:%M:%fZ', recorded, '+7 seconds')"
+            if name == "second":
+                database.execute(f"UPDATE turn SET recorded = {shift}")
+                database.execute("UPDATE turn SET number = number + 100")
+        write_missing_days(tmp_path / f"{name}.sqlite", tmp_path)
+    found = columns_of(day_file(tmp_path, DAYS[0]))
+    assert found["entry/turns/turn"] == [*range(10), *range(100, 110)]
+    assert write_missing_days(tmp_path / "second.sqlite", tmp_path) == []
+    write_missing_days(tmp_path / "first.sqlite", tmp_path)
+    assert sorted(columns_of(day_file(tmp_path, DAYS[0]))["entry/turns/turn"]) == sorted(
+        [*range(10), *range(100, 110)]
+    )
+
+
+def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Path) -> None:
+    """A record of 1 MB holds a part of these turns; files and record together hold all."""
+    store, files, count = tmp_path / "store", tmp_path / "files", 600
+    wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]
+    options = ("--files", str(files), "--files-every", "0.01", "--keep-megabytes", "1")
+    with daemon(replay.port, store, *options):
+        for number in range(count):
+            replay.turn(number, harmonics=wide)
+
+        def in_files() -> int:
+            return sum(map(turns_of_file, files.glob("*.nxs")))
+
+        until(lambda: in_files() == count, lambda: str(in_files()))
+        # Every hundredth turn the limits are checked.
+        for number in range(count, count + 100):
+            replay.turn(number, harmonics=wide)
+        until(lambda: in_files() == count + 100, lambda: str(in_files()))
+        assert 0 < len(read_turns(store / "telemetry.sqlite")) < count
+    turns = [
+        n for path in sorted(files.glob("*.nxs")) for n in columns_of(path)["entry/turns/turn"]
+    ]
+    assert turns == list(range(count + 100))
 
 
 def test_a_killed_daemon_s_days_come_back_from_the_record(replay: Replay, tmp_path: Path) -> None:

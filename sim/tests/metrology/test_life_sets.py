@@ -14,8 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from sim.tests.device.daemon_process import Replay, announcement, daemon
 
 from arctrue.cli import main
+from arctrue.device.announcement import FOLDER_VARIABLE
+from arctrue.device.connection import ask
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.studies.simulate.experiment import short
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
@@ -114,6 +117,33 @@ def test_a_clamp_that_creeps_is_an_alarm(tmp_path: Path) -> None:
     assert not forecast["passed"]
     assert forecast["earliest"] <= passes
     assert forecast["latest"] is None or passes <= forecast["latest"]
+
+
+def test_alarms_reach_the_daemon(
+    bracket: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The daemon has the alarms of the last look alone; the sets are its own store's captures."""
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
+    replay, store = Replay(), tmp_path / "store"
+    words = ("--effect", "hysteresis", "--limit")
+    shutil.copytree(bracket, store / "captures")
+    alone = life(store, *words, "hysteresis=0.3", "--device", replay.port)
+    assert alone.exit_code == 2
+    assert "the alarms were not sent: " in alone.output
+    assert "no daemon runs" in alone.output
+    with daemon(replay.port, store) as running:
+        done = life(store, *words, "hysteresis=0.3", "--device", replay.port)
+        assert done.exit_code == 1, done.output
+        assert "sent 1 alarms to the daemon" in " ".join(done.output.split())
+        name = "hysteresis.reversal_error"
+        alarms = ask(announcement(replay.port), "status")["machine_alarms"]
+        assert list(alarms) == [name]
+        assert alarms[name].startswith(f"ALARM: {name} has passed its limit of 0.3")
+        running.heard(f"history of the machine: {alarms[name]}")
+        done = life(store, *words, "hysteresis=5", "--device", replay.port)
+        assert done.exit_code == 0, done.output
+        assert ask(announcement(replay.port), "status")["machine_alarms"] == {}
+        running.heard(f"{name}: its alarm has ended")
 
 
 def test_a_bearing_that_wears(tmp_path: Path) -> None:

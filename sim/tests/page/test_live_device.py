@@ -13,10 +13,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 from sim.tests.cli.test_monitor import COUNTS, Device
-from sim.tests.device.daemon_process import Replay, daemon
+from sim.tests.device.daemon_process import Replay, announcement, daemon
 from sim.tests.page.page_server import page_server
 
 from arctrue.device.announcement import FOLDER_VARIABLE
+from arctrue.device.connection import ask
 from arctrue.measurement import read_measurement_set
 from tests.page.in_browser import needs_browser, picture
 
@@ -101,6 +102,9 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
         expect(changed).to_have_count(2)
         # Its alarm is over.
         expect(page.locator("#alarm-list")).to_have_text("none")
+        ask(announcement(replay.port), "life", alarms={"hysteresis.a": "ALARM: <b>it</b> passes."})
+        expect(page.locator("#machine-alarms li")).to_have_text("ALARM: <b>it</b> passes.")
+        expect(page.locator("#events")).to_contain_text("history of the machine: ALARM")
         page.get_by_role("button", name="Dark or light").click()
         page.set_viewport_size({"width": 390, "height": 844})
         wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")

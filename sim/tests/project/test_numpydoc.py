@@ -11,17 +11,26 @@ import re
 import textwrap
 from collections.abc import Iterator
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
+
+import arctrue
 
 PACKAGES = (
     "arctrue",
     "arctrue.measurement",
     "arctrue.importing",
     "arctrue.calibration",
+    "arctrue.instrument",
+    "arctrue.table",
     "arctrue.workbench.model",
+    "arctrue.workbench.observations",
     "arctrue.studies.campaign",
+    "arctrue.studies.paper",
+    "arctrue.studies.revolution",
+    "arctrue.studies.scenario",
     "arctrue.table.instruments",
     "arctrue.metrology.controllers",
 )
@@ -151,6 +160,17 @@ def test_an_example_gives_what_it_says(what: Any) -> None:
     module = importlib.import_module(what.__module__)
     (test,) = doctest.DocTestFinder(recurse=False).find(what, globs=dict(vars(module)))
     assert doctest.DocTestRunner().run(test).failed == 0
+
+
+def test_every_package_with_public_names_is_read() -> None:
+    """arctrue.api has the names of arctrue."""
+    root = Path(arctrue.__file__).parent
+    named = {
+        ".".join(("arctrue", *path.parent.relative_to(root).parts))
+        for path in root.rglob("__init__.py")
+        if re.search(r"^__all__ = ", path.read_text(encoding="utf-8"), re.MULTILINE)
+    }
+    assert named - {"arctrue.api"} == set(PACKAGES)
 
 
 def test_the_check_sees_what_is_missing() -> None:

@@ -216,7 +216,7 @@ def test_all_has_every_extra() -> None:
     assert sorted(named) == sorted(EXTRAS.keys() - {"all", "dev"})
     packages = {Requirement(text).name for text in ALL}
     # What is imported with another name than it is installed with.
-    other = {"pyserial": "serial", "scikit-learn": "sklearn"}
+    other = {"pyserial": "serial", "scikit-learn": "sklearn", "ophyd-async": "ophyd_async"}
     assert {other.get(name, name) for name in packages} == EXTRA_OF.keys()
     for package, extra in EXTRA_OF.items():
         names = {other.get(n, n) for n in (Requirement(text).name for text in EXTRAS[extra])}
@@ -246,6 +246,8 @@ def test_the_import_is_fast(core: Installed) -> None:
 
 
 IN_THE_CORE = """
+import importlib
+
 import numpy as np
 import arctrue as at
 
@@ -257,7 +259,8 @@ found = at.fit("polygon", at.Model().having(graduation_harmonics={"orders": [1, 
 amplitude = found.params["graduation_harmonics.order_1_amplitude"]
 print(round(amplitude.value, 1), amplitude.interval()[0] < 2.0 < amplitude.interval()[1])
 print(at.compare("polygon").data["channels"]["reference"]["rows"])
-for needs in (found.plot, lambda: at.Dataset.from_hdf5("none.h5")):
+table = lambda: importlib.import_module("arctrue.device.bluesky_table")
+for needs in (found.plot, lambda: at.Dataset.from_hdf5("none.h5"), table):
     try:
         needs()
     except ImportError as error:
@@ -273,6 +276,7 @@ def test_the_library_works_in_the_core(core: Installed) -> None:
         "240",
         "this needs matplotlib, which is not installed: pip install 'arctrue[page]'",
         "this needs h5py, which is not installed: pip install 'arctrue[files]'",
+        "this needs bluesky, which is not installed: pip install 'arctrue[bluesky]'",
     ]
 
 

@@ -13,6 +13,11 @@ from typing import Any
 
 from arctrue.device.announcement import Announcement, announce
 from arctrue.device.daemon.captures import drop_oldest, take_capture
+from arctrue.device.daemon.machine_alarms import (
+    checked_machine_alarms,
+    read_machine_alarms,
+    write_machine_alarms,
+)
 from arctrue.device.daemon.serial_link import SerialLink
 from arctrue.device.daemon.server import Server, turn_event
 from arctrue.device.daemon.service_manager import keep_alive, notify
@@ -21,7 +26,7 @@ from arctrue.device.daemon.state import DaemonState
 from arctrue.device.lines import LineAssembler, TelemetryLine, is_telemetry, telemetry_of
 from arctrue.device.nexus_days import write_missing_days
 from arctrue.device.port import ConsoleError
-from arctrue.device.recorder import RecordedTurn, Recorder, read_turns
+from arctrue.device.recorder import RecordedTurn, Recorder, last_turn, read_turns
 from arctrue.measurement import MeasurementError
 
 SILENCE_S = 30.0
@@ -42,10 +47,17 @@ class Daemon:
         self._lines = LineAssembler()
         self._link = SerialLink(settings.port, settings.baud, self._received, self._link_changed)
         self._server = Server(
-            settings, self.state, self._link.write, self._turns, lambda: self._capture("asked")
+            settings,
+            self.state,
+            self._link.write,
+            self._turns,
+            lambda: self._capture("asked"),
+            self._life,
         )
         settings.captures.mkdir(parents=True, exist_ok=True)
-        self._recorder: Recorder | None = Recorder(settings.record, settings.retention)
+        self._in_files = None if settings.files is None else 0
+        self._recorder: Recorder | None = self._opened_record()
+        self.state.machine_alarms = read_machine_alarms(settings.machine_alarms)
         self._record_retry_s = 0.0
         self._last_line_s = time.monotonic()
         self._last_number = -1
@@ -123,7 +135,7 @@ class Daemon:
                 if time.monotonic() < self._record_retry_s:
                     self.state.unrecorded_turns += 1
                     return None
-                self._recorder = Recorder(self._settings.record, self._settings.retention)
+                self._recorder = self._opened_record()
             identifier = self._recorder.add(turn)
             if not self.state.recording:
                 self.state.recording = True
@@ -134,6 +146,12 @@ class Daemon:
             self.state.unrecorded_turns += 1
             return None
         return identifier
+
+    def _opened_record(self) -> Recorder:
+        """Open the record; it deletes no turn that the files of the days lack."""
+        recorder = Recorder(self._settings.record, self._settings.retention)
+        recorder.deletable = self._in_files
+        return recorder
 
     def _record_failed(self, error: Exception) -> None:
         if self._recorder is not None:
@@ -169,6 +187,7 @@ class Daemon:
             self.state.reconnections += 1
         self.state.connected = is_open
         self._lines.forget_begun()
+        self._server.forget_begun()
         self._happened("port", text)
         notify(f"STATUS={text}")
         if is_open:
@@ -192,13 +211,32 @@ class Daemon:
         settings = self._settings
         while settings.files is not None:
             try:
+                last = await asyncio.to_thread(last_turn, settings.record)
                 days = await asyncio.to_thread(write_missing_days, settings.record, settings.files)
             except (OSError, sqlite3.Error) as error:
                 self._happened("files", f"{settings.files}: no file was written: {error}")
             else:
+                self._in_files = last
+                if self._recorder is not None:
+                    self._recorder.deletable = last
                 for path in days:
                     self._report(f"written: {path}")
             await asyncio.sleep(settings.files_every_s)
+
+    def _life(self, alarms: Any) -> dict[str, Any]:
+        """Take the alarms of ``arctrue life`` in place of its earlier ones; return the answer."""
+        try:
+            given = checked_machine_alarms(alarms)
+            write_machine_alarms(self._settings.machine_alarms, given)
+        except (ValueError, OSError) as error:
+            return {"error": f"the alarms of the machine's history are not taken: {error}"}
+        before, self.state.machine_alarms = self.state.machine_alarms, given
+        new = [text for name, text in given.items() if before.get(name) != text]
+        ended = [name for name in before if name not in given]
+        texts = [*new, *(f"{name}: its alarm has ended" for name in ended)]
+        if texts:
+            self._happened("life", f"history of the machine: {' '.join(texts)}")
+        return {"alarms": len(given)}
 
     def _capture_for_alarm(self) -> None:
         now = time.monotonic()

@@ -58,6 +58,12 @@ def metrics_text(state: DaemonState) -> str:
         "1 for each alarm at present.",
         [({**port, "alarm": a}, 1.0) for a in state.alarms],
     )
+    lines += _family(
+        "machine_alarm",
+        "gauge",
+        "1 for each parameter whose limit arctrue life sees passed or near.",
+        [({**port, "alarm": name}, 1.0) for name in state.machine_alarms],
+    )
     latest = state.latest
     if latest is not None:
         lines += _of_turn(latest, port)

@@ -1,8 +1,8 @@
 """The TCP server: events for any number of watchers, the console for one operator at a time.
 
-The first line of a client is JSON: ``ask`` (``watch``, ``console``, ``status``, ``capture``) and
-``token``. The first line of the answer is JSON too: ``{"error": …}`` or what was asked for.
-``GET /metrics`` of HTTP is answered on the same port.
+The first line of a client is JSON: ``ask`` (``watch``, ``console``, ``status``, ``capture``,
+``life``) and ``token``. The first line of the answer is JSON too: ``{"error": …}`` or what was
+asked for. ``GET /metrics`` of HTTP is answered on the same port.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from arctrue.device.daemon.state import DaemonState
 from arctrue.device.recorder import RecordedTurn
 
 FIRST_LINE_S = 5.0
-MOST_REQUEST_BYTES = 4096
+MOST_REQUEST_BYTES = 65_536
+"""Length of a request; the longest has the alarms of a machine's history."""
 MOST_UNREAD_BYTES = 1_000_000
 """A client that leaves more unread is dropped: the daemon waits for nobody."""
 MOST_CLIENTS = 64
@@ -43,15 +44,19 @@ class Server:
         write: Callable[[bytes], None],
         turns: Callable[[int, int], list[RecordedTurn]],
         capture: Answer,
+        life: Callable[[Any], dict[str, Any]],
     ) -> None:
         """``write`` sends to the device; ``capture`` takes a capture.
+
+        ``life`` takes the alarms of a machine's history and returns the answer.
 
         ``turns`` reads the latest turns of the record: at most a number, after an id.
         """
         self._settings, self._state = settings, state
-        self._write, self._turns, self._capture = write, turns, capture
+        self._write, self._turns, self._capture, self._life = write, turns, capture, life
         self._watchers: set[Writer] = set()
         self._operator: Writer | None = None
+        self._line_begun, self._refusals = False, b""
         self._clients = 0
         self._server: asyncio.Server | None = None
         self.console_free = asyncio.Condition()
@@ -71,9 +76,28 @@ class Server:
             self._send(watcher, line)
 
     def to_operator(self, data: bytes) -> None:
-        """Send the device's bytes to the console that is in use."""
+        """Send the device's bytes to the console that is in use.
+
+        Refusals that wait go out at the first end of a line: within a line they would damage it.
+        """
+        line, end, others = data.partition(b"\n")
+        if self._refusals and end:
+            data, self._refusals = line + end + self._refusals + others, b""
+        self._line_begun = not data.endswith(b"\n")
         if self._operator is not None:
             self._send(self._operator, data)
+
+    def forget_begun(self) -> None:
+        """Take the next byte of the device as the first one of a line: the port was lost."""
+        self._line_begun = False
+
+    def _refuse(self, operator: Writer, text: str) -> None:
+        """Tell the operator that a line was not passed on, between two lines of the device."""
+        line = f"error: {text}\r\n".encode()
+        if self._line_begun:
+            self._refusals += line
+        else:
+            self._send(operator, line)
 
     def _send(self, client: Writer, data: bytes) -> None:
         if client.is_closing():
@@ -119,8 +143,10 @@ class Server:
             writer.write(_line(self._state.as_dict()))
         elif asked == "capture":
             writer.write(_line(await self._capture()))
+        elif asked == "life":
+            writer.write(_line(self._life(request.get("alarms"))))
         else:
-            known = "watch, console, status or capture"
+            known = "watch, console, status, capture or life"
             writer.write(_line({"error": f"nothing is known as {str(asked)[:40]!r}: ask {known}"}))
 
     async def _http(
@@ -158,10 +184,11 @@ class Server:
         return self._settings.token.encode()
 
     async def _watch(self, reader: asyncio.StreamReader, writer: Writer, latest: int) -> None:
-        writer.write(_line({"watching": self._settings.port}))
+        earlier = self._turns(min(latest, MOST_LATEST), 0) if latest > 0 else []
+        writer.write(_line({"watching": self._settings.port, "earlier": len(earlier)}))
         if latest > 0:
             last = 0
-            for turn in self._turns(min(latest, MOST_LATEST), 0):
+            for turn in earlier:
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
                 last = turn.id
             await asyncio.wait_for(writer.drain(), _LATEST_S)
@@ -194,10 +221,10 @@ class Server:
                 if refusal is None:
                     self._write(line + b"\r")
                 else:
-                    self._send(writer, f"error: {refusal}\r\n".encode())
+                    self._refuse(writer, refusal)
 
     async def _release(self) -> None:
-        self._operator = None
+        self._operator, self._refusals = None, b""
         self._state.console_in_use = False
         # The operator may have switched it off, or left half a line.
         self._write(b"\rtelemetry on\r")

@@ -40,6 +40,11 @@ class DaemonSettings:
         return self.store / "telemetry.sqlite"
 
     @property
+    def machine_alarms(self) -> Path:
+        """The file that keeps the alarms of ``arctrue life`` over a restart."""
+        return self.store / "machine_alarms.json"
+
+    @property
     def captures(self) -> Path:
         """The folder of the captures."""
         return self.store / "captures"

@@ -26,6 +26,9 @@ class DaemonState:
     watchers: int = 0
     console_in_use: bool = False
     alarms: list[str] = field(default_factory=list)
+    """Names of the device's own alarms."""
+    machine_alarms: dict[str, str] = field(default_factory=dict)
+    """Alarms of ``arctrue life``: the parameter's name and the sentence about its limit."""
     latest: dict[str, Any] | None = None
     """The telemetry of the latest turn, with ``id`` and ``recorded_s``."""
 

@@ -41,6 +41,11 @@ async function show(state) {
   const alarms = document.getElementById("alarm-list");
   alarms.textContent = state.alarms.length ? state.alarms.join(", ") : "none";
   alarms.className = state.alarms.length ? "problem" : "";
+  document.getElementById("machine-alarms").replaceChildren(...state.machine_alarms.map((text) => {
+    const item = document.createElement("li");
+    item.textContent = text;
+    return item;
+  }));
   document.getElementById("events").replaceChildren(...state.events.slice().reverse().map((event) => {
     const item = document.createElement("li");
     item.textContent = `${event.time}  ${event.text}`;

@@ -12,10 +12,22 @@ COVERAGE_FACTOR = 2.0
 
 
 def bessel_deviation(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Standard deviation of a single value at every face, equation (13).
+    """Work out the standard deviation of a single value at every face, equation (13).
 
-    ``values`` has shape ``(cycles, faces)``; the answer ``(faces,)``, in the same unit.
-    Raises ValueError for less than two cycles.
+    Parameters
+    ----------
+    values : ndarray
+        Values, shape (cycles, faces).
+
+    Returns
+    -------
+    ndarray
+        Standard deviations in the same unit, shape (faces,).
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two cycles.
     """
     if values.ndim != 2 or values.shape[0] < 2:
         raise ValueError(f"need (cycles, faces) with two cycles or more, found {values.shape}")
@@ -23,15 +35,44 @@ def bessel_deviation(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def mounting_eccentricity_rad(offset_m: float, flatness_m: float, width_m: float) -> float:
-    """u₄: a face of ``width_m``, hollow by ``flatness_m``, observed ``offset_m`` off its centre.
+    """Work out u₄ of a hollow face that is not observed in its middle.
 
     Equation (14) without its factor ρ, which converts to arcseconds.
+
+    Parameters
+    ----------
+    offset_m : float
+        Distance of the observed spot from the middle of the face, metres.
+    flatness_m : float
+        Depth by which the face is hollow, metres.
+    width_m : float
+        Width of the face, metres.
+
+    Returns
+    -------
+    float
+        Radians.
     """
     return 8.0 * offset_m * flatness_m / width_m**2
 
 
 def tower_difference_rad(working_angle_rad: float, tilt_rad: float) -> float:
-    """u₅: faces tilted by up to ``tilt_rad`` against the axis, equation (15) without ρ."""
+    """Work out u₅ of faces that are tilted against the axis.
+
+    Equation (15) without its factor ρ, which converts to arcseconds.
+
+    Parameters
+    ----------
+    working_angle_rad : float
+        Angle from one face to the next, radians.
+    tilt_rad : float
+        Largest tilt of a face, radians.
+
+    Returns
+    -------
+    float
+        Radians.
+    """
     return float(np.sin(working_angle_rad) * np.sin(tilt_rad) ** 2 / np.cos(tilt_rad))
 
 
@@ -40,10 +81,15 @@ class UncertaintyBudget:
     """Table 3: standard uncertainties, arcsec, uncorrelated."""
 
     polygon_arcsec: float
+    """u₁: certificate of the polygon."""
     autocollimator_arcsec: float
+    """u₂: the autocollimator."""
     repeatability_arcsec: float
+    """u₃: repeatability of the measurement."""
     mounting_eccentricity_arcsec: float
+    """u₄: hollow faces that are not observed in their middle."""
     tower_difference_arcsec: float
+    """u₅: faces that are tilted against the axis."""
 
     @property
     def combined_arcsec(self) -> float:

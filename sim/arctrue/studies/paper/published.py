@@ -16,22 +16,45 @@ class Published:
     """Figures in arcsec unless the name says otherwise."""
 
     faces: int = polygon.FACES
+    """Faces of the polygon."""
     cycles: int = 10
+    """Cycles of the measurement."""
     before_arcsec: tuple[float, float] = (-150.0, 137.9)
+    """Smallest and largest error before the calibration."""
     after_arcsec: tuple[float, float] = (-1.3, 1.6)
+    """Smallest and largest error after the calibration."""
     largest_deviation_arcsec: float = 0.2
+    """Largest standard deviation of a face between the cycles."""
     mounting_offset_m: float = polygon.MOUNTING_OFFSET_M
+    """Offset of the observed spot from the middle of a face, metres."""
     flatness_m: float = polygon.FLATNESS_M
+    """Flatness deviation of a face, metres."""
     face_width_m: float = polygon.FACE_WIDTH_M
+    """Width of a face, metres."""
     tilt_arcsec: float = 8.0
+    """Largest tilt of a face against the axis."""
     budget: UncertaintyBudget = field(
         default_factory=lambda: UncertaintyBudget(0.1, 0.05, 0.2, 0.0005, 0.0001)
     )
+    """Table 3."""
     combined_arcsec: float = 0.23
+    """Combined standard uncertainty that the paper states."""
     expanded_arcsec: float = 0.46
+    """Expanded uncertainty that the paper states, k = 2."""
 
     def drawn_polygon(self, random: np.random.Generator) -> Polygon:
-        """Draw a polygon within these uncertainties."""
+        """Draw a polygon within these uncertainties.
+
+        Parameters
+        ----------
+        random : numpy.random.Generator
+            Source of the deviations.
+
+        Returns
+        -------
+        Polygon
+            Its normals are normally distributed with the certificate's u, its tilts evenly.
+        """
         certificate_rad = self.budget.polygon_arcsec / ARCSEC_PER_RAD
         tilt_rad = self.tilt_arcsec / ARCSEC_PER_RAD
         return Polygon(
@@ -46,7 +69,20 @@ class Published:
     def drawn_autocollimator(
         self, scatter_arcsec: float, random: np.random.Generator
     ) -> Autocollimator:
-        """Draw an autocollimator within this uncertainty, with the given scatter."""
+        """Draw an autocollimator within this uncertainty.
+
+        Parameters
+        ----------
+        scatter_arcsec : float
+            Standard deviation of one reading, arcseconds.
+        random : numpy.random.Generator
+            Source of the errors.
+
+        Returns
+        -------
+        Autocollimator
+            It has one systematic error for each face.
+        """
         error_rad = self.budget.autocollimator_arcsec / ARCSEC_PER_RAD
         return Autocollimator(
             random.normal(0.0, error_rad, self.faces), scatter_arcsec / ARCSEC_PER_RAD

@@ -24,7 +24,9 @@ class StationErrors:
     """Positioning error at every face; shapes ``(faces,)``, arcsec, mean over the faces removed."""
 
     mean_arcsec: Float
+    """Mean over the cycles."""
     deviation_arcsec: Float
+    """Standard deviation of a single cycle."""
 
     @property
     def span_arcsec(self) -> tuple[float, float]:
@@ -32,7 +34,18 @@ class StationErrors:
         return float(self.mean_arcsec.min()), float(self.mean_arcsec.max())
 
     def budget(self, published: Published) -> UncertaintyBudget:
-        """Table 3 with the repeatability that was measured here (mean over the faces)."""
+        """Work out table 3 with the repeatability that was measured here.
+
+        Parameters
+        ----------
+        published : Published
+            Uncertainties of polygon and autocollimator, and the geometry of the mounting.
+
+        Returns
+        -------
+        UncertaintyBudget
+            The repeatability is the mean of the deviation over the faces.
+        """
         return UncertaintyBudget(
             published.budget.polygon_arcsec,
             published.budget.autocollimator_arcsec,
@@ -49,11 +62,25 @@ class StationErrors:
 
 
 def station_errors(readings_rad: Float) -> StationErrors:
-    """Error = −reading: a table beyond its target turns the face further.
+    """Work out the errors of the faces: error = −reading.
 
-    ``readings_rad`` has shape ``(cycles, faces)``. The mean of each cycle is its arbitrary zero
+    A table beyond its target turns the face further. The mean of each cycle is its arbitrary zero
     and is removed, as an autocollimator is set to zero before a cycle.
-    Raises ValueError for less than two cycles.
+
+    Parameters
+    ----------
+    readings_rad : ndarray
+        Readings of the autocollimator, radians, shape (cycles, faces).
+
+    Returns
+    -------
+    StationErrors
+        Mean and standard deviation of each face.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two cycles.
     """
     errors = -ARCSEC_PER_RAD * (readings_rad - readings_rad.mean(axis=1, keepdims=True))
     return StationErrors(errors.mean(axis=0), bessel_deviation(errors))
@@ -62,7 +89,15 @@ def station_errors(readings_rad: Float) -> StationErrors:
 def residual_orders(error_arcsec: Float) -> Float:
     """Give the amplitude of each order that the faces determine, 1 … faces/2, Fig. 11 b.
 
-    ``error_arcsec`` has shape ``(faces,)``; the answer ``(faces // 2,)``, arcsec.
+    Parameters
+    ----------
+    error_arcsec : ndarray
+        Error of each face, arcseconds, shape (faces,).
+
+    Returns
+    -------
+    ndarray
+        Amplitudes, arcseconds, shape (faces // 2,).
     """
     lines = np.fft.rfft(error_arcsec) / error_arcsec.size
     amplitude = 2.0 * np.abs(lines[1:])

@@ -34,16 +34,23 @@ class RevolutionResult:
     """The result of the revolution."""
 
     settings: RevolutionSettings
+    """The settings of the run."""
     before: TurnScore
+    """Error of the output in the turn that is captured and not yet corrected."""
     after: TurnScore
+    """Error of the output in the corrected turn."""
     telemetry: dict[str, Any]
     """Telemetry of the captured turn."""
     applied_orders: int
+    """Number of orders that the firmware corrects."""
     latency_clocks: float
+    """Clocks from an edge of head 1 to the same edge at the output."""
     clocks: int
     """Total clocks of the gateware."""
     wall_s: float
+    """Duration of the run on this computer, seconds."""
     faults: tuple[str, ...]
+    """What is wrong with the result, in words; empty: nothing."""
 
     @property
     def limit_arcsec(self) -> float:
@@ -57,7 +64,13 @@ class RevolutionResult:
         return self.settings.limit_arcsec + half_count + without_lane
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain values."""
+        """Give everything as plain values.
+
+        Returns
+        -------
+        dict
+            Settings, both errors with their curves, telemetry, clocks and faults.
+        """
         return {
             "settings": asdict(self.settings),
             "counts_per_rev": self.settings.counts_per_rev,
@@ -81,7 +94,27 @@ def run_revolution(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> RevolutionResult:
-    """Run the revolution; raises InstrumentError if the firmware does not swap."""
+    """Run the revolution: one turn before the calibration, one after it.
+
+    Parameters
+    ----------
+    settings : RevolutionSettings
+        Table, motion, gateware and firmware.
+    report_run : callable, optional
+        It receives the progress of the run every few seconds.
+    report_step : callable, optional
+        It receives a line for people at each step of the building of the instrument.
+
+    Returns
+    -------
+    RevolutionResult
+        Both errors, and what is wrong with them.
+
+    Raises
+    ------
+    InstrumentError
+        If the instrument cannot be built, or the firmware does not apply the first turn.
+    """
     report_step = report_step or (lambda _: None)
     with Instrument(
         settings.lanes,
@@ -140,7 +173,25 @@ def _recorded_turn(instrument: Instrument, settings: RevolutionSettings, stage: 
 
 
 def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
-    """Send the table's parameters to the firmware and start it."""
+    """Send the table's parameters to the firmware and start it.
+
+    Parameters
+    ----------
+    firmware : Firmware
+        The firmware of an instrument.
+    settings : RevolutionSettings
+        Counts, samples, ramp and orders.
+
+    Returns
+    -------
+    Firmware
+        The same firmware, started.
+
+    Raises
+    ------
+    InstrumentError
+        If the firmware refuses a parameter or the core.
+    """
     for name, value in (
         ("counts_per_rev", settings.counts_per_rev),
         ("sample_period", settings.sample_period_clocks),
@@ -155,9 +206,24 @@ def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
 
 
 def settled(instrument: Instrument, firmware: Firmware) -> bool:
-    """True once the first turn's calibration is applied and its ramp is over.
+    """Return True once the first turn's calibration is applied and its ramp is over.
 
-    Raises InstrumentError if the firmware did not apply it.
+    Parameters
+    ----------
+    instrument : Instrument
+        Whose status is read.
+    firmware : Firmware
+        Its firmware, with the telemetry of one turn or more.
+
+    Returns
+    -------
+    bool
+        Whether the output is the corrected one.
+
+    Raises
+    ------
+    InstrumentError
+        If the firmware did not apply the first turn.
     """
     if firmware.telemetry[0]["result"] != "applied":
         telemetry = firmware.telemetry[0]

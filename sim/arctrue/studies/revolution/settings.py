@@ -57,11 +57,15 @@ class RevolutionSettings:
     """The paper's conditions; tests use smaller ones."""
 
     lines: int = 16384
+    """Lines of the disc."""
     interpolation: int = 1024
+    """Counts a line."""
     lanes: int = LANES_DEFAULT
+    """Lanes of the gateware."""
     samples: int = 12000
     """Samples in a turn."""
     speed_deg_s: float = 30.0
+    """Mean speed of the table, degrees a second."""
     clocks_per_count: float = 1.1
     """Clocks per count; the gateware's clock is slowed down accordingly."""
     alpha_error_arcsec: float = 50.0
@@ -69,13 +73,17 @@ class RevolutionSettings:
     noise_arcsec: float = 0.2
     """Standard deviation of each head's reading: the paper's repeatability."""
     ripple_rad: float = 0.002
+    """Amplitude of the ripple of the angle, radians."""
     ripple_order: int = 7
+    """Periods of the ripple a turn."""
     orders: int = 32
     """Orders that the firmware fits."""
     calculation_s: float = 0.25
     """Duration of a calibration on the Cortex-A9, in table time."""
     limit_arcsec: float = 0.3
+    """Permitted error of the corrected output at the paper's size, arcseconds."""
     seed: int = 1
+    """Seed of the noise."""
 
     @property
     def capture_depth(self) -> int:
@@ -141,7 +149,13 @@ class RevolutionSettings:
         }
 
     def table(self) -> RotaryTable:
-        """The table with the paper's kind of error."""
+        """Make the table with the paper's kind of error.
+
+        Returns
+        -------
+        RotaryTable
+            An eccentric disc with graduation harmonics and noise, read by two heads.
+        """
         effects: list[Any] = [
             DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
             GraduationHarmonics(
@@ -164,7 +178,13 @@ class RevolutionSettings:
         )
 
     def motion(self) -> Motion:
-        """From rest over both indices and two turns and a half at one speed, with a ripple."""
+        """Make the motion: from rest over both indices and two and a half turns at one speed.
+
+        Returns
+        -------
+        Motion
+            With a ripple of ``ripple_rad``.
+        """
         start = -HEAD_SEPARATION_RAD - 2 * _RUN_UP_RAD
         travel = -start + 2 * TURN_RAD + self._between_turns_rad()
         ramp_s = 2 * _RUN_UP_RAD / self.speed_rad_s

@@ -226,12 +226,27 @@ class _File(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
-    """Read the scenario of a file; ``lines`` replaces the number of lines of the disc.
+    """Read the scenario of a file.
 
-    The limits in arcsec are made for the file's own counts: with another number of lines they
+    The limits in arcseconds are made for the file's own counts: with another number of lines they
     are not checked.
 
-    Raises ScenarioError: file, key, what was expected and what was found.
+    Parameters
+    ----------
+    path : Path
+        The TOML file.
+    lines : int, optional
+        Lines of the disc in place of the file's.
+
+    Returns
+    -------
+    Scenario
+        The whole content of the file.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be read or a key is wrong; it names file, key, expected and found value.
     """
     try:
         content = read_toml(path)

@@ -29,11 +29,18 @@ class ScenarioTurn:
     flags: tuple[str, ...]
     """Flags that were raised in the turn."""
     events: tuple[str, ...]
+    """What happened in the turn, in words."""
     bank: Coefficients | None = None
     """Coefficients at the end of the turn; None before the first. Not in the JSON."""
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain values."""
+        """Give everything but the coefficients as plain values.
+
+        Returns
+        -------
+        dict
+            Number, temperature, errors, telemetry, flags and events.
+        """
 
         def error(found: TurnScore | None) -> dict[str, Any] | None:
             return None if found is None else found.as_json()
@@ -55,11 +62,15 @@ class ScenarioResult:
     """All turns, and the exceeded limits."""
 
     scenario: Scenario
+    """The scenario that was run."""
     turns: tuple[ScenarioTurn, ...]
+    """The turns in their order."""
     illegal: int
     """Number of clocks in which A and B of the output changed together."""
     clocks: int
+    """Clocks of the gateware."""
     wall_s: float
+    """Duration of the run on this computer, seconds."""
     broken: tuple[str, ...] = ()
     """Exceeded limits of the scenario, in words."""
 
@@ -77,7 +88,13 @@ class ScenarioResult:
         return sum(reply["result"] == result for turn in self.turns for reply in turn.telemetry)
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain values."""
+        """Give everything as plain values.
+
+        Returns
+        -------
+        dict
+            Scenario, turns, and the exceeded limits.
+        """
         return {
             "title": self.scenario.title,
             "counts_per_rev": self.scenario.scale.counts_per_rev,

@@ -157,9 +157,28 @@ def run_scenario(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> ScenarioResult:
-    """Run it.
+    """Run a scenario on the virtual instrument.
 
-    Raises InstrumentError if the instrument cannot be built, or a head finds no index.
+    Parameters
+    ----------
+    scenario : Scenario
+        Table, motion, firmware and faults.
+    report_run : callable, optional
+        It receives the progress of the run every few seconds.
+    report_step : callable, optional
+        It receives a line for people at each step of the building of the instrument.
+
+    Returns
+    -------
+    ScenarioResult
+        All turns, and the exceeded limits.
+
+    Raises
+    ------
+    InstrumentError
+        If the instrument cannot be built, a head finds no index, or the recording is too small.
+    ValueError
+        If the motion cannot be driven.
     """
     course, scale = scenario.course(), scenario.scale
     with Instrument(

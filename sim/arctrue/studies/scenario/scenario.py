@@ -205,17 +205,29 @@ class Scenario:
     """The whole content of a file."""
 
     title: str
+    """Title of the scenario."""
     about: str
+    """What it shows, for people."""
     scale: Scale
+    """Disc, gateware and samples."""
     errors: TableErrors
+    """Errors that the table has without any cause."""
     legs: tuple[Leg, ...]
+    """Parts of the motion, in their order."""
     ripple_rad: float = 0.0
+    """Amplitude of the ripple of the angle, radians."""
     ripple_order: int = 7
+    """Periods of the ripple a turn."""
     temperature: tuple[TemperaturePoint, ...] = ()
+    """Points of the temperature's course; empty: it does not change."""
     causes: tuple[ScenarioCause, ...] = ()
+    """Physical causes of further errors."""
     faults: tuple[Fault, ...] = ()
+    """Faults of wires, bus and processor."""
     firmware: FirmwareSettings = field(default_factory=FirmwareSettings)
+    """Settings of the firmware."""
     limits: Limits = field(default_factory=Limits)
+    """Limits that the run must keep."""
     orders: tuple[int, ...] = (1, 2, 3)
     """Orders that are printed for each turn."""
     faces: int = FACES
@@ -270,7 +282,18 @@ class Scenario:
         return ARCSEC_PER_TURN / self.scale.counts_per_rev
 
     def course(self) -> Course:
-        """Give the motion with its temperature. Raises ValueError if it cannot be driven."""
+        """Make the motion with its temperature.
+
+        Returns
+        -------
+        Course
+            The legs of the scenario, one after the other.
+
+        Raises
+        ------
+        ValueError
+            If the motion cannot be driven.
+        """
         bare = Course.over(
             self._legs_in_samples(), ripple_rad=self.ripple_rad, ripple_order=self.ripple_order
         )
@@ -302,7 +325,18 @@ class Scenario:
         ]
 
     def table(self) -> RotaryTable:
-        """Give the table with all its causes; the noise of the readings comes last."""
+        """Make the table with all its causes.
+
+        Returns
+        -------
+        RotaryTable
+            The noise of the readings is its last cause.
+
+        Raises
+        ------
+        ValueError
+            If a value of a cause is outside its range.
+        """
         causes: list[Cause] = []
         if self.errors.errors == "paper":
             plain = self.revolution.table().causes

@@ -21,10 +21,23 @@ class DiscEccentricity(Cause):
     """
 
     offset_m: float
+    """Distance of the disc centre from the axis, metres."""
     direction_rad: float = 0.0
+    """Angle of the table towards which the centre lies, radians."""
 
     def disc_shift_m(self, state: TableState) -> complex:
-        """Displacement in the frame of the turning table, metres."""
+        """Give the displacement in the frame of the turning table.
+
+        Parameters
+        ----------
+        state : TableState
+            Instants at which the quantity is asked for, shape (n,).
+
+        Returns
+        -------
+        complex
+            Displacement x + jy, metres, the same at all instants.
+        """
         return cmath.rect(self.offset_m, self.direction_rad)
 
 

@@ -25,8 +25,11 @@ class GraduationHarmonics(Cause):
     """
 
     orders: tuple[int, ...]
+    """Order of each harmonic, 1 or more."""
     amplitudes_rad: tuple[float, ...]
+    """Amplitude of each harmonic, radians."""
     phases_rad: tuple[float, ...]
+    """Phase of each harmonic, radians."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be built."""
@@ -38,7 +41,20 @@ class GraduationHarmonics(Cause):
     def graduation_error_rad(
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
-        """The sum of the harmonics at each disc angle, shape ``(n,)``."""
+        """Sum the harmonics at each disc angle.
+
+        Parameters
+        ----------
+        disc_angle_rad : ndarray
+            Disc angle, radians, shape (n,).
+        state : TableState
+            It has no influence.
+
+        Returns
+        -------
+        ndarray
+            Error of the lines, radians, shape (n,).
+        """
         error = np.zeros_like(disc_angle_rad)
         for order, amplitude, phase in zip(
             self.orders, self.amplitudes_rad, self.phases_rad, strict=True

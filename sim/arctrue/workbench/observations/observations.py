@@ -23,14 +23,21 @@ class Observations:
     """Measured rows of a set, and the facts known about its table."""
 
     title: str
+    """Title of the set."""
     capture: CaptureRows | None
     """Every row, or of a long capture the part that searches and statistics work on."""
     reference: ReferenceRows | None
+    """The rows of the reference, or the part of a long one that statistics work on."""
     counts_per_rev: int | None
+    """Counts a turn; None: not stated."""
     grating_lines: int | None
+    """Lines of the disc; None: not stated."""
     head_separation_rad: float
+    """Nominal angle from head 1 to head 2, radians."""
     drive_gear_teeth: float | None
+    """Teeth of the gear that drives the table; None: not stated."""
     disc_diameter_mm: float | None
+    """Diameter of the graduation, millimetres; None: not stated."""
     heads: int = 2
     """Number of heads of the capture."""
     stored: StoredCapture | None = None
@@ -48,6 +55,7 @@ class Observations:
     capture_sample: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
     """Number of the sample of each capture row; None: row k is sample k."""
     used_reference_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
+    """Numbers in the file (0, 1, …) of the reference rows that are used; None: all of them."""
     index_repeatability_counts: float | None = None
     """Standard deviation of one head's index from run to run, as the set states it."""
     reference_uncertainty_arcsec: float | None = None
@@ -60,17 +68,50 @@ class Observations:
         return capture + (0 if self.reference is None else self.reference.run.size)
 
     def capture_line(self, row: int) -> int:
-        """Line of the file of a row of the capture that is used; the header is line 1."""
+        """Find the line of the file of a row of the capture that is used.
+
+        Parameters
+        ----------
+        row : int
+            Number of the row, from 0.
+
+        Returns
+        -------
+        int
+            Line of the file; the header is line 1.
+        """
         sample = self.capture_sample
         return self.sample_line(row if sample is None else int(sample[row]))
 
     def sample_line(self, sample: int) -> int:
-        """Line of the file of a sample that is used; the header is line 1."""
+        """Find the line of the file of a sample that is used.
+
+        Parameters
+        ----------
+        sample : int
+            Number of the sample among those that are used, from 0.
+
+        Returns
+        -------
+        int
+            Line of the file; the header is line 1.
+        """
         used = self.used_capture_rows
         return (sample if used is None else int(used[sample])) + 2
 
     def reference_line(self, row: int) -> int:
-        """Line of the file of a row of the reference that is used; the header is line 1."""
+        """Find the line of the file of a row of the reference that is used.
+
+        Parameters
+        ----------
+        row : int
+            Number of the row among those that are used, from 0.
+
+        Returns
+        -------
+        int
+            Line of the file; the header is line 1.
+        """
         used = self.used_reference_rows
         return (row if used is None else int(used[row])) + 2
 
@@ -97,7 +138,18 @@ class Observations:
         return self.runs // self.channels_of_capture
 
     def run_words(self, run: int) -> str:
-        """A run of the capture as it was recorded: ``run 3``, or ``run 1 head 4``."""
+        """Name a run of the capture as it was recorded: ``run 3``, or ``run 1 head 4``.
+
+        Parameters
+        ----------
+        run : int
+            Number of the run in the rows of the capture.
+
+        Returns
+        -------
+        str
+            The recorded run, and the head of its channel where a sample has more than one row.
+        """
         return f"run {run}" if self.capture is None else self.capture.run_words(run)
 
     @property
@@ -106,7 +158,13 @@ class Observations:
         return 1 if self.capture is None else self.capture.channels
 
     def pairs(self) -> list[CaptureRows | StoredCapture]:
-        """Every sample of the capture once for each further head, as rows of Rᵢ − R₁."""
+        """Give every sample of the capture once for each further head, as rows of Rᵢ − R₁.
+
+        Returns
+        -------
+        list of CaptureRows or StoredCapture
+            One entry for each head from head 2 on; empty without a capture.
+        """
         if self.stored is not None:
             return [self.stored.of_head(head) for head in range(2, self.heads + 1)]
         rows = self.capture

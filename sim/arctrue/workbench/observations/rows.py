@@ -57,7 +57,9 @@ class CaptureRows(_Sliceable):
     revolution: Integer
     """Number of the revolution, counted over all runs; an unfinished rest has its own."""
     time_s: Float
+    """Time of the sample, seconds."""
     temperature_c: Float | None
+    """Temperature of the table, °C; None: the file has none."""
     direction: Float
     """+1 or −1, of the run."""
     speed_rad_s: Float
@@ -71,14 +73,19 @@ class CaptureRows(_Sliceable):
     line1_rad: Float
     """Disc angle of the lines that head 1 sees: its reading. It leads or lags θ by ε."""
     line2_rad: Float
+    """Disc angle of the lines that head 2 (or :attr:`head`) sees: its reading."""
     electrical1_rad: Float | None
     """Phase of the signal period of head 1, 2π·frac(counts·lines/counts_per_rev)."""
     electrical2_rad: Float | None
+    """Phase of the signal period of head 2 (or :attr:`head`), radians."""
     run_start_s: Float
     """Time of the first sample of the row's run."""
     set_start_s: float
+    """Time of the first sample of the set, seconds."""
     runs: int
+    """Number of runs; each channel of a recorded run counts as one."""
     head_separation_rad: float
+    """Nominal angle from head 1 to head 2 (or :attr:`head`), radians."""
     reference_temperature_c: float
     """T₀ of the temperature effects: the model's, or the median over the whole set."""
     difference_arcsec: Float
@@ -116,13 +123,40 @@ class CaptureRows(_Sliceable):
         return 1 if self.channel is None else self.heads - 1
 
     def run_words(self, run: int) -> str:
-        """A run as it was recorded: ``run 3``, or ``run 1 head 4``."""
+        """Name a run as it was recorded: ``run 3``, or ``run 1 head 4``.
+
+        Parameters
+        ----------
+        run : int
+            Number of the run in these rows.
+
+        Returns
+        -------
+        str
+            The recorded run, and the head of its channel where a sample has more than one row.
+        """
         if self.channel is None:
             return f"run {run}"
         return f"run {run // self.channels} head {run % self.channels + 2}"
 
     def of_head(self, head: int) -> CaptureRows:
-        """Return the samples as rows of Rᵢ − R₁, for which an effect states what head i sees."""
+        """Return the samples as rows of Rᵢ − R₁, for which an effect states what head i sees.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, 2 to ``heads``.
+
+        Returns
+        -------
+        CaptureRows
+            Rows whose ``head`` is this one; ``channel`` is None.
+
+        Raises
+        ------
+        ValueError
+            If these rows are already those of another head.
+        """
         if self.channel is None:
             if head == self.head:
                 return self
@@ -130,7 +164,19 @@ class CaptureRows(_Sliceable):
         return self._of_heads[head]
 
     def as_recorded(self, head: int) -> CaptureRows:
-        """Rows of channel 0 as rows of one capture of head 1 and this head alone."""
+        """Give the rows of channel 0 as those of a capture of head 1 and this head alone.
+
+        Parameters
+        ----------
+        head : int
+            Number of the head, 2 to ``heads``.
+
+        Returns
+        -------
+        CaptureRows
+            Rows with the recorded numbers of runs and revolutions, and Rᵢ − R₁ less the place of
+            head i.
+        """
         assert self.channel is not None
         channels, rows = self.channels, self.of_head(head)
         apart = rows.line2_rad - rows.line1_rad - rows.head_separation_rad
@@ -174,10 +220,15 @@ class ReferenceRows(_Sliceable):
     """One row a comparison of head 1 with the reference; every array has shape (rows,)."""
 
     run: Integer
+    """Number of the run, 0, 1, … in the order of the file."""
     cycle: Integer | None
+    """Number of the cycle; None: the file has none."""
     time_s: Float | None
+    """Time of the reading, seconds; None: the file has none."""
     temperature_c: Float | None
+    """Temperature of the table, °C; None: the file has none."""
     direction: Float | None
+    """+1 or −1: how the table came to the station; None: the file does not state it."""
     target_rad: Float
     """Angle to which the table was driven, unwrapped as the file gives it: the same each visit."""
     angle_rad: Float
@@ -187,15 +238,21 @@ class ReferenceRows(_Sliceable):
     face: Integer | None
     """Number of the polygon face, 0 … faces − 1: between the faces the nearest one."""
     faces: int | None
+    """Faces of the polygon; None: the reference is none."""
     electrical1_rad: Float | None
+    """Phase of the signal period of head 1, radians; None: lines or counts are not known."""
     teeth: float | None
     """drive_gear_teeth of the table."""
     speed_rad_s: Float | None
     """Signed speed of the table while the reference was read; None: it stood still or unknown."""
     run_start_s: Float | None
+    """Time of the first reading of the row's run, seconds; None: the file has no time."""
     set_start_s: float
+    """Time of the first row of the set, seconds; 0 without times."""
     middle_time_s: float
+    """Middle between the first and the last time of the rows, seconds; 0 without times."""
     reference_temperature_c: float
+    """T₀ of the temperature effects, °C."""
     error_arcsec: Float
     """ε: reading of head 1 less the angle of the reference, the mean over all rows removed."""
     u_arcsec: Float | None = None

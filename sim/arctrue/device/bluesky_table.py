@@ -1,0 +1,250 @@
+"""A corrected table as an ophyd-async device, and the bluesky plan that calibrates it.
+
+Values come from the PVs of ``arctrue device epics``. Coefficients go through the console of
+``arctrue device run``, which wants its token and ``--allow-control``: PVs have no tokens.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.base.extras import needs_extras
+from arctrue.calibration import CalibrationSettings, calibrate
+from arctrue.device.announcement import Announcement
+from arctrue.device.connection import ask, console_through, daemon_of
+from arctrue.device.console import ConsoleError
+from arctrue.device.epics_records import INVALID
+from arctrue.device.load import DEVICE_LOADS, send_coefficients, wait_until_judged
+from arctrue.gateware.coefficient_file import read_coefficient_file, write_coefficient_file
+from arctrue.measurement import read_measurement_set
+
+with needs_extras():
+    from bluesky import plan_stubs as bps
+    from bluesky import preprocessors as bpp
+    from bluesky.protocols import Movable, Triggerable
+    from bluesky.utils import Msg
+    from ophyd_async.core import (
+        Array1D,
+        AsyncStatus,
+        Device,
+        Reference,
+        SignalR,
+        StandardReadable,
+        StandardReadableFormat,
+        observe_value,
+    )
+    from ophyd_async.epics.core import epics_signal_r, epics_signal_rw
+
+CAPTURE_S = 400.0
+"""Longest time of a capture, as in ``arctrue device epics``."""
+JUDGED_S = 180.0
+"""Longest time until captured turns have judged a loaded file, as in ``arctrue load``."""
+TURN_S = 180.0
+"""Longest time from one turn to the next."""
+
+
+class NotVerifiedError(RuntimeError):
+    """The error after loading is unknown or larger than permitted."""
+
+
+class LoadedCoefficients(Device, Movable[Path]):
+    """The coefficients that a device has loaded: its position is a coefficient file."""
+
+    def __init__(self, port: str, turn: SignalR[int], name: str = "") -> None:
+        """Take the device at ``port``.
+
+        Parameters
+        ----------
+        port : str
+            Its serial port, or HOST:PORT of its daemon.
+        turn : SignalR[int]
+            Number of the latest turn.
+        name : str
+            Name in documents of bluesky.
+        """
+        self._port, self._turn = port, Reference(turn)
+        super().__init__(name=name)
+
+    @AsyncStatus.wrap
+    async def set(self, value: Path) -> None:
+        """Load a coefficient file; done when turns have judged it and PVs show a turn with it.
+
+        Parameters
+        ----------
+        value : Path
+            File of ``arctrue calibrate`` or ``arctrue export``.
+
+        Raises
+        ------
+        LoadRefusedError
+            If the device refuses the coefficients.
+        ConsoleError
+            If no daemon runs, it is read-only, or no turn judges them in time.
+        ValueError, OSError
+            If the file cannot be read or needs what the device does not have.
+        """
+        last = await asyncio.to_thread(self._load, Path(value))
+        async for number in observe_value(self._turn(), timeout=TURN_S):
+            if number > last:
+                return
+
+    def _load(self, file: Path) -> int:
+        """Load and return the number of the latest turn after that."""
+        coefficients = read_coefficient_file(file, DEVICE_LOADS)
+        daemon = self._daemon()
+        console = console_through(daemon)
+        try:
+            sent = send_coefficients(console, coefficients, lambda done, of_all: None)
+            wait_until_judged(console, sent, JUDGED_S)
+        finally:
+            console.close()
+        return int((ask(daemon, "status")["latest"] or {}).get("turn", -1))
+
+    def _daemon(self) -> Announcement:
+        daemon = daemon_of(self._port)
+        if daemon is None:
+            text = "no daemon runs; start it with arctrue device run --allow-control"
+            raise ConsoleError(f"{self._port}: {text}")
+        return daemon
+
+
+class CorrectedTable(StandardReadable, Triggerable):
+    """A table behind ``arctrue device epics``; ``trigger`` takes a capture of the next turn."""
+
+    def __init__(self, prefix: str, port: str, name: str = "") -> None:
+        """Take the PVs with ``prefix`` and the daemon of ``port``.
+
+        Parameters
+        ----------
+        prefix : str
+            Beginning of every PV, with the transport if it is not Channel Access:
+            ``pva://LAB:TABLE:``.
+        port : str
+            Serial port of the device, or HOST:PORT of its daemon with the token in the environment
+            variable ARCTRUE_DEVICE_TOKEN.
+        name : str
+            Name in documents of bluesky.
+        """
+        with self.add_children_as_readables(StandardReadableFormat.HINTED_SIGNAL):
+            self.error_active = epics_signal_r(float, f"{prefix}ErrorActive")
+            self.error_loaded = epics_signal_r(float, f"{prefix}ErrorLoaded")
+        with self.add_children_as_readables():
+            self.turn = epics_signal_r(int, f"{prefix}Turn")
+            self.result = epics_signal_r(str, f"{prefix}Result")
+            self.head_separation = epics_signal_r(float, f"{prefix}HeadSeparation")
+            self.noise = epics_signal_r(float, f"{prefix}Noise")
+            self.die_temperature = epics_signal_r(float, f"{prefix}DieTemperature")
+            self.amplitudes = epics_signal_r(Array1D[np.float64], f"{prefix}Amplitudes")
+            self.alarms = epics_signal_r(str, f"{prefix}Alarms")
+            self.capture_set = epics_signal_r(str, f"{prefix}CaptureSet")
+        self.connected = epics_signal_r(bool, f"{prefix}Connected")
+        self.capture_fault = epics_signal_r(str, f"{prefix}CaptureFault")
+        self.capture = epics_signal_rw(bool, f"{prefix}Capture")
+        self.coefficients = LoadedCoefficients(port, self.turn)
+        super().__init__(name=name)
+
+    @AsyncStatus.wrap
+    async def trigger(self) -> None:
+        """Take a capture of the next turn; ``capture_set`` is then the set's folder.
+
+        Raises
+        ------
+        ConsoleError
+            If the daemon could not take it.
+        """
+        await self.capture.set(True, timeout=CAPTURE_S)
+        fault = await self.capture_fault.get_value()
+        if fault:
+            raise ConsoleError(fault)
+
+
+def calibrated_file(folder: Path, file: Path, settings: CalibrationSettings | None = None) -> Path:
+    """Calibrate head 1 from a set and write the coefficients, as ``arctrue calibrate`` does.
+
+    Parameters
+    ----------
+    folder : Path
+        The measurement set.
+    file : Path
+        The coefficient file, which is replaced.
+    settings : CalibrationSettings, optional
+        Of the calibration; None: those of ``arctrue calibrate``.
+
+    Returns
+    -------
+    Path
+        ``file``.
+
+    Raises
+    ------
+    NotVerifiedError
+        If the calibration has objections to its own coefficients; nothing is written.
+    MeasurementError, ValueError, OSError
+        If the set cannot be read or calibrated, or the file not be written.
+    """
+    calibration = calibrate(read_measurement_set(folder), settings or CalibrationSettings())
+    if calibration.objections:
+        raise NotVerifiedError(f"{folder}: {'; '.join(calibration.objections)}")
+    write_coefficient_file(file, calibration.coefficients, folder.name)
+    return file
+
+
+def calibrate_load_verify(
+    table: CorrectedTable, file: Path, limit_arcsec: float
+) -> Generator[Msg, Any, float]:
+    """Capture a turn, calibrate, load the coefficients, and verify them on further turns.
+
+    The run has the streams ``before`` and ``after``, one event each. The daemon's folder of
+    captures must be readable from here.
+
+    Parameters
+    ----------
+    table : CorrectedTable
+        The table; it must turn.
+    file : Path
+        Where the coefficients are written.
+    limit_arcsec : float
+        Largest permitted RMS of what the loaded orders leave, arcseconds.
+
+    Yields
+    ------
+    Msg
+        Messages for the run engine.
+
+    Returns
+    -------
+    float
+        RMS of what the loaded orders leave after loading, arcseconds.
+
+    Raises
+    ------
+    NotVerifiedError
+        If that RMS is unknown or above the limit, or the calibration objects to itself.
+    """
+
+    left_arcsec = [np.nan]
+
+    def run() -> Generator[Msg, Any, None]:
+        yield from bps.trigger_and_read([table], name="before")
+        folder = yield from bps.rd(table.capture_set)
+        calibrated_file(Path(folder), file)
+        yield from bps.abs_set(table.coefficients, file, wait=True)
+        readings = yield from bps.trigger_and_read([table], name="after")
+        left = readings[table.error_loaded.name]
+        if left.get("alarm_severity", 0) >= INVALID:
+            raise NotVerifiedError(f"{table.name}: the device states no error of loaded orders")
+        if not left["value"] <= limit_arcsec:
+            raise NotVerifiedError(
+                f"{table.name}: the loaded orders leave {left['value']:.3g}″ RMS; expected at most "
+                f"{limit_arcsec:g}″"
+            )
+        left_arcsec[0] = float(left["value"])
+
+    about = {"plan_name": "calibrate_load_verify", "limit_arcsec": limit_arcsec, "file": str(file)}
+    yield from bpp.run_wrapper(run(), md=about)  # type: ignore[no-untyped-call]
+    return left_arcsec[0]
