@@ -434,6 +434,8 @@ begin
     signal hold_writes  : std_ulogic;
     signal used_seen    : std_ulogic;
     signal used         : std_ulogic_vector(HEADS - 1 downto 0);
+    signal idle_used    : std_ulogic_vector(HEADS - 1 downto 0);
+    signal idle_carrier_used : std_ulogic;
     signal differences  : std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0);
     signal mean_acknowledged : std_ulogic;
     signal heads_answer      : std_ulogic_vector(31 downto 0);
@@ -492,6 +494,8 @@ begin
         apply             => apply,
         carrier           => carrier,
         used              => used,
+        idle_used         => idle_used,
+        idle_carrier_used => idle_carrier_used,
         differences       => differences,
         mean_term         => mean_term,
         limited           => mean_limited,
@@ -540,6 +544,8 @@ begin
       signal set_number         : u_unsigned(2 downto 0);
       signal set_busy           : std_ulogic;
       signal set_loaded         : std_ulogic;
+      signal may_activate       : std_ulogic;
+      signal swap_refused       : std_ulogic;
 
     begin
 
@@ -597,6 +603,8 @@ begin
           address_out      => bank_address,
           data_out         => bank_data,
           acknowledged     => acknowledged,
+          may_activate     => may_activate,
+          refused          => swap_refused,
           swap_out         => bank_swap,
           swap_comes       => swap_comes
         );
@@ -627,11 +635,15 @@ begin
           index_error_counts => index_error_counts,
           indices_seen       => indices_seen,
           used               => used,
+          idle_used          => idle_used,
+          idle_carrier_used  => idle_carrier_used,
           differences        => differences,
           is_settled         => may_swap,
           swap_comes         => swap_comes,
           busy               => set_busy,
           loaded             => set_loaded,
+          refused            => swap_refused,
+          may_activate       => may_activate,
           load               => load_set,
           number             => set_number,
           rearm_heads        => rearmed,

@@ -12,8 +12,13 @@
 -- **Return.** A head that is left out comes back after that index, on request (`heads_command.come_back`) or once
 -- `failover.return_after` is over: the set of all heads is loaded. A dead head shows no index and stays out.
 --
--- **Processor.** `heads_command.take_set` loads any set. A swap of the processor's own words makes `heads_status.set` 7, and no head
--- is left out then.
+-- **Processor.** `heads_command.take_set` loads a set. A swap of the processor's own words makes `heads_status.set` 7. A head that is
+-- left out stays so: words that use it, and a set that uses it before its index, are refused and set `heads_status.swap_refused`;
+-- the words in force stay. While the processor's words are in force, a head that comes back is no longer left out, and
+-- no set is loaded: the processor takes it in by words of its own.
+--
+-- **Allowed words.** `may_activate` is high while the idle words use no head that is left out or, while a set is loaded, that is
+-- missing in it; and, in a set or while a head is left out, while their carrier is used. It follows its inputs by a clock.
 --
 -- **Latency.** From a failure of head_watch to the first angle of the set that of prepared_sets and 3 clocks. 1 clock from `read_enable` to
 -- `read_data`, which is 0 for words of other units in the window; head_registers answers for both.
@@ -58,12 +63,16 @@ entity head_failover is
     indices_seen     : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level
     -- Of the mean
     used             : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level
+    idle_used        : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level: by the idle words
+    idle_carrier_used : in    std_ulogic;                                               -- level: their carrier is one of these
     differences      : in    std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4
     is_settled       : in    std_ulogic;                                                -- level: readings do not jump
     -- The banks
     swap_comes       : in    std_ulogic;                                                -- pulse
     busy             : in    std_ulogic;                                                -- level: a set is being loaded
     loaded           : in    std_ulogic;                                                -- pulse
+    refused          : in    std_ulogic;                                                -- pulse: a swap did not take place
+    may_activate     : out   std_ulogic                     := '0';                     -- level: the idle words may be swapped
     load             : out   std_ulogic                     := '0';                     -- pulse
     number           : out   u_unsigned(2 downto 0)         := "000";                   -- of the set
     -- What follows
@@ -90,6 +99,28 @@ architecture rtl of head_failover is
 
   subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
 
+  -- Whether a set has one of these heads.
+  function uses_one (
+    set    : u_unsigned(2 downto 0);
+    chosen : heads_bits
+  ) return boolean is
+
+    variable present : heads_bits;
+
+  begin
+
+    present := chosen;
+
+    for head in 0 to HEADS - 1 loop
+      if set = head + 1 then
+        present(head) := '0';
+      end if;
+    end loop;
+
+    return (or present) = '1';
+
+  end function uses_one;
+
   signal enabled        : std_ulogic                                                := '0';
   signal causes_wanted  : std_ulogic_vector(5 downto 0)                             := (others => '0');
   signal return_after   : u_unsigned(15 downto 0)                                   := (others => '0');
@@ -114,6 +145,8 @@ architecture rtl of head_failover is
   signal waited         : u_unsigned(15 downto 0)        := (others => '0');
   signal tick           : u_unsigned(INTERVAL_BITS + 2 downto 0) := (others => '0');
   signal rearming       : natural range 0 to REARM_CLOCKS := 0;
+  signal swap_refused   : std_ulogic                     := '0';
+  signal set_refused    : std_ulogic                     := '0';
 
 begin
 
@@ -170,15 +203,28 @@ begin
   decide : process (clock) is
 
     variable may_return : std_ulogic;
+    variable has_index  : std_ulogic;
+    variable barred     : heads_bits;
 
   begin
 
     if rising_edge(clock) then
-      load     <= '0';
-      changed  <= '0';
-      watching <= enabled and (and used) and not (or left_out) and not busy and not load and not wants_set;
-      restart  <= not is_settled or not (and indices_seen);
-      tick     <= tick + 1;
+      load        <= '0';
+      changed     <= '0';
+      set_refused <= '0';
+      watching    <= enabled and (and used) and not (or left_out) and not busy and not load and not wants_set;
+      restart     <= not is_settled or not (and indices_seen);
+      tick        <= tick + 1;
+
+      barred := left_out;
+      if busy = '1' then
+
+        for head in 0 to HEADS - 1 loop
+          barred(head) := '1' when number = head + 1 else '0';
+        end loop;
+
+      end if;
+      may_activate <= not (or (idle_used and barred)) and (idle_carrier_used or not (busy or (or left_out)));
 
       if rearming > 0 then
         rearming <= rearming - 1;
@@ -187,15 +233,20 @@ begin
         waited <= waited + 1;
       end if;
 
-      may_return := '1' when (or left_out) = '1' and rearming = 0 and (indices_seen and left_out) = left_out
+      has_index  := '1' when rearming = 0 and (indices_seen and left_out) = left_out else '0';
+      may_return := '1' when (or left_out) = '1' and has_index = '1'
                              and ((or (wants_return and left_out)) = '1' or ((or return_after) = '1' and waited >= return_after)) else
                     '0';
 
       if busy = '0' and load = '0' then
         if wants_set = '1' then
-          load      <= '1';
-          number    <= wanted_set;
           wants_set <= '0';
+          if uses_one(wanted_set, left_out) and has_index = '0' then
+            set_refused <= '1';
+          else
+            load   <= '1';
+            number <= wanted_set;
+          end if;
         elsif (or failed) = '1' and watching = '1' then
           load        <= '1';
           last_causes <= causes;
@@ -206,9 +257,13 @@ begin
             end if;
           end loop;
 
-        elsif may_return = '1' then
+        elsif may_return = '1' and set_in_force /= WRITTEN_BY_HAND then
           load   <= '1';
           number <= "000";
+        elsif may_return = '1' then
+          left_out     <= (others => '0');
+          wants_return <= (others => '0');
+          changed      <= '1';
         end if;
       end if;
 
@@ -226,7 +281,6 @@ begin
 
       elsif swap_comes = '1' then
         set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);
-        left_out     <= (others => '0');
       end if;
 
       if write_enable = '1' and address = COMMAND_WORD then
@@ -239,6 +293,8 @@ begin
 
       if reset = '1' then
         load         <= '0';
+        set_refused  <= '0';
+        may_activate <= '0';
         watching     <= '0';
         restart      <= '1';
         changed      <= '0';
@@ -267,6 +323,7 @@ begin
         chosen(6 downto 4)         := std_ulogic_vector(set_in_force);
         chosen(13)                 := busy;
         chosen(14)                 := parity_beyond;
+        chosen(15)                 := swap_refused;
         chosen(21 downto 16)       := last_causes;
       elsif address = FAILOVER_WORD then
         chosen := std_ulogic_vector(return_after) & "000000" & causes_wanted & "000" & enabled;
@@ -294,6 +351,7 @@ begin
       read_data <= chosen and (31 downto 0 => read_enable);
 
       parity_beyond <= (parity_beyond and not clear) or (beyond and is_settled and (and indices_seen) and not (or left_out));
+      swap_refused  <= (swap_refused and not clear) or refused or set_refused;
       if take_snapshot = '1' then
         latched <= parity;
       end if;
@@ -319,6 +377,7 @@ begin
         parity_limit   <= (others => '0');
         weights        <= (others => '0');
         parity_beyond  <= '0';
+        swap_refused   <= '0';
       end if;
     end if;
 

@@ -72,6 +72,8 @@ entity head_mean is
     apply             : out   std_ulogic;                                                   -- correct this reading
     carrier           : out   u_unsigned(1 downto 0);                                       -- number of the head - 1
     used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads whose index is waited for
+    idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- the same of the idle words
+    idle_carrier_used : out   std_ulogic;                                                   -- their carrier is one of these
     differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, to the carrier
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
     limited           : out   std_ulogic;                                                   -- of this term
@@ -212,6 +214,8 @@ begin
   next_head <= u_unsigned(idle_words(CARRIER_FIRST + 1 downto CARRIER_FIRST));
   used      <= active_words(CARRIER_FIRST - 1 downto USED_FIRST);
   carrier   <= this_head;
+  idle_used <= idle_words(CARRIER_FIRST - 1 downto USED_FIRST);
+  idle_carrier_used <= word_at(idle_words(CARRIER_FIRST - 1 downto USED_FIRST), next_head, 1)(0);
 
   every_head : for head in 0 to HEADS - 1 generate
 

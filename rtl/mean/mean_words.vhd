@@ -4,7 +4,8 @@
 --
 -- Stores the words of the weighted mean twice: offsets, weights and the choice of carrier and of the heads that are
 -- used. The active words are those of the angles; the processor writes the idle ones, and `swap_comes` makes them
--- active with the same angle as the coefficients of the lanes. Afterwards the idle words are the same.
+-- active with the same angle as the coefficients of the lanes. Afterwards the idle words are the same, except that the active
+-- weight of a head that is not used is 0 whatever was written.
 --
 -- **Words.** 0 to 3: offset of head 1 to 4; 4 to 7: weight of head 1 to 4; 8: choice, carrier (head number - 1) in bits 1
 -- to 0 and a bit a head that is used from bit 4 on. Only the bits of the formats are stored, and no words of
@@ -86,6 +87,14 @@ begin
     if rising_edge(clock) then
       if swap_comes = '1' then
         active <= idle;
+
+        for head in 0 to HEADS - 1 loop
+          if idle(USED_FIRST + head) = '0' then
+            active(WEIGHTS_FIRST + (head + 1) * HEAD_WEIGHT_WIDTH - 1 downto WEIGHTS_FIRST + head * HEAD_WEIGHT_WIDTH)
+            <= (others => '0');
+          end if;
+        end loop;
+
       end if;
 
       word := (others => '0');

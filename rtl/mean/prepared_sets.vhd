@@ -14,6 +14,9 @@
 -- they wait, then they are carried out. A `swap` of the processor in that time is the swap of the set: the words that it
 -- had written before are overwritten, and no mixture of words becomes active.
 --
+-- **Refusal.** A swap, of the processor or of a set, takes place only while `may_activate` is high: the idle words use no head
+-- that is left out. Else `refused` pulses, the active words stay, and a set that was loaded is given up.
+--
 -- **Latency.** From `load` to `swap_out` 4 * (4 * LANES + 10) + 4 clocks at most, once no write of the processor is under way and
 -- coefficient_memory is not filling its idle bank: 5.6 µs with 32 lanes at 100 MHz. `loaded` comes with `swap_comes`.
 -- 2 clocks from an access to its answer while nothing is loaded.
@@ -67,6 +70,8 @@ entity prepared_sets is
     address_out       : out   u_unsigned(7 downto 0) := (others => '0');
     data_out          : out   std_ulogic_vector(31 downto 0) := (others => '0');
     acknowledged      : in    std_ulogic;                     -- pulse: written, whatever it was
+    may_activate      : in    std_ulogic;                     -- level: the idle words may be swapped
+    refused           : out   std_ulogic;                     -- pulse: a swap did not take place
     swap_out          : out   std_ulogic;                     -- pulse
     swap_comes        : in    std_ulogic                      -- the next angle is the first of the new bank
   );
@@ -115,6 +120,7 @@ architecture rtl of prepared_sets is
   signal waiting    : kind := NOTHING;
   signal in_flight  : kind := NOTHING;
   signal own_write  : std_ulogic := '0';
+  signal wants      : std_ulogic;
   signal asked      : std_ulogic := '0';
   signal writes     : std_ulogic := '0';
   signal is_read    : std_ulogic := '0';
@@ -125,10 +131,12 @@ begin
 
   busy     <= '0' when now = IDLE else
  '1';
-  swap_out <= '1' when now = ASK_SWAP else
+  wants    <= '1' when now = ASK_SWAP else
               swap when now = IDLE else
               '0';
-  loaded   <= swap_comes when now = ASK_SWAP or now = WAIT_FOR_SWAP else
+  swap_out <= wants and may_activate;
+  refused  <= wants and not may_activate;
+  loaded   <= swap_comes when (now = ASK_SWAP and may_activate = '1') or now = WAIT_FOR_SWAP else
  '0';
 
   acknowledge_lane <= acknowledged when (in_flight = OF_LANE or in_flight = OF_OFFSET or in_flight = OF_TURN_STEP) and own_write = '0' else
@@ -270,7 +278,7 @@ begin
 
         when ASK_SWAP =>
 
-          now <= IDLE when swap_comes = '1' else
+          now <= IDLE when swap_comes = '1' or may_activate = '0' else
                  WAIT_FOR_SWAP;
 
         when WAIT_FOR_SWAP =>

@@ -271,15 +271,76 @@ async def no_head_fails_without_a_fault(dut: Any) -> None:
 
 
 @cocotb.test()
-async def words_of_the_processor_end_a_failover(dut: Any) -> None:
-    """A swap of its own: no set is in force, no head is left out."""
+async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
+    """Neither words of the processor that use it nor a prepared set; both are refused.
+
+    Words without it are taken, and it stays left out; once it has its index and is asked back, the
+    words of all heads are taken again.
+    """
     machine = await guarded(dut)
     names = machine.registers
-    await take(names, 2)
-    mean = set_of(0)
-    await names.write_coefficients(lanes_of(mean))
-    await names.write_mean(mean)
-    await names.command("swap")
-    await machine.turn(20)
+    head = 2
+    machine.stands = {head}
+    most = (MISSING + 18) * CLOCKS_PER_COUNT + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
+    await until_changed(machine, most)
+    await machine.turn(150)
+    everyone, others = set_of(0), set_of(head)
+
+    async def swapped(mean: MeanSet) -> dict[str, int]:
+        before = await names.read("swap_count")
+        await names.write_coefficients(lanes_of(mean))
+        await names.write_mean(mean)
+        await names.command("swap")
+        await machine.turn(150)
+        status = await names.read_fields("heads_status")
+        return {**status, "swaps": await names.read("swap_count") - before}
+
+    def right(status: dict[str, int], **expected: int) -> None:
+        assert {name: status[name] for name in expected} == expected
+
+    began = len(machine.corrected)
+    right(await swapped(everyone), swaps=0, left_out=1 << head - 1, set=head, swap_refused=1)
+    await names.command("clear_output")
+    assert await names.read("heads_status.swap_refused") == 0
+    await names.write_raw("heads_command", 1 << 7)
+    await machine.turn(30)
+    right(
+        await names.read_fields("heads_status"),
+        **{"left_out": 1 << head - 1, "set": head, "busy": 0, "swap_refused": 1},
+    )
+    await names.command("clear_output")
+    first = len(machine.corrected)
+    await machine.turn(COUNTS)
+    if HEADS > 3:
+        check_mean(machine, first, others)
+    right(await swapped(others), swaps=1, left_out=1 << head - 1, set=7, swap_refused=0)
+    right(await swapped(everyone), swaps=0, left_out=1 << head - 1, set=7, swap_refused=1)
+
+    machine.stands = set()
+    # It jumps to where the table is: illegal steps, which a head that is left out may make.
+    await machine.turn(COUNTS + 60)
+    right(await names.read_fields("heads_status"), left_out=1 << head - 1, set=7)
+    await names.write_raw("heads_command", 1 << (8 + head - 1))
+    await machine.turn(COUNTS + 60)
+    right(await names.read_fields("heads_status"), left_out=0, set=7)
+    right(await swapped(everyone), swaps=1, left_out=0, set=7)
+    assert np.abs(np.diff(machine.corrected[began:])).max() <= LARGEST_STEP
+    first = len(machine.corrected)
+    await machine.turn(COUNTS)
+    if HEADS > 3:
+        check_mean(machine, first, everyone)
+
+
+@cocotb.test()
+async def a_set_that_uses_the_failed_head_is_not_taken(dut: Any) -> None:
+    """A prepared set that was written wrong: the words in force stay, and the flag says so."""
+    machine = await guarded(dut)
+    names = machine.registers
+    head = 3
+    await names.write_set(head, lanes_of(set_of(0)), set_of(0))
+    await illegal_step(machine, head)
+    await machine.turn(150)
     status = await names.read_fields("heads_status")
-    assert (status["set"], status["left_out"]) == (7, 0)
+    assert (status["left_out"], status["set"], status["swap_refused"]) == (0, 0, 1)
+    assert await names.read(f"interrupt_status.head{head}_fault") == 1
+    assert dut.interrupt.value == 0

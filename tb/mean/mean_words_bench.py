@@ -32,6 +32,13 @@ def stored(address: int, data: int) -> int:
     return carrier | (data >> 4 & (1 << HEADS) - 1) << 4
 
 
+def activated(words: dict[int, int]) -> dict[int, int]:
+    """Give the active words: those that were idle, with the weight 0 of heads that are not used."""
+    used = words[CHOICE] >> 4
+    unused = [HEADS_MAX + head for head in range(HEADS) if not used >> head & 1]
+    return {**words, **dict.fromkeys(unused, 0)}
+
+
 def flat_words(words: dict[int, int]) -> int:
     """The words side by side as the entity puts them out."""
     value = place = 0
@@ -82,7 +89,7 @@ async def swaps_are_whole(dut: Any) -> None:
             assert dut.read_data.value.to_unsigned() == expected_read
         expected_read = idle.get(address, 0)
         if swap:
-            active = dict(idle)
+            active = activated(idle)
             swaps += 1
         if dut.is_written.value == 1:
             assert pending is not None

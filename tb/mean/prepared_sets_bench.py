@@ -17,14 +17,14 @@ LANE_PLACES = range(4 * LANES)
 INPUTS = (
     *("access_read", "access_write", "access_set", "access_word", "access_data"),
     *("write_lane", "write_offset", "write_mean", "write_address", "write_data"),
-    *("swap", "load", "number", "acknowledged", "swap_comes"),
+    *("swap", "load", "number", "acknowledged", "swap_comes", "may_activate"),
 )
 Place = tuple[str, int]
 
 
 async def start(dut: Any) -> None:
     for name in INPUTS:
-        getattr(dut, name).value = 0
+        getattr(dut, name).value = int(name == "may_activate")
     dut.reset.value = 1
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     for _ in range(3):
@@ -153,13 +153,16 @@ async def every_set_is_loaded_whole(dut: Any) -> None:
 
 @cocotb.test()
 async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) -> None:
-    """Writes, swaps and loads at random: each acknowledged write arrives, each set is whole."""
+    """Writes, swaps and loads at random: each acknowledged write arrives, each set is whole.
+
+    Words that may not be activated, at random too, are not swapped: `refused` says so.
+    """
     choose = random.Random(20 + HEADS)
     await start(dut)
     sets = await fill(dut, choose)
     bank = Bank(dut, choose)
     cocotb.start_soon(bank.run())
-    loads = absorbed = acknowledged = pause = 0
+    loads = absorbed = acknowledged = refused = pause = 0
     under_way: tuple[Place, int] | None = None
     for _ in range(20_000):
         busy = dut.busy.value == 1
@@ -174,6 +177,8 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
             loads += 1
             pause = 3
         dut.swap.value = int(swap)
+        may_activate = choose.random() < 0.8
+        dut.may_activate.value = int(may_activate)
         absorbed += swap and busy
         begins = under_way is None and not swap and choose.random() < 0.03
         kind = choose.choice(["lane", "offset", "mean"])
@@ -185,6 +190,10 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
             getattr(dut, f"write_{name}").value = int(begins and kind == name)
         before = len(bank.swaps)
         await RisingEdge(dut.clock)
+        refused += dut.refused.value == 1
+        assert not (dut.refused.value == 1 and dut.swap_out.value == 1)
+        assert may_activate or dut.swap_out.value == 0, "refused words are swapped"
+        assert not may_activate or dut.refused.value == 0
         if dut.swap_out.value == 1 and dut.busy.value == 1:
             assert bank.idle in sets.values(), "a set that is not whole is swapped"
         if under_way and (dut.acknowledge_lane.value == 1 or dut.acknowledge_mean.value == 1):
@@ -193,5 +202,5 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
             acknowledged += 1
         for is_set, words in bank.swaps[before:]:
             assert not is_set or words in sets.values()
-    assert sum(is_set for is_set, _ in bank.swaps) >= loads - 1
-    assert min(loads, absorbed, acknowledged) > 20
+    assert loads - 1 <= sum(is_set for is_set, _ in bank.swaps) + refused
+    assert min(loads, absorbed, acknowledged, refused) > 20

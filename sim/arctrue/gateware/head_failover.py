@@ -1,0 +1,125 @@
+"""Model of the decisions of ``head_failover``: which set is loaded, and which heads are left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+OWN_WORDS: Final = 7
+"""``heads_status.set`` while the processor's own words are active."""
+REARM_CLOCKS: Final = 8
+"""The index of a head that is left out is forgotten for so long."""
+
+
+@dataclass(frozen=True)
+class FailoverInputs:
+    """What the entity sees in one clock; sets of heads have a bit a head, head 1 the lowest."""
+
+    failed: int = 0
+    causes: int = 0
+    used: int = 0
+    idle_used: int = 0
+    idle_carrier_used: bool = True
+    indices_seen: int = 0
+    swap_comes: bool = False
+    busy: bool = False
+    loaded: bool = False
+    refused: bool = False
+    clear: bool = False
+    take_set: int | None = None
+    """The set that ``heads_command`` asks for."""
+    come_back: int = 0
+
+
+@dataclass
+class HeadFailover:
+    """The registers of the entity, with ``failover.enable`` set; ``clock`` is one clock.
+
+    A head that is left out stays so until a set without it as the missing one is loaded, or until
+    it comes back after its index while the processor's own words are active.
+    """
+
+    heads: int
+    return_after: int = 0
+    interval_bits: int = 14
+    load: bool = False
+    number: int = 0
+    left_out: int = 0
+    set_in_force: int = OWN_WORDS
+    may_activate: bool = False
+    changed: bool = False
+    last_causes: int = 0
+    swap_refused: bool = False
+    watching: bool = False
+    _set_refused: bool = False
+    _wanted: int | None = None
+    _wants_return: int = 0
+    _waited: int = 0
+    _tick: int = 0
+    _rearming: int = 0
+
+    @property
+    def rearm_heads(self) -> int:
+        """Heads whose index is being forgotten."""
+        return self.left_out if self._rearming else 0
+
+    def _barred(self, busy: bool) -> int:
+        """Heads that the idle words may not use."""
+        if busy:
+            return 1 << self.number >> 1
+        return self.left_out
+
+    def clock(self, now: FailoverInputs) -> None:
+        """Go on by one clock."""
+        barred = self._barred(now.busy)
+        needs_carrier = now.busy or self.left_out != 0
+        has_index = self._rearming == 0 and not self.left_out & ~now.indices_seen
+        waited = self._waited
+        returns = bool(
+            self.left_out
+            and has_index
+            and (
+                self._wants_return & self.left_out
+                or (self.return_after and waited >= self.return_after)
+            )
+        )
+        all_used = now.used == (1 << self.heads) - 1
+        old_left_out, old_rearming, free = self.left_out, self._rearming, not (now.busy or self.load)
+        watching = all_used and not self.left_out and free and self._wanted is None
+        tick_full = self._tick == (1 << (self.interval_bits + 3)) - 1
+        self._tick = (self._tick + 1) % (1 << (self.interval_bits + 3))
+        self._waited = min(waited + tick_full, (1 << 16) - 1)
+        self._rearming = max(old_rearming - 1, 0)
+        self.swap_refused = (
+            (self.swap_refused and not now.clear) or now.refused or self._set_refused
+        )
+        self.load = self.changed = self._set_refused = False
+        number = self.number
+        if free:
+            if self._wanted is not None:
+                if old_left_out & ~(1 << self._wanted >> 1) and not has_index:
+                    self._set_refused = True
+                else:
+                    self.load, number = True, self._wanted
+                self._wanted = None
+            elif now.failed and self.watching:
+                self.load, self.last_causes = True, now.causes
+                number = (now.failed & -now.failed).bit_length()
+            elif returns and self.set_in_force != OWN_WORDS:
+                self.load, number = True, 0
+            elif returns:
+                self.left_out, self._wants_return, self.changed = 0, 0, True
+        if now.loaded:
+            self.set_in_force, self.changed = self.number, True
+            self._waited = self._tick = self._wants_return = 0
+            self._rearming = REARM_CLOCKS
+            self.left_out = 1 << self.number >> 1
+        elif now.swap_comes:
+            self.set_in_force = OWN_WORDS
+        self._wants_return |= now.come_back
+        if now.take_set is not None and now.take_set <= self.heads:
+            self._wanted = now.take_set
+        self.may_activate = not now.idle_used & barred and (
+            now.idle_carrier_used or not needs_carrier
+        )
+        self.number, self.watching = number, watching

@@ -1,0 +1,179 @@
+"""cocotb tests of head_failover: its decisions clock by clock as in the model, and its refusals.
+
+Banks and prepared sets are played by the bench: a load ends with its swap, or is refused, as
+prepared_sets does it by ``may_activate``.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+from collections import Counter
+from typing import Any
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import RisingEdge
+
+from arctrue.gateware.head_failover import OWN_WORDS, FailoverInputs, HeadFailover
+
+HEADS = int(os.environ.get("HEADS", "4"))
+INTERVAL_BITS = int(os.environ.get("INTERVAL_BITS", "5"))
+ALL = (1 << HEADS) - 1
+COMMAND, FAILOVER = 33, 35
+RETURN_AFTER = 3
+INPUTS = (
+    *("read_enable", "write_enable", "address", "write_data", "take_snapshot", "clear"),
+    *("steps", "steps_up", "illegals", "illegal_counts", "overspeeds", "overspeed_counts"),
+    *("swallowed", "index_errors", "index_error_counts", "indices_seen", "used", "idle_used"),
+    *("idle_carrier_used", "differences", "is_settled", "swap_comes", "busy", "loaded", "refused"),
+)
+
+
+async def start(dut: Any, return_after: int) -> None:
+    for name in INPUTS:
+        getattr(dut, name).value = 0
+    dut.is_settled.value = 1
+    dut.reset.value = 1
+    cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
+    for _ in range(4):
+        await RisingEdge(dut.clock)
+    dut.reset.value = 0
+    dut.write_enable.value, dut.address.value = 1, FAILOVER
+    dut.write_data.value = 1 | 1 << 4 | return_after << 16
+    await RisingEdge(dut.clock)
+    dut.write_enable.value = 0
+
+
+class Banks:
+    """Idle and active words of the mean, and the loading of prepared sets; one call a clock."""
+
+    def __init__(self, choose: random.Random) -> None:
+        self.choose = choose
+        self.used, self.idle = ALL, ALL
+        self.carrier_used = True
+        self.loading = 0
+        """Clocks until a set is written; then it is swapped or given up."""
+        self.waits = False
+        """A swap was let through and has not come."""
+        self.of_set = False
+        self.number = 0
+        self.quiet = 0
+        """Clocks since the idle words changed: an access of the bus lies between."""
+
+    def words_of(self, number: int) -> int:
+        """Of one set in ten a head is used that is missing in it."""
+        words = ALL & ~(1 << number >> 1)
+        return ALL if self.choose.random() < 0.1 else words
+
+    def clock(self, load: bool, number: int, may_activate: bool) -> FailoverInputs:
+        busy = self.loading > 0 or (self.waits and self.of_set)
+        asked = refused = comes = loaded = False
+        if load:
+            self.loading, self.number = self.choose.randrange(8, 20), number
+        elif self.loading > 1:
+            self.loading -= 1
+            if self.loading == 5:
+                self.idle, self.quiet = self.words_of(self.number), 0
+                self.carrier_used = self.choose.random() < 0.9
+        elif self.loading == 1:
+            self.loading, self.of_set, asked = 0, True, True
+        elif not busy and not self.waits and self.quiet > 3 and self.choose.random() < 0.04:
+            self.of_set, asked = False, True
+        elif not busy and not self.waits and self.choose.random() < 0.02:
+            self.idle, self.quiet = self.choose.choice([ALL, self.choose.randrange(1, ALL)]), 0
+            self.carrier_used = self.choose.random() < 0.9
+        else:
+            self.quiet += 1
+        if asked:
+            refused, self.waits = not may_activate, may_activate
+        if self.waits and self.choose.random() < 0.4:
+            comes, loaded, self.waits = True, self.of_set, False
+        inputs = FailoverInputs(
+            used=self.used,
+            idle_used=self.idle,
+            idle_carrier_used=self.carrier_used,
+            swap_comes=comes,
+            busy=busy,
+            loaded=loaded,
+            refused=refused,
+        )
+        if comes:
+            self.used, self.quiet = self.idle, 0
+        return inputs
+
+
+@cocotb.test()
+async def decisions_equal_the_model(dut: Any) -> None:
+    """Faults, swaps, sets and requests at random; no active words use a head that is left out."""
+    choose = random.Random(HEADS)
+    happened: Counter[str] = Counter()
+    for return_after in (0, RETURN_AFTER):
+        await start(dut, return_after)
+        # Four clocks of reset and one of the register are behind both.
+        model = HeadFailover(HEADS, return_after, INTERVAL_BITS)
+        await RisingEdge(dut.clock)
+        model.number = dut.number.value.to_unsigned()
+        banks = Banks(choose)
+        seen, illegals = ALL, 0
+        for clock in range(12_000):
+            illegals = 0 if choose.random() < 0.5 else illegals
+            if choose.random() < 0.01:
+                illegals = 1 << choose.randrange(HEADS)
+            seen &= ~model.rearm_heads
+            if choose.random() < 0.01:
+                seen = ALL
+            command = choose.random() < 0.02
+            wanted = choose.randrange(8) if choose.random() < 0.3 else None
+            back = choose.randrange(ALL + 1) if choose.random() < 0.5 else 0
+            clear = choose.random() < 0.02
+            shown = banks.clock(model.load, model.number, model.may_activate)
+            dut.illegals.value = illegals
+            dut.indices_seen.value = seen
+            dut.clear.value = int(clear)
+            dut.write_enable.value, dut.address.value = int(command), COMMAND
+            dut.write_data.value = back << 8 | (0 if wanted is None else 1 << 7 | wanted << 4)
+            for name in ("used", "idle_used", "idle_carrier_used", "swap_comes", "busy"):
+                getattr(dut, name).value = int(getattr(shown, name))
+            dut.loaded.value, dut.refused.value = int(shown.loaded), int(shown.refused)
+            await RisingEdge(dut.clock)
+            # Values from before this edge: those of the clock that ends.
+            found = (
+                *(int(dut.load.value), dut.number.value.to_unsigned()),
+                *(dut.left_out.value.to_unsigned(), int(dut.changed.value)),
+                *(int(dut.may_activate.value), dut.rearm_heads.value.to_unsigned()),
+                *(int(dut.swap_refused.value), dut.set_in_force.value.to_unsigned()),
+            )
+            expected = (
+                *(int(model.load), model.number, model.left_out, int(model.changed)),
+                *(int(model.may_activate), model.rearm_heads),
+                *(int(model.swap_refused), model.set_in_force),
+            )
+            if clock > 3:
+                assert found == expected, f"clock {clock}: {found}, expected {expected}"
+            happened["left out"] += bool(model.load and model.number and wanted is None)
+            happened["refused"] += shown.refused
+            happened["own words, a head out"] += bool(
+                model.set_in_force == OWN_WORDS and model.left_out
+            )
+            before = model.left_out
+            model.clock(
+                FailoverInputs(
+                    **{
+                        **vars(shown),
+                        "failed": dut.failed.value.to_unsigned(),
+                        "causes": dut.causes.value.to_unsigned(),
+                        "indices_seen": seen,
+                        "clear": clear,
+                        "take_set": wanted if command else None,
+                        "come_back": back if command else 0,
+                    }
+                )
+            )
+            assert not model.left_out & banks.used, "active words use a head that is left out"
+            happened["back"] += before != 0 and model.left_out == 0
+            happened["back to own words"] += bool(
+                before and not model.left_out and not shown.loaded
+            )
+    assert min(happened.values()) > 10, happened
+    assert len(happened) == 5

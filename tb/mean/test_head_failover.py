@@ -1,0 +1,17 @@
+"""Sets, returns and refusals of the failover in VHDL, as in the model."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize("heads", [3, 4])
+def test_head_failover(heads: int) -> None:
+    simulate(
+        "head_failover",
+        "tb.mean.head_failover_bench",
+        generics={"HEADS": heads, "INTERVAL_BITS": 5},
+        environment={"HEADS": str(heads), "INTERVAL_BITS": "5"},
+    )
