@@ -303,9 +303,6 @@ class Cause:
         return None
 
     def driven(self, motion: Motion) -> Motion:
-<<<<<<< HEAD
-        """Return the motion that the drive makes of the requested motion."""
-=======
         """Give the motion that the drive makes of the requested motion.
 
         Parameters
@@ -318,7 +315,6 @@ class Cause:
         Motion
             The motion of the table.
         """
->>>>>>> lib
         return motion
 
 

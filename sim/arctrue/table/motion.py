@@ -184,10 +184,7 @@ class Motion:
         return self.temperature.at(self.start_s + self.surroundings_at(time_s))
 
     def travel_rad(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-<<<<<<< HEAD
-        """Return the travel in both directions since the motion began, same shape."""
-=======
-        """Give how far the table has turned in either direction since the motion began.
+        """Return the travel in both directions since the motion began.
 
         Parameters
         ----------
@@ -199,7 +196,6 @@ class Motion:
         ndarray
             Travel, radians, shape (n,).
         """
->>>>>>> lib
         return _travel_of(self.knot_times_s, self.knot_speeds_rad_s).at(time_s)[1]
 
     def state(self, time_s: NDArray[np.float64]) -> Conditions:
