@@ -7,7 +7,7 @@ sentence of each rule is its line in docs/workbench.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.case import AGAIN, LACK_OF_FIT, NEAR_TIE, Case
+from arctrue.workbench.diagnose.case import AGAIN, DEEPEST, LACK_OF_FIT, NEAR_TIE, Case
 from arctrue.workbench.diagnose.classes import (
     OF_THE_SAME_KIND,
     adds,
@@ -287,23 +287,73 @@ def takes_little(case: Case) -> Decision | None:
     """Added to the model, the best takes less than a tenth of a sure excess, unless blocks show it.
 
     What other blocks of the rows predict is there, however much more is; the rest is to be found.
+    If one kind is then found as often as a diagnosis looks, and all of them take as little, what is
+    there is another shape, of which each of them is a corner.
     """
-    if case.best is None or case.best.share is not None or case.best.regular is not None:
-        # A share of half or less has been refused already, and a line of a forward search is kept
-        # only if other blocks predict it.
+    if case.best is None or case.best.regular is not None:
+        # A line of a forward search is kept only if other blocks predict it.
         return None
+    if case.best.share is not None:
+        # A share of half or less has been refused already.
+        return _one_kind_takes_little(case)
     found, left = case.before_and_after, case.with_best
     if found is None or left is None:
         return None
     before, after = found
+    said = _little_taken(
+        case,
+        left,
+        before.rms_arcsec,
+        after.rms_arcsec,
+        {name: min(value, after.noise_arcsec[name]) for name, value in before.noise_arcsec.items()},
+    )
+    if said is None:
+        return None
+    why = f"of what the model leaves beyond the noise it takes only {said}"
+    return _only_resembles(case, why, case.beside)
+
+
+def _one_kind_takes_little(case: Case) -> Decision | None:
+    """Each effect that is found is of the kind of the first, and together they take little."""
+    assert case.best is not None
+    deepest = case
+    for _ in range(DEEPEST - 1):
+        further = deepest.with_best
+        if further is None or further.best is None or further.best.name != case.best.name:
+            return None
+        deepest = further
+    before, after = case.survey.channels, deepest.survey.channels
+    said = _little_taken(
+        case,
+        deepest,
+        {name: item.residual_rms_arcsec for name, item in before.items()},
+        {name: item.residual_rms_arcsec for name, item in after.items()},
+        {name: min(item.noise_arcsec, after[name].noise_arcsec) for name, item in before.items()},
+    )
+    if said is None:
+        return None
+    why = (
+        f"it is found {DEEPEST} times, and of what the model leaves beyond the noise the first "
+        f"{DEEPEST - 1} together take only {said}"
+    )
+    return _only_resembles(case, why)
+
+
+def _little_taken(
+    case: Case,
+    left: Case,
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+    noise: Mapping[str, float],
+) -> str | None:
+    """Shares of a sure excess that are taken, in words; None where one is a tenth or more."""
     taken = {}
-    for channel, rms in before.rms_arcsec.items():
-        noise = min(before.noise_arcsec[channel], after.noise_arcsec[channel])
+    for channel, rms in before.items():
         rest = left.survey.channels[channel].lack_of_fit_p
-        excess = rms**2 - noise**2
-        if excess <= (LEAST_EXCESS * noise) ** 2:
+        excess = rms**2 - noise[channel] ** 2
+        if excess <= (LEAST_EXCESS * noise[channel]) ** 2:
             continue
-        share = (rms**2 - after.rms_arcsec[channel] ** 2) / excess
+        share = (rms**2 - after[channel] ** 2) / excess
         if share >= LEAST_TAKEN:
             return None
         # Else what is left may be slow noise, of which no effect takes a share.
@@ -311,9 +361,7 @@ def takes_little(case: Case) -> Decision | None:
             taken[channel] = max(share, 0.0)
     if not taken or not set(taken) & set(_channels_moved(case)):
         return None
-    said = " and ".join(f"{100.0 * share:.2g} % in the {name}" for name, share in taken.items())
-    why = f"of what the model leaves beyond the noise it takes only {said}"
-    return _only_resembles(case, why, case.beside)
+    return " and ".join(f"{100.0 * share:.2g} % in the {name}" for name, share in taken.items())
 
 
 def _channels_moved(case: Case) -> list[str]:

@@ -36,6 +36,8 @@ BEST_PLACES = 4
 """Places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4
 """Steps that a search takes towards its maximum before it is enclosed."""
+EDGE_STEPS = 5
+"""Of a bisection: a thirtieth of the step is exact enough where the gain is cut off."""
 PARABOLAS = 3
 """Each through the three best places so far."""
 SAME_PLACE = 2e-3
@@ -46,6 +48,9 @@ lines of the paper's disc."""
 TOLD_APART = 30.0
 """Gain by which an order must be ahead of the whole or half one beside it: p < 10⁻⁶ for one more
 number, with a gap at every half order."""
+IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
+"""Of the resolution, an eighth of a period: places in a gap and at its edges. A line
+of one run is half a period wide to either side, which no two neighbours miss."""
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
 """Searches for a wave of any rate."""
 LEAST_OWN = 0.05
@@ -250,10 +255,21 @@ def _inside_a_gap(
     above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it is at an order of
     its own where it takes more there than at the whole or half one.
     """
-    near = _away_from_halves(orders) < residuals.observations.order_resolution
-    coarse = [{"order": float(orders[at])} for at in peaks(np.where(near, power, 0.0), BEST_PLACES)]
+    resolution = residuals.observations.order_resolution
+    near = _away_from_halves(orders) < resolution
+    inside = orders[peaks(np.where(near, power, 0.0), BEST_PLACES)]
+    # The model has taken most of a line beside its own order, so that the highest power that is
+    # left may be outside of the gap, or at a place where the line has nothing of its own.
+    outside = orders[peaks(np.where(near, 0.0, power), 1)]
+    gaps = np.unique(np.round(2.0 * np.concatenate([inside[:1], outside])) / 2.0)
+    grid = (gaps[:, np.newaxis] + resolution * IN_A_GAP).ravel()
+    coarse = [{"order": float(order)} for order in np.concatenate([inside, grid])]
     found = moved_to_maximum(
-        effect, residuals, scored(effect, residuals, coarse, trials), "order", step
+        effect,
+        residuals,
+        scored(effect, residuals, coarse, trials),
+        "order",
+        min(step, 0.5 * resolution),
     )
     if not found:
         return []
@@ -372,6 +388,13 @@ def moved_to_maximum(
         if max(heights) == top:
             break
         if max(heights) < top:
+            if min(heights) == 0.0:
+                # Towards a place that the model takes whole the gain may rise until it is cut off.
+                cut_off = sides[heights.index(0.0)]
+                edge = _at_the_edge(gain, centre, top, cut_off)
+                if edge[1] > top:
+                    centre, top = edge
+                    break
             places = [sides[0], centre, sides[1]]
             centre, top = _top_of_three(gain, places, [heights[0], top, heights[1]])
             break
@@ -379,6 +402,22 @@ def moved_to_maximum(
         centre = sides[heights.index(top)]
     best = Place({**first.nonlinear, name: centre}, top, first.trials)
     return [best, *found[1:]]
+
+
+def _at_the_edge(
+    gain: Callable[[float], float], centre: float, top: float, cut_off: float
+) -> tuple[float, float]:
+    """The place nearest to one without gain at which the gain still rises, by bisection."""
+    for _ in range(EDGE_STEPS):
+        tried = 0.5 * (centre + cut_off)
+        height = gain(tried)
+        if height > top:
+            centre, top = tried, height
+        elif height > 0.0:
+            break
+        else:
+            cut_off = tried
+    return centre, top
 
 
 def _top_of_three(

@@ -28,9 +28,16 @@ def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int
 
 
 def log_determinant(normal: Matrix) -> float:
-    """Return the log determinant of a normal matrix over the directions that the data determine."""
+    """Return the log determinant of a normal matrix over the directions that the data determine.
+
+    The logarithm of the product of its eigenvalues above 0. With D the diagonal, V₀ and Λ the other
+    directions of D^−½·N·D^−½ and its eigenvalues above 0, that product is |Λ|·|D|·|V₀ᵀ·D⁻¹·V₀|.
+    """
     diagonal = np.diag(normal)
-    scale = np.where(diagonal > UNSEEN * float(diagonal.max(initial=1e-300)), diagonal, np.inf)
-    values = np.linalg.eigvalsh(normal / np.sqrt(np.outer(scale, scale)))
-    kept = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)
-    return float(np.sum(np.log(values[kept])) + np.sum(np.log(scale[np.isfinite(scale)])))
+    seen = diagonal > UNSEEN * float(diagonal.max(initial=1e-300))
+    root = np.sqrt(diagonal[seen])
+    values, vectors = np.linalg.eigh(normal[np.ix_(seen, seen)] / np.outer(root, root))
+    kept = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
+    upper = np.linalg.qr(vectors[:, ~kept] / root[:, np.newaxis], mode="r")
+    halves = float(np.sum(np.log(root)) + np.sum(np.log(np.abs(np.diag(upper)))))
+    return float(np.sum(np.log(values[kept]))) + 2.0 * halves
