@@ -258,10 +258,14 @@ def contradicts_itself(case: Case) -> Decision | None:
 def makes_it_worse(case: Case) -> Decision | None:
     """Added to the model, the best makes the error larger, all channels together.
 
-    What is known from run to run only is in the offsets of the runs, whose error is not counted.
+    What is known from run to run only is in the offsets of the runs, whose error is not counted. A
+    line that other blocks predict is there: the fit of the table's orders to slow noise beside it
+    moves the RMS of the rows by more than the line.
     """
     found = case.before_and_after
     if found is None or _of_the_runs(case):
+        return None
+    if case.best is not None and case.best.regular is not None:
         return None
     before, after = found
     if after.mean_log_ratio(before) <= RISES:
@@ -287,7 +291,10 @@ def takes_little(case: Case) -> Decision | None:
     """Added to the model, the best takes less than a tenth of a sure excess, unless blocks show it.
 
     What other blocks of the rows predict is there, however much more is; the rest is to be found.
+    What is known from run to run only is in the offsets of the runs, and takes nothing of the rows.
     """
+    if _of_the_runs(case):
+        return None
     if case.best is None or case.best.share is not None or case.best.regular is not None:
         # A share of half or less has been refused already, and a line of a forward search is kept
         # only if other blocks predict it.
@@ -532,14 +539,20 @@ def _unknown_within(left: Decision, case: Case) -> bool:
         return in_noise and _largest(found) ** 2 > OF_THE_SAME_KIND * _largest(first) ** 2
     if not left.undescribed_arcsec:
         return True
-    # The first may take nothing in a channel whose small rest is no known noise.
+    # The first may take nothing in a channel whose small rest is no known noise; what only the
+    # offsets of the runs show takes nothing in its own.
+    of_the_runs = _of_the_runs(case)
     return any(
         after**2
         > OF_THE_SAME_KIND
         * max(
             case.survey.channels[channel].excess_arcsec ** 2 - after**2,
             0.0,
-            *(moved**2 for name, moved in first.moved_arcsec.items() if name != channel),
+            *(
+                moved**2
+                for name, moved in first.moved_arcsec.items()
+                if name != channel or of_the_runs
+            ),
         )
         for channel, after in left.undescribed_arcsec.items()
     )
