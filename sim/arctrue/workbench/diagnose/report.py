@@ -185,7 +185,10 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
-    said += result.findings.sentences()
+    found = result.findings.sentences()
+    # A jump and a reversal error together are what no single effect resembles: they come first.
+    first = result.verdict == "unknown" and result.findings.reversal is not None
+    said = [*found, *said] if first else [*said, *found]
     said += _probable(result)
     said += _measurement(result)
     if result.negligible:
