@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from arctrue.workbench.inference.forward.record import MOST_ROWS, Record, record_of
-from arctrue.workbench.inference.forward.search import LineSearch, search_lines
+from arctrue.workbench.inference.forward.search import LineSearch, own_shares, search_lines
+from arctrue.workbench.inference.forward.tests_of_a_line import coherence
 from arctrue.workbench.noise.kernel import KernelFactor, KernelNoise, Part, with_slopes
 from tests.workbench.noisy_logs import NULLS, clock, ornstein_uhlenbeck, with_lines
 
@@ -170,3 +172,55 @@ def test_drawn_kernel_noise_has_its_covariance() -> None:
     shape = np.exp(-apart / 20.0) * (np.cos(turn * apart) + np.sin(turn * apart) / (20.0 * turn))
     expected = shape + 0.1 * np.eye(3)
     assert np.cov(drawn.T) == pytest.approx(expected, abs=5.0 * np.sqrt(2.0 / 4000.0) * 1.1)
+
+
+def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise: float) -> Record:
+    """A log over a part of the turns, with the 20 orders of the table in its model."""
+    random = np.random.default_rng(5)
+    place = turns * np.arange(rows) / rows
+    error = noise * random.normal(size=rows)
+    error += sum(size * np.cos(2.0 * np.pi * order * place + 1.0) for size, order in lines)
+    phase = 2.0 * np.pi * np.outer(place, np.arange(1, 21))
+    orders = np.hstack([np.cos(phase), np.sin(phase)])
+    base = np.column_stack([np.ones(rows), orders])
+    left = error - base @ np.linalg.lstsq(base, error, rcond=1e-9)[0]
+    one = np.zeros(rows, dtype=np.int64)
+    return record_of(np.arange(rows) * 1.0, place, one, left, orders, in_time=False)
+
+
+def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
+    """What 20 orders leave of order 25 on 0.3 of a turn, a fourth of it in amplitude.
+
+    Order 25 itself would be four times what is there, and cancel against the others.
+    """
+    record = _on_an_arc(0.3, 400, [], 1.0)
+    line = record.columns(np.array([25.0]))
+    assert own_shares(record, line)[0] < 0.1
+    left = line[:, 0] - record.base @ (record.base.T @ line[:, 0])
+    seen = left * 6.0 / np.linalg.norm(left)
+    found = search_lines(replace(record, residual_arcsec=record.residual_arcsec + seen))
+    # Its RMS is 6/√400 = 0.3″; twice the amplitude of an even wave of that RMS is the bound.
+    assert all(one.amplitude_arcsec < 2.0 * np.sqrt(2.0) * 6.0 / 20.0 for one in found.lines)
+    # A line of the same gain, of which the model makes nothing, is found.
+    far = record.columns(np.array([90.0]))[:, 0]
+    seen = far * 8.0 / np.linalg.norm(far)
+    shown = replace(record, residual_arcsec=record.residual_arcsec + seen)
+    assert [one.rate for one in search_lines(shown).lines] == pytest.approx([90.0], rel=0.02)
+
+
+def test_a_line_between_two_orders_is_found() -> None:
+    """Order 6.5 on 1.3 turns, of which the orders make half: what is left is far above noise."""
+    record = _on_an_arc(1.3, 300, [(30.0, 6.5)], 1.0)
+    lines = search_lines(record).lines
+    assert lines[0].rate == pytest.approx(6.5, abs=0.1)
+    assert lines[0].amplitude_arcsec == pytest.approx(30.0, rel=0.1)
+
+
+def test_a_line_takes_no_more_than_there_is() -> None:
+    """Blocks judge what a line has beside the model, not a part that the model then cancels."""
+    record = _on_an_arc(1.3, 400, [(10.0, 6.5)], 1.0)
+    columns = record.columns(np.array([6.5]))
+    noise = KernelNoise(1.0)
+    found = coherence(record, columns, np.zeros((record.clock.size, 0)), noise, 8.0)
+    left = float(np.sqrt(np.mean(record.residual_arcsec**2)))
+    assert found.taken_arcsec < left

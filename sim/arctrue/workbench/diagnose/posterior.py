@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -70,7 +71,8 @@ def posterior(
         return normalised(weights | {item.name: share for item in candidates})
     evidence = {item.name: share + log_evidence(_weighed(item)) for item in candidates}
     # What a rule excludes fits all the same: something like it is there.
-    suspects = [evidence[name] for name in evidence if name in excluded]
+    judged = evidence | _as_uncertain_as_the_first(candidates, effect_class, share)
+    suspects = [judged[name] for name in judged if name in excluded]
     weights = {
         name: min(value, share) if name in excluded else value for name, value in evidence.items()
     }
@@ -92,15 +94,17 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
-        # The first explains the lack of fit as well, which is that of the model without it.
-        unknown = float(np.logaddexp.reduce([min(stranger, first), of_product, *suspects]))
+        # The first explains the lack of fit as well, which is that of the model without it: the
+        # stranger is no likelier.
+        stranger = min(stranger, first - A_LITTLE)
+        unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
         # Against one effect by its own odds; where several explain the rows alike, none of them is
         # excluded by what is ahead of each by less than the rules ask of a product.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
         # The first of a class may be excluded only because it does not show at every speed: it is
         # then its own suspect, as likely as itself, and needs a rival of its own to be beaten.
         suspect = effect_class[0] in excluded
-        others = [evidence[name] for name in evidence if name in excluded - set(effect_class)]
+        others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))
         if confounded or (suspect and rival < first):
             # No likelier than the first.
@@ -158,6 +162,23 @@ def stated(
         name: value * (kept if name in falling else 1.0)
         + ((1.0 - kept) * part if name in heirs else 0.0)
         for name, value in found.items()
+    }
+
+
+def _as_uncertain_as_the_first(
+    candidates: Sequence[Candidate], effect_class: Sequence[str], share: float
+) -> dict[str, float]:
+    """Of candidates whose own noise was not estimated: their gain has the noise beside the first.
+
+    It is known with the first one's degrees of freedom, not without limit.
+    """
+    first = next((item for item in candidates if item.name in effect_class[:1]), None)
+    if first is None:
+        return {}
+    return {
+        item.name: share + log_evidence(replace(_weighed(item), freedom=first.freedom))
+        for item in candidates
+        if item.evidence is None
     }
 
 

@@ -6,7 +6,7 @@ scatter; the search predicts whole blocks of the record, and its lines have pass
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,9 +15,14 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
-from arctrue.workbench.inference.forward.of_solution import records_of, records_of_events
+from arctrue.workbench.inference.forward.of_solution import (
+    records_of,
+    records_of_events,
+    reversal_beside,
+)
 from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
 from arctrue.workbench.inference.forward.record import Record
+from arctrue.workbench.inference.forward.reversal import Reversal
 from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_beside, search_record
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
@@ -164,6 +169,8 @@ class Findings:
     """In the noise of a log with times."""
     slow: SlowChange | None = None
     """Beside lines, steps and an even drift, in a reference with times."""
+    reversal: Reversal | None = None
+    """Of the direction of approach, beside steps in time, which hide it from single effects."""
     cause: str | None = None
     """The named effect that these findings were searched with in the model."""
     same: tuple[str, ...] = ()
@@ -225,6 +232,12 @@ class Findings:
             if self.slow is None
             else {"size_arcsec": self.slow.size_arcsec, "length_s": self.slow.length},
             "oscillation": None if self.oscillation is None else self.oscillation.data(),
+            "reversal": None
+            if self.reversal is None
+            else {
+                "size_arcsec": self.reversal.size_arcsec,
+                "sigma_arcsec": self.reversal.sigma_arcsec,
+            },
             "same_as_cause": {"cause": self.cause, "seen_as": list(self.same)},
         }
 
@@ -235,20 +248,43 @@ class Findings:
             found.append(
                 f"The same as {self.cause}, as the reference sees it: {'; '.join(self.same)}."
             )
-        if self.causes:
-            words = "; ".join(cause.words() for cause in self.causes)
-            found.append(f"Regular in the reference, by the error that goes with it: {words}.")
-        if self.steps:
-            words = "; ".join(step.words() for step in self.steps)
-            found.append(f"Once, which no other part of the record can confirm: {words}.")
-        if self.slow is not None:
-            found.append(
-                f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
-                f"{self.slow.length:.4g} s, is most of what else is left in the reference."
-            )
+        found += [words for _, words in sorted(self._by_size(), key=lambda item: -item[0])]
         if self.oscillation is not None:
             found.append(f"In the noise: {self.oscillation.words()}.")
         return found
+
+    def _by_size(self) -> Iterator[tuple[float, str]]:
+        """Sentences with the RMS of what each speaks of, arcseconds."""
+        if self.causes:
+            words = "; ".join(cause.words() for cause in self.causes)
+            yield (
+                max(cause.taken_arcsec for cause in self.causes),
+                f"Regular in the reference, by the error that goes with it: {words}.",
+            )
+        if self.reversal is not None:
+            # Half of it up and half of it down.
+            size = self.reversal.size_arcsec
+            yield (
+                abs(size) / 2.0,
+                f"A reversal error beside what jumped: up and down differ by {_angle(abs(size))} "
+                f"(u {_angle(self.reversal.sigma_arcsec)}) over {self.reversal.passes} passes.",
+            )
+        if self.steps:
+            words = "; ".join(step.words() for step in self.steps)
+            yield (
+                max(abs(step.size_arcsec) for step in self.steps) / 2.0,
+                f"Once, which no other part of the record can confirm: {words}.",
+            )
+        if self.slow is not None:
+            yield (
+                self.slow.size_arcsec / SIZE_OVER_RMS,
+                f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
+                f"{self.slow.length:.4g} s, is most of what else is left in the reference.",
+            )
+
+
+SIZE_OVER_RMS = 2.0 * np.sqrt(2.0)
+"""Of a sine, lowest to highest over RMS: slow changes are compared with other causes by it."""
 
 
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
@@ -286,6 +322,8 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         ]
     if not bands:
         steps, slow = _of_stations(solution, timed=timed)
+    times = [step.time_s for step in steps if step.time_s is not None]
+    reversal = reversal_beside(solution, times) if times else None
     causes.sort(key=lambda item: -item.taken_arcsec)
     # Over time and over the angle the same rows are looked at: what either finds white is.
     return Findings(
@@ -295,6 +333,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
         tuple(bands),
         oscillation,
         slow,
+        reversal,
     )
 
 

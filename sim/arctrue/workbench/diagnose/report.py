@@ -12,7 +12,9 @@ from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.posterior import SILENT
+from arctrue.workbench.diagnose.rules import LEAST_EXCESS
 from arctrue.workbench.diagnose.second_finding import SecondFinding
+from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable
 from arctrue.workbench.inference.left import Left
@@ -161,7 +163,9 @@ def sentences(result: Diagnosis) -> list[str]:
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
             said.append(f"Larger effects would explain it too, with more freedom: {larger}.")
-        if result.second is not None:
+        smaller = _smaller_part(result)
+        said += smaller
+        if result.second is not None and not (smaller and result.second.bare):
             said.append(result.second.sentence)
         said.append(_compensation(result.named))
         more = _explains_more(result)
@@ -188,13 +192,45 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
-    said += result.findings.sentences()
+    found = result.findings.sentences()
+    # A jump and a reversal error together are what no single effect resembles: they come first.
+    first = result.verdict == "unknown" and result.findings.reversal is not None
+    said = [*found, *said] if first else [*said, *found]
     said += _probable(result)
     said += _measurement(result)
     if result.negligible:
         names = ", ".join(item.name for item in result.negligible)
         said.append(f"Significant but too small to matter: {names}.")
     return said
+
+
+MOST_OF_EXCESS = 0.5
+"""Of the mean square above the noise: an effect that leaves more of it is the smaller part."""
+
+
+def _smaller_part(result: Diagnosis) -> list[str]:
+    """That most of the error stays with the named effect in the model, one sentence.
+
+    Of an effect that only the offsets of the runs show, the rows' RMS says nothing.
+    """
+    item, before = result.named, result.before
+    after = None if item is None else result.left.get(item.name)
+    if item is None or before is None or after is None:
+        return []
+    if item.evidence is not None and item.evidence.index_share >= RUNS_ARE_THE_SAMPLE:
+        return []
+    channel = max(item.size_arcsec, key=lambda name: item.size_arcsec[name], default=None)
+    if channel is None or channel not in before.rms_arcsec or channel not in after.rms_arcsec:
+        return []
+    noise = min(before.noise_arcsec[channel], after.noise_arcsec[channel])
+    excess = before.rms_arcsec[channel] ** 2 - noise**2
+    rest = after.rms_arcsec[channel] ** 2 - noise**2
+    if excess <= (LEAST_EXCESS * noise) ** 2 or rest <= MOST_OF_EXCESS * excess:
+        return []
+    return [
+        f"It is the smaller part: the {channel} keeps {after.rms_arcsec[channel]:.3g}″ RMS with it "
+        f"in the model, {before.rms_arcsec[channel]:.3g}″ without (noise {noise:.2g}″)."
+    ]
 
 
 def _explains_more(result: Diagnosis) -> str | None:

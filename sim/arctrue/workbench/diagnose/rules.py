@@ -258,10 +258,14 @@ def contradicts_itself(case: Case) -> Decision | None:
 def makes_it_worse(case: Case) -> Decision | None:
     """Added to the model, the best makes the error larger, all channels together.
 
-    What is known from run to run only is in the offsets of the runs, whose error is not counted.
+    What is known from run to run only is in the offsets of the runs, whose error is not counted. A
+    line that other blocks predict is there: the fit of the table's orders to slow noise beside it
+    moves the RMS of the rows by more than the line.
     """
     found = case.before_and_after
     if found is None or _of_the_runs(case):
+        return None
+    if case.best is not None and case.best.regular is not None:
         return None
     before, after = found
     if after.mean_log_ratio(before) <= RISES:
@@ -288,9 +292,10 @@ def takes_little(case: Case) -> Decision | None:
 
     What other blocks of the rows predict is there, however much more is; the rest is to be found.
     If one kind is then found as often as a diagnosis looks, and all of them take as little, what is
-    there is another shape, of which each of them is a corner.
+    there is another shape, of which each of them is a corner. What is known from run to run only is
+    in the offsets of the runs, and takes nothing of the rows.
     """
-    if case.best is None or case.best.regular is not None:
+    if case.best is None or case.best.regular is not None or _of_the_runs(case):
         # A line of a forward search is kept only if other blocks predict it.
         return None
     if case.best.share is not None:
@@ -580,14 +585,20 @@ def _unknown_within(left: Decision, case: Case) -> bool:
         return in_noise and _largest(found) ** 2 > OF_THE_SAME_KIND * _largest(first) ** 2
     if not left.undescribed_arcsec:
         return True
-    # The first may take nothing in a channel whose small rest is no known noise.
+    # The first may take nothing in a channel whose small rest is no known noise; what only the
+    # offsets of the runs show takes nothing in its own.
+    of_the_runs = _of_the_runs(case)
     return any(
         after**2
         > OF_THE_SAME_KIND
         * max(
             case.survey.channels[channel].excess_arcsec ** 2 - after**2,
             0.0,
-            *(moved**2 for name, moved in first.moved_arcsec.items() if name != channel),
+            *(
+                moved**2
+                for name, moved in first.moved_arcsec.items()
+                if name != channel or of_the_runs
+            ),
         )
         for channel, after in left.undescribed_arcsec.items()
     )

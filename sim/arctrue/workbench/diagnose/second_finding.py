@@ -44,6 +44,11 @@ class SecondFinding:
     """Best product of parts, in words."""
 
     @property
+    def bare(self) -> bool:
+        """No more than that something is left, without its form."""
+        return self.channel is None and self.description is None
+
+    @property
     def sentence(self) -> str:
         """For people."""
         channels = [self.channel] if self.channel is not None else list(self.left_arcsec)

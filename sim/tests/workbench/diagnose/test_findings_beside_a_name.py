@@ -14,8 +14,11 @@ from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import ALPHA, ARCSEC, COUNTS_PER_REV, LINES
 
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations.build import observations_of
 
 TURN_S = 0.196
 SAMPLES_A_TURN, TURNS, STATIONS = 3000, 2, 360
@@ -100,3 +103,28 @@ def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
     assert [found.verdict, *found.effect_class] == ["named", "subdivision_error"]
     orders = [line.rate for cause in found.findings.causes for line in cause.lines]
     assert any(abs(order - 61.3) < 1.0 for order in orders)
+
+
+def test_an_error_that_follows_the_speed_does_not_jump_from_run_to_run() -> None:
+    """Four runs of a turn each, an error of 8″ at the fastest that grows with the speed squared."""
+    random = np.random.default_rng(3)
+    speeds = (5.0, 10.0, 20.0, 40.0)
+    rows = 200
+    start = np.cumsum([0.0, *(360.0 / speed + 5.0 for speed in speeds[:-1])])
+    turn = np.linspace(0.0, 360.0, rows)
+    time_s = np.concatenate([at + turn / speed for at, speed in zip(start, speeds, strict=True)])
+    speed = np.repeat(speeds, rows)
+    error = 8.0 * (speed / 40.0) ** 2 + 0.4 * random.normal(size=speed.size)
+    reference = Reference(
+        target_deg=np.tile(turn, len(speeds)),
+        error_arcsec=error,
+        time_s=time_s,
+        run=np.repeat(np.arange(len(speeds)), rows),
+    )
+    measured = MeasurementSet(Table(), None, reference, title="speeds")
+    effects = built_in()
+    found = diagnose(observations_of(measured), default_model().terms(effects), effects)
+    assert found.verdict == "unknown"
+    assert found.description is not None
+    assert "speed" in found.description
+    assert found.findings.steps == ()

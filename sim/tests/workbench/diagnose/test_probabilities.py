@@ -86,7 +86,7 @@ def test_p_values_become_bounds_of_odds() -> None:
 def _candidate(name: str, gain: float, p: float, rank: int = 1):  # type: ignore[no-untyped-def]
     return SimpleNamespace(
         name=name, gain=gain, rank=rank, charged_trials=1.0, p_corrected=p,
-        freedom=float("inf"), rows=1000, delta_bic=gain,
+        freedom=float("inf"), rows=1000, delta_bic=gain, evidence=None,
     )  # fmt: skip
 
 
@@ -111,6 +111,25 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
         "advantage": 10.0,
     } | changed
     return posterior(verdict, candidates, 2, **given)
+
+
+def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> None:
+    """A reversal error that six runs know, and a drift with a smaller gain that they contradict.
+
+    Without noise of its own the drift would count each of 1,000 rows: 250 in log odds, against 140.
+    """
+    first, drift = _candidate("hysteresis", 647.0, 1e-90), _candidate("drift", 513.0, 1e-52)
+    first.freedom, first.evidence = 2.0, SimpleNamespace()
+    found = _posterior(
+        "ambiguous",
+        [first, drift],
+        effect_class=["hysteresis"],
+        excluded=frozenset({"drift"}),
+        # Of the model without the first, which explains it.
+        lack_of_fit_p=1e-71,
+    )
+    assert found["hysteresis"] > found["unknown"]
+    assert _verdict("ambiguous", ["hysteresis"], found) == "ambiguous"
 
 
 def test_two_hypotheses_give_bayes_theorem() -> None:

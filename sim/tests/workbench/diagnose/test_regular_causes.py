@@ -78,6 +78,25 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
     assert period == pytest.approx(122.0, rel=0.01)
 
 
+def test_a_small_line_beside_a_slow_change_is_said_to_be_the_smaller_part() -> None:
+    """9″ that go up and down three times are no line; one of 1″ is, and has a tenth of the RMS."""
+    time_s, noise = _noise(3)
+    found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
+    assert found.named is not None
+    assert found.named.parameters()["period_time"].value == pytest.approx(6.0, rel=0.01)
+    said = sentences(found)
+    smaller = [place for place, text in enumerate(said) if "It is the smaller part" in text]
+    assert len(smaller) == 1
+    assert smaller[0] < next(place for place, text in enumerate(said) if "Regular in" in text)
+
+
+def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -> None:
+    time_s, noise = _noise(4)
+    found = _diagnosed(time_s, with_lines(time_s, [(3.6, 122.0)]) + noise)
+    assert found.named is not None
+    assert not any("smaller part" in text for text in sentences(found))
+
+
 @pytest.mark.parametrize("seed", [3, 4])
 def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
     """Q 15 keeps its phase for a fifth of the log; neighbours predict it as well as a line."""

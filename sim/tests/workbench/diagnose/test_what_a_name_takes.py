@@ -7,10 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from sim.tests.workbench.reversal_sets import REVERSAL, VARIES, reversal_set
-from sim.tests.workbench.small_sets import measurement_set
+from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.workbench.diagnose.case import LACK_OF_FIT, Case
+from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.next_measurement import has_already, measurement_for_parts
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.diagnose.rules import (
@@ -215,6 +216,14 @@ def test_a_name_after_which_the_error_rises_is_refused(
         assert f"{after:.4g}″" in str(found.unlike)
 
 
+def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_larger() -> None:
+    """3.8″ at 122 s beside 9″ that wander: the orders of the table follow these a little less."""
+    line = _case(_left(3.915), _left(3.924))
+    assert makes_it_worse(line) is not None
+    line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
+    assert makes_it_worse(line) is None
+
+
 def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
     """Where two causes are missing, the first may raise what the other one leaves."""
     before, after = _left(1.254, reference=3.63), _left(0.144, reference=4.41)
@@ -240,3 +249,21 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         assert takes_little(line) is None
     little = _left(float(np.hypot(noise, 0.5 * LEAST_EXCESS * noise)))
     assert takes_little(_case(little, little)) is None
+
+
+def test_a_head_angle_keeps_its_name_beside_an_order_that_does_not_matter() -> None:
+    """40″ between the heads is in the offsets of the runs, of which the RMS of the rows has none.
+
+    It takes nothing of a certain excess of the rows, here an order of 0.5″ where 2″ would matter.
+    """
+
+    def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
+        return paper_error(disc, temperature, speed) + 0.5 * np.cos(31.0 * disc)
+
+    measured = measurement_set(
+        error, head2_only=lambda time, speed: np.full(time.size, 40.0), turns=2, reference=False
+    )
+    base = [Term(EFFECTS["graduation_harmonics"](), {})]
+    found = diagnose(observations_of(measured), base, EFFECTS, matters_counts=30.0)
+    assert found.named is not None
+    assert found.named.name == "head_angle_error"

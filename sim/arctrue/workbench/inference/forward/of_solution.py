@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.inference.design_matrix import block_columns, row_blocks
 from arctrue.workbench.inference.forward.record import Record, record_of
+from arctrue.workbench.inference.forward.reversal import Reversal, reversal_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.law import reference_clock, stretch_starts
 from arctrue.workbench.observations.one_speed import coordinate, speed_turns_s
@@ -106,6 +109,27 @@ def records_of_events(solution: Solution) -> list[Record]:
         if record.clock.size - record.base.shape[1] > LEAST_FREE * record.clock.size:
             found.append(record)
     return found
+
+
+def reversal_beside(solution: Solution, steps_s: Sequence[float]) -> Reversal | None:
+    """How much the readings differ with the direction of approach, beside steps at these times.
+
+    None without both directions and a time that goes on through all rows.
+    """
+    rows = solution.observations.every_reference_row
+    if rows is None or rows.direction is None or rows.time_s is None:
+        return None
+    clock = reference_clock(rows)
+    if "reference" in solution.unknown_noise or np.any(np.diff(clock) <= 0.0):
+        return None
+    columns, left = _left(solution, rows)
+    one = np.zeros(clock.size, dtype=np.int64)
+    record = record_of(clock, clock, one, left, columns, in_time=True)
+    # An averaged row across a reversal has the direction of its middle.
+    nearest_row = np.searchsorted(0.5 * (clock[1:] + clock[:-1]), record.measured)
+    direction = np.sign(rows.direction)
+    steps = (record.measured[:, np.newaxis] >= np.asarray(steps_s)).astype(np.float64)
+    return reversal_of(record, direction[nearest_row], steps)
 
 
 def _is_dense(rows: ReferenceRows) -> bool:

@@ -319,7 +319,8 @@ def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Flo
     together = COLUMNS_TOGETHER // 2
     for start in range(0, rates.size, together):
         part = slice(start, start + together)
-        columns = factor.whiten(record.columns(rates[part]))
+        measured = record.columns(rates[part])
+        columns = factor.whiten(measured)
         before = np.einsum("ij,ij->j", columns, columns)
         columns -= model @ (model.T @ columns)
         cosine, sine = columns[:, 0::2], columns[:, 1::2]
@@ -332,6 +333,7 @@ def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Flo
         there = determinant > OWN_SHARE * before[0::2] * before[1::2]
         square = c**2 * ss - 2.0 * c * s * cs + s**2 * cc
         np.divide(0.5 * square, determinant, out=found[part], where=there)
+        found[part] *= own_shares(record, measured)
     return found
 
 
@@ -413,7 +415,8 @@ def _tried(
         if nearest(rates, moved) * record.span >= 1.0:
             rate, line = moved, record.line_columns(moved)
             grown = fit_from(record.rows(np.hstack([others, line])), grown.noise)
-    gain = (grown.score - without.score) / level.at(record, rate)
+    gain = record.of_few_rows(grown.score - without.score) * float(own_shares(record, line)[0])
+    gain /= level.at(record, rate)
     declared = _multiple_of(record, rate) is not None
     tried = _Tried(rate, gain, 0.0, Coherence(1.0, 0.0), grown, None)
     needed = _needed(record, rate, gain)
@@ -423,6 +426,19 @@ def _tried(
     if periods < (DECLARED_PERIODS if declared else LEAST_PERIODS):
         return replace(tried, why=f"{periods:.1f} periods")
     return tried
+
+
+def own_shares(record: Record, columns: Float) -> Float:
+    """Of the squares of each line's columns, what the base does not make; shape (lines,).
+
+    A gain counts by this share. What the base makes of a line it has made of the noise as well,
+    which is known so much less there: next to the orders of the table on a part of a turn, what
+    they leave of anything slow would be lines that cancel against them.
+    """
+    pairs = (-1, 2)
+    made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)
+    whole = np.sum(columns**2, axis=0).reshape(pairs).sum(axis=1)
+    return np.asarray(np.maximum(1.0 - made / np.maximum(whole, 1e-300), 0.0))
 
 
 def _judged(

@@ -45,17 +45,21 @@ def coherence(
 ) -> Coherence:
     """Of a line with these columns beside ``others``: each block predicted by the other blocks.
 
-    Base and other lines are fitted to all rows. c_b is the line's coefficients in block b by
-    itself, c₋ those in all other blocks, both at once with the covariance of the noise, so that
-    correlation across the edges counts. Share: 1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
+    Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
+    Waugh): what the base alone would take is no error of the line. c_b is the line's coefficients
+    in block b by itself, c₋ those in all other blocks, both at once with the covariance of the
+    noise, so that correlation across the edges counts. Share: 1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
-    rows = record.rows(np.hstack([others, columns]))
+    rows = record.rows(others)
     factor = rows.factor(noise)
-    whitened = factor.whiten(rows.values)
-    coefficients = np.linalg.lstsq(whitened[:, 1:], whitened[:, 0], rcond=1e-10)[0]
+    values = np.hstack([rows.values, columns])
+    whitened = factor.whiten(values)
     width = columns.shape[1]
-    # What the base and the other lines leave, the line itself left in.
-    left = rows.values[:, 0] - rows.values[:, 1:-width] @ coefficients[:-width]
+    known = slice(1, -width)
+    both = np.column_stack([whitened[:, 0], whitened[:, -width:]])
+    projected = np.linalg.lstsq(whitened[:, known], both, rcond=1e-10)[0]
+    left = values[:, 0] - values[:, known] @ projected[:, 0]
+    columns = columns - values[:, known] @ projected[:, 1:]
     count = int(np.clip(periods, 3, MOST_BLOCKS))
     number = np.minimum(np.arange(left.size) * count // left.size, count - 1)
     split = np.zeros((left.size, count * width))

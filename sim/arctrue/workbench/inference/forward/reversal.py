@@ -1,0 +1,67 @@
+"""How much a reference's readings differ with the direction of approach, beside steps in time.
+
+A jump or a slow change in a record of several passes is taken for a drift by any single effect, and
+hides that the table stops short on each side. Here the direction is fitted together with them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from arctrue.workbench.inference.forward.record import Record, orthonormal
+from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
+
+Float = NDArray[np.float64]
+
+LEAST_PASSES = 4
+"""Two each way: what changed with time at a single reversal looks the same as the direction."""
+LEAST_OWN = 1e-6
+"""Of the squares of the direction, what the model leaves: with less it has a reversal error."""
+
+
+@dataclass(frozen=True)
+class Reversal:
+    """Readings that differ with the direction of approach."""
+
+    size_arcsec: float
+    """Upwards less downwards."""
+    sigma_arcsec: float
+    passes: int
+
+
+def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | None:
+    """Beside the record's base and ``steps``, shape (rows, k); ``direction``: ±1, shape (rows,).
+
+    The size is the mean over all rows, in plain least squares: slow noise in the weights would ask
+    the rows next to each reversal only. The passes are the sample: each is left out once
+    (jackknife). None where they are too few, the base has the direction, or noise makes as much.
+    """
+    number = np.concatenate([[0], np.cumsum(np.diff(direction) != 0.0)])
+    passes = int(number[-1]) + 1
+    if passes < LEAST_PASSES:
+        return None
+    others = orthonormal([record.base, steps])
+    own = direction - others @ (others.T @ direction)
+    if float(own @ own) <= LEAST_OWN * direction.size:
+        return None
+    columns = np.column_stack([direction, others])
+    left_out = np.array([
+        _size(record.residual_arcsec, columns, number != one) for one in range(passes)
+    ])  # fmt: skip
+    size = _size(record.residual_arcsec, columns, number >= 0)
+    scatter = float(np.sum((left_out - left_out.mean()) ** 2))
+    sigma = float(np.sqrt(scatter * (passes - 1) / passes))
+    free = passes - 1 - steps.shape[1]
+    if free < 1 or 2.0 * float(student.sf(abs(size) / sigma, free)) >= FAMILY_WISE:
+        return None
+    return Reversal(size, sigma, passes)
+
+
+def _size(measured: Float, columns: Float, kept: NDArray[np.bool_]) -> float:
+    """Twice the coefficient of the first column over some rows."""
+    found = np.linalg.lstsq(columns[kept], measured[kept], rcond=1e-9)[0]
+    return 2.0 * float(found[0])

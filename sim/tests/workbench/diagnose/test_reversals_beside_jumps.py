@@ -1,0 +1,90 @@
+"""A reversal error that a jump hides from the catalogue is a finding of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.forward.record import record_of
+from arctrue.workbench.inference.forward.reversal import Reversal, reversal_of
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations.build import observations_of
+from tests.workbench.noisy_logs import ornstein_uhlenbeck
+
+EFFECTS = built_in()
+SWEEPS, ROWS = 7, 120
+SWEEP_S = 20.0
+
+
+def _sweeps(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Time, direction, place in turns, noise of a servo that goes up and down a turn."""
+    random = np.random.default_rng(seed)
+    one = (np.arange(ROWS) + 0.5) / ROWS
+    place = np.concatenate([one if number % 2 == 0 else one[::-1] for number in range(SWEEPS)])
+    direction = np.repeat([1.0 if number % 2 == 0 else -1.0 for number in range(SWEEPS)], ROWS)
+    time_s = SWEEP_S / ROWS * np.arange(SWEEPS * ROWS)
+    noise = 0.3 * ornstein_uhlenbeck(random, time_s, 1.0) + 0.1 * random.normal(size=time_s.size)
+    return time_s, direction, place, noise
+
+
+def _found(seed: int, reversal: float, jump: float) -> Reversal | None:
+    time_s, direction, place, noise = _sweeps(seed)
+    after = (time_s >= 61.0).astype(np.float64)
+    error = 0.5 * reversal * direction + jump * after + noise
+    phase = 2.0 * np.pi * np.outer(place, np.arange(1, 21))
+    orders = np.hstack([np.cos(phase), np.sin(phase)])
+    one = np.zeros(time_s.size, dtype=np.int64)
+    record = record_of(time_s, time_s, one, error - error.mean(), orders, in_time=True)
+    return reversal_of(record, direction, after[:, np.newaxis])
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_reversal_is_measured_beside_a_jump(seed: int) -> None:
+    found = _found(seed, 2.0, 3.0)
+    assert found is not None
+    # Mean of OU noise of 0.3″ and 1 s over 140 s, up less down: 2·0.3·√(2/140) = 0.07″.
+    assert found.size_arcsec == pytest.approx(2.0, abs=4.0 * 0.07)
+    assert found.passes == SWEEPS
+
+
+def test_noise_alone_has_no_reversal() -> None:
+    """At 1 % each, three or more of 100 have a probability of 8 %, six or more of 0.05 %."""
+    assert sum(_found(seed, 0.0, 3.0) is not None for seed in range(100)) < 6
+
+
+def test_a_single_reversal_tells_nothing() -> None:
+    time_s, direction, _, noise = (values[: 2 * ROWS] for values in _sweeps(1))
+    none = np.zeros((time_s.size, 0))
+    one = np.zeros(time_s.size, dtype=np.int64)
+    record = record_of(time_s, time_s, one, noise + direction, none, in_time=True)
+    assert reversal_of(record, direction, none) is None
+
+
+def test_the_reversal_and_the_jump_are_said_by_size() -> None:
+    """2° between up and down, and a jump of 3°: the reversal is said in degrees."""
+    time_s, direction, place, noise = _sweeps(4)
+    degree = 3600.0
+    error = degree * (direction + 3.0 * (time_s >= 61.0) + 0.3 * noise)
+    reference = Reference(
+        target_deg=360.0 * place,
+        error_arcsec=error,
+        time_s=time_s,
+        direction=direction.astype(np.int64),
+        run=np.repeat(np.arange(SWEEPS), ROWS),
+    )
+    measured = MeasurementSet(Table(), None, reference, title="servo")
+    found = diagnose(observations_of(measured), default_model().terms(EFFECTS), EFFECTS)
+    assert found.verdict in ("unknown", "named")
+    data = diagnosis_data(found, [])["findings"]["reversal"]
+    if found.named is not None:
+        # With the reversal error in the model no finding of it is left.
+        assert found.named.name == "hysteresis"
+        return
+    assert data["size_arcsec"] == pytest.approx(2.0 * degree, rel=0.1)
+    said = " ".join(sentences(found))
+    assert "up and down differ by 2" in said
+    assert "something jumped at 61" in said
