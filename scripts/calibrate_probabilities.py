@@ -2,10 +2,10 @@
 
 ``python -m scripts.calibrate_probabilities`` reads the answers of ``stated.csv`` in
 ``studies/benchmark``, prints how well the coefficients fitted to one generator's answers hold on
-the other's, and within each by five folds; ``--write`` writes those fitted to all into
-``workbench/diagnose/calibrated.json``. ``--collect FOLDER`` (repeated) takes the answers of a
-benchmark's runs in place of those in the table. Answers that say nothing (``cannot_tell``,
-``bad_data``) state the probabilities beforehand and do not count.
+the other's, those of all other worlds on each world, and within each generator by five folds;
+``--write`` writes those fitted to all into ``workbench/diagnose/calibrated.json``. ``--collect
+FOLDER`` (repeated) takes the answers of a benchmark's runs in place of those in the table. Answers
+``bad_data`` state the probabilities beforehand and do not count.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.answers import judged_sets
 from arctrue.studies.benchmark.intervals import Estimate, calibration_error, log_score_gain
+from arctrue.studies.benchmark.score import INDEPENDENT, SIMULATED
 from arctrue.studies.benchmark.stated import (
     FILE,
     Stated,
@@ -30,10 +31,11 @@ from arctrue.studies.benchmark.stated import (
     stated,
     write_stated,
 )
-from arctrue.workbench.diagnose.calibrated import FEATURES, Calibration
+from arctrue.workbench.diagnose.calibrated import FEATURES, KINDS, Calibration
 from arctrue.workbench.diagnose.calibrated import FILE as COEFFICIENTS
 
 FOLDS = 5
+GENERATORS = (SIMULATED, INDEPENDENT)
 DIGITS = 5
 
 
@@ -46,50 +48,84 @@ def within(rows: Sequence[Stated]) -> list[float]:
     return [float(value) for value in found]
 
 
+def without_their_world(rows: Sequence[Stated]) -> list[float]:
+    """Each answer by coefficients of the answers of all other worlds, of both generators."""
+    found = np.empty(len(rows))
+    for world in {row.world for row in rows}:
+        own = [place for place, row in enumerate(rows) if row.world == world]
+        learned = fitted([row for row in rows if row.world != world])
+        found[own] = confidences([rows[place] for place in own], learned)
+    return [float(value) for value in found]
+
+
+def across(rows: Sequence[Stated]) -> list[float]:
+    """Each answer by coefficients of the other generator's answers."""
+    found = np.empty(len(rows))
+    for generator in GENERATORS:
+        own = [place for place, row in enumerate(rows) if row.generator == generator]
+        others = [row for row in rows if row.generator != generator]
+        found[own] = confidences([rows[place] for place in own], fitted(others))
+    return [float(value) for value in found]
+
+
 def words(found: Estimate) -> str:
     """Value and interval of 95 %."""
     return f"{found.value:.3f} ({found.low:.3f} … {found.high:.3f})"
 
 
-def measured(what: str, probability: Sequence[float], rows: Sequence[Stated]) -> str:
-    """One line: calibration error, and the log score less that of the best constant."""
-    right = [row.right for row in rows]
+def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
+    """One row of a table: calibration error, and the log score less that of the best constant."""
+    probability, right = [pair[0] for pair in pairs], [pair[1].right for pair in pairs]
     return (
-        f"{what}: {len(rows)} answers, {sum(right)} right; calibration error "
-        f"{words(calibration_error(probability, right))}, log score above a constant "
-        f"{words(log_score_gain(probability, right))}"
+        f"| {what} | {len(right)} | {sum(right)} | {words(calibration_error(probability, right))} "
+        f"| {words(log_score_gain(probability, right))} |"
     )
 
 
-def lines(rows: Sequence[Stated]) -> list[str]:
-    """Across and within the generators, and as the answers were stated when they were made."""
-    generators = {
-        name: [row for row in rows if row.generator == name]
-        for name in ("simulated", "independent")
-    }
-    found, pooled, across = [], [], []
-    for name, own in generators.items():
-        others = [row for row in rows if row.generator != name]
-        if not own or not others:
-            continue
-        probability = confidences(own, fitted(others))
-        found.append(measured(f"{name}, fitted to the other", probability, own))
-        found.append(measured(f"{name}, five folds", within(own), own))
-        found.append(measured(f"{name}, as stated then", [row.probability for row in own], own))
-        pooled += own
-        across += probability
-    if pooled:
-        found.append(measured("both, each fitted to the other", across, pooled))
+def table(rows: Sequence[Stated]) -> list[str]:
+    """The scores by what the coefficients were fitted to, in Markdown."""
+    found = [
+        "| Answers of | Number | Right | Calibration error | Log score above a constant, nats |",
+        "|---|---|---|---|---|",
+    ]
+    groups = {name: [row for row in rows if row.generator == name] for name in GENERATORS}
+    if all(groups.values()):
+        of_both = list(zip(across(rows), rows, strict=True))
+        for name in GENERATORS:
+            own = [pair for pair in of_both if pair[1].generator == name]
+            found.append(measured(f"{name}, fitted to the other generator", own))
+        found.append(measured("both, each fitted to the other", of_both))
+    pairs = list(zip(without_their_world(rows), rows, strict=True))
+    for name in GENERATORS:
+        own = [pair for pair in pairs if pair[1].generator == name]
+        found.append(measured(f"{name}, fitted to all other worlds", own))
+    found.append(measured("both, fitted to all other worlds", pairs))
+    for name, own_rows in groups.items():
+        own = list(zip(within(own_rows), own_rows, strict=True))
+        found.append(measured(f"{name}, five folds within it", own))
+    found.append(measured("both, as stated then", [(row.probability, row) for row in rows]))
     return found
 
 
-def data(learned: Calibration, answers: int) -> str:
+def kinds(rows: Sequence[Stated]) -> list[str]:
+    """How many answers of each kind were right, by generator."""
+    found = []
+    for kind in KINDS:
+        said = []
+        for name in GENERATORS:
+            own = [row.right for row in rows if row.verdict == kind and row.generator == name]
+            said.append(f"{sum(own)} of {len(own)} ({name})")
+        found.append(f"{kind}: right {', '.join(said)}")
+    return found
+
+
+def data(learned: Calibration) -> str:
     """The coefficients as JSON."""
     return (
         json.dumps(
             {
                 "features": list(FEATURES),
-                "answers": answers,
+                "answers": dict(learned.answers),
                 "coefficients": np.round(learned.coefficients, DIGITS).tolist(),
                 "covariance": np.round(learned.covariance, DIGITS).tolist(),
             },
@@ -116,7 +152,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         write_stated([row for place in given.collect for row in
                       stated(judged_sets([place], "arctrue", None))])  # fmt: skip
     rows = read_stated(FILE)
-    for line in lines(rows):
+    for line in (*table(rows), "", *kinds(rows), ""):
         print(line)
     learned = fitted(rows)
     for name, value, sigma in zip(
@@ -124,7 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ):
         print(f"{name}: {value:.2f} ± {sigma:.2f}")
     if given.write:
-        write_whole_text(COEFFICIENTS, data(learned, len(rows)))
+        write_whole_text(COEFFICIENTS, data(learned))
     return 0
 
 

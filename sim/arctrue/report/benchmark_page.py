@@ -78,7 +78,9 @@ it. *In class*: it is listed, another stands first. Of several causes each count
 separation of the heads that is stated wrong is a `head_angle_error`. *Silent*: `cannot_tell`
 though the oracle sees something. *Stranger*: a cause that no effect of the catalogue and no product
 of parts describes. *Product of parts*: a condition (temperature, speed, settling) times a wave of
-one order on the disc, the stator or a head. *A second name that is not there*: a name beside the
+one order on the disc, the stator or a head. *Damped oscillation*: noise drives it; `unknown` is
+right if its frequency is stated within the half width at half power, and every name is false.
+*A second name that is not there*: a name beside the
 right one, of an effect that is not in the set. Intervals are Clopper–Pearson, 95 %.
 """
 

@@ -6,6 +6,7 @@ The logistic of :mod:`arctrue.workbench.diagnose.calibrated` is fitted to them.
 from __future__ import annotations
 
 import csv
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from io import StringIO
@@ -23,23 +24,27 @@ from arctrue.studies.benchmark.outcome import Judged
 from arctrue.workbench.diagnose.calibrated import (
     DISTANCES,
     FEATURES,
-    SAYING,
+    KINDS,
     Calibration,
     features,
 )
+from arctrue.workbench.diagnose.decision import RESTS_ON
 from arctrue.workbench.diagnose.distance import Distance
 from arctrue.workbench.diagnose.grounds import Grounds
+from arctrue.workbench.diagnose.posterior import SAID
 
 Float = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("stated.csv")
 """The answers to which the coefficients in use were fitted."""
-RESONANT = "resonance"
-"""A set of which this is stated has noise with a damped oscillator and nothing hidden."""
-PRIOR_SIGMA = {"constant": 3.0, "class": 1.0, "evidence": 1.0} | dict.fromkeys(DISTANCES, 0.1)
+PRIOR_SIGMA = (
+    {"constant": 3.0, "evidence": 1.0}
+    | dict.fromkeys((*KINDS, *RESTS_ON), 1.0)
+    | dict.fromkeys(DISTANCES, 0.1)
+)
 """Of each coefficient, a normal prior about 0: a share of right answers may be anything from 5 to
-95 %, log odds of the evidence may count whole, a distance of 1 changes the odds by some 10 % unless
-the answers say more (of 0.1 and 0.3 the one whose log score across the generators was better)."""
+95 %, that of a kind differs by a factor of some 3 in the odds, log odds of the evidence may count
+whole, a distance of 1 changes the odds by some 10 % unless the answers say more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +54,8 @@ class Stated:
     generator: str
     world: str
     verdict: str
+    rests_on: str
+    """Of ``unknown``; empty for other verdicts."""
     right: bool
     """The largest stated probability was given to the truth."""
     probability: float
@@ -65,7 +72,7 @@ class Stated:
     def grounds(self) -> Grounds:
         """As the diagnosis has them, without what no feature uses."""
         away = Distance(self.untested, self.runs, self.visits, self.left, self.not_white)
-        return Grounds(self.evidence, 0.0, 0.0, 0.0, None, 0.0, 0, self.ways, away)
+        return Grounds(self.evidence, 0.0, 0.0, 0.0, None, 0.0, 0, self.ways, away, self.rests_on)
 
 
 def stated(sets: Iterable[Judged]) -> list[Stated]:
@@ -73,7 +80,7 @@ def stated(sets: Iterable[Judged]) -> list[Stated]:
     found = []
     for item in sets:
         pair, grounds = item.first_probability(), item.answer.get("grounds")
-        if pair is None or grounds is None or item.answer["verdict"] not in SAYING:
+        if pair is None or grounds is None or item.answer["verdict"] not in KINDS:
             continue
         away: Mapping[str, Any] = grounds["distance"]
         found.append(
@@ -81,6 +88,7 @@ def stated(sets: Iterable[Judged]) -> list[Stated]:
                 "independent" if item.world in independent_worlds() else "simulated",
                 item.world,
                 item.answer["verdict"],
+                grounds["rests_on"],
                 _right(item, pair[1]),
                 pair[0],
                 float(f"{grounds['evidence']:.6g}"),
@@ -96,16 +104,9 @@ def stated(sets: Iterable[Judged]) -> list[Stated]:
 
 
 def _right(item: Judged, first: bool) -> bool:
-    """Of what is said; where nothing is said, of the largest probability.
-
-    A resonance that noise drives is there: ``unknown`` is right of it, and says so.
-    """
-    if RESONANT in item.truth["told"] and item.answer["verdict"] == "unknown":
-        return True
-    said = {"adequate": "none", "unknown": "unknown"}.get(item.answer["verdict"])
+    """Of what is said, whatever was stated of it; ``first``: of the largest probability."""
     members = item.answer.get("class") or []
-    if said is None and members:
-        said = members[0]
+    said = next(iter(SAID.get(item.answer["verdict"], members)), None)
     if said is None:
         return first
     alone = replace(item, answer={**item.answer, "probability": {said: 1.0}}).first_probability()
@@ -129,6 +130,7 @@ def read_stated(path: Path = FILE) -> list[Stated]:
                 row["generator"],
                 row["world"],
                 row["verdict"],
+                row["rests_on"],
                 row["right"] == "1",
                 float(row["probability"]),
                 float(row["evidence"]),
@@ -150,6 +152,7 @@ def fitted(rows: Sequence[Stated]) -> Calibration:
     distances are at most 0, that of the evidence is at least 0.
     """
     design = np.array([features(row.verdict, row.grounds) for row in rows])
+    answers = Counter(row.verdict for row in rows)
     sign = np.where([row.right for row in rows], 1.0, -1.0)
     sigma = np.array([PRIOR_SIGMA[name] for name in FEATURES])
 
@@ -168,9 +171,9 @@ def fitted(rows: Sequence[Stated]) -> Calibration:
     # Without correlations of a distance the variance rises with each: farther is never surer.
     covariance[away] = covariance[:, away] = 0.0
     covariance[away, away] = np.diag(np.linalg.inv(information))[away]
-    return Calibration(np.asarray(found.x), covariance)
+    return Calibration(np.asarray(found.x), covariance, {kind: answers[kind] for kind in KINDS})
 
 
 def confidences(rows: Sequence[Stated], learned: Calibration) -> list[float]:
     """What such answers state by this calibration."""
-    return [learned.confidence(features(row.verdict, row.grounds)) for row in rows]
+    return [learned.confidence(row.verdict, features(row.verdict, row.grounds)) for row in rows]

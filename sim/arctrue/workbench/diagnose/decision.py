@@ -12,6 +12,9 @@ from arctrue.workbench.inference.forward.oscillation import Oscillation
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data"]
 
+RESTS_ON = ("resembles", "described", "seen", "undescribed")
+"""An effect that is refused, a product of parts, a jump or an oscillation, or a lack of fit."""
+
 
 @dataclass(frozen=True, eq=False)
 class Decision:
@@ -49,6 +52,14 @@ class Decision:
     """What to measure, where the rule knows it."""
     beside: Decision | None = None
     """What would be said with the first in the model; None where that was not asked."""
+
+    @property
+    def rests_on(self) -> str:
+        """What an ``unknown`` rests on: one of RESTS_ON; empty for another verdict."""
+        if self.verdict != "unknown":
+            return ""
+        found = (self.resembles, self.described, self.seen, True)
+        return next(name for name, it in zip(RESTS_ON, found, strict=True) if it)
 
     @property
     def spoken_of(self) -> Candidate | None:

@@ -120,6 +120,7 @@ class Facts:
             distance=distance(
                 left.solution.observations, left, survey.untestable, len(survey.candidates)
             ),
+            rests_on=decision.rests_on,
         )
 
     @property

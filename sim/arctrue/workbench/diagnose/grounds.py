@@ -27,3 +27,5 @@ class Grounds:
     ways: int
     """Ways in which the set is unlike the calibrated ones, counted."""
     distance: Distance
+    rests_on: str = ""
+    """Of an ``unknown``: one of :data:`.decision.RESTS_ON`."""

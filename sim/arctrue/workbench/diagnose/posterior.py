@@ -27,6 +27,8 @@ PARTS_ADVANTAGE = 10.0
 """BIC by which a product of parts must beat the whole catalogue: odds of about 150 to 1, "very
 strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SILENT = frozenset({"bad_data", "cannot_tell"})
+SAID = {"unknown": [UNKNOWN], "adequate": [NONE], "cannot_tell": [NONE]}
+"""What a verdict without an effect gives its probability to."""
 CLASS_SHARE = 0.95
 """A class is the fewest hypotheses that hold so much of the probability: where ``unknown`` holds it
 alone, no effect is of the class (a credible set of 95 %)."""
@@ -129,19 +131,19 @@ def stated(
     """The probabilities with which an answer is stated; the sum is 1.
 
     ``found``: those of the evidence; ``members``: the class of the answer; ``confidence``: how
-    often such answers are right (:mod:`calibrated`), None where nothing is said. The first of the
-    class, ``unknown`` or ``none`` gets it. What effects and ``none`` lose goes to ``unknown``, what
-    ``unknown`` loses to the effects; what an answer gains comes from all others in proportion. No
-    answer falls behind what it contradicts.
+    often such answers are right (:mod:`calibrated`), None where that is not known. The first of the
+    class, ``unknown`` or ``none`` gets it; ``none`` of an answer that cannot tell, as nothing that
+    the set could show is then likeliest. What effects and ``none`` lose goes to ``unknown``, what
+    ``unknown`` loses to the effects; what an answer gains comes from all others in proportion, so
+    that a class has at least as much as its first. No answer falls behind what it contradicts.
     """
-    if confidence is None or verdict in SILENT or not found:
+    if confidence is None or not found:
         return dict(found)
     effects = [name for name in found if name not in (NONE, UNKNOWN)]
-    said = {"unknown": [UNKNOWN], "adequate": [NONE]}.get(verdict, list(members))
+    said = SAID.get(verdict, list(members))
     first = found[said[0]]
     if confidence >= first:
-        # Members of a class are alike: what one gains is not taken from the others.
-        if len(said) > 1 or first >= 1.0:
+        if first >= 1.0:
             return dict(found)
         share = (1.0 - confidence) / (1.0 - first)
         return {

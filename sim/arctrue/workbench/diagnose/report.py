@@ -11,7 +11,6 @@ from arctrue.workbench.diagnose.calibrated import LIKE_BENCHMARK
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
-from arctrue.workbench.diagnose.posterior import SILENT
 from arctrue.workbench.diagnose.rules import LEAST_EXCESS
 from arctrue.workbench.diagnose.second_finding import SecondFinding
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE
@@ -265,7 +264,7 @@ def _probable(result: Diagnosis) -> list[str]:
     if not shown:
         return []
     said = [f"Probability of what to add next: {', '.join(shown)}."]
-    if len(result.unlike) >= LIKE_BENCHMARK and result.verdict not in SILENT:
+    if len(result.unlike) >= LIKE_BENCHMARK:
         said.append(
             "The probability was calibrated on few sets like this one, or on none: "
             f"{'; '.join(result.unlike)}."

@@ -24,7 +24,7 @@ from arctrue.workbench.diagnose.calibrated import (
     DISTANCES,
     FEATURES,
     FILE,
-    SAYING,
+    KINDS,
     Calibration,
     calibration,
     confidence,
@@ -43,12 +43,25 @@ MACKAY = 0.01
 def test_what_is_stated_is_the_mean_over_the_uncertain_value(mean: float, variance: float) -> None:
     row = np.zeros(len(FEATURES))
     row[0] = 1.0
-    learned = Calibration(mean * row, variance * np.diag(row))
+    learned = Calibration(mean * row, variance * np.diag(row), {"named": 100_000})
     expected, _ = quad(lambda x: expit(x) * norm.pdf(x, mean, variance**0.5), -30.0, 40.0)
-    assert learned.confidence(row) == pytest.approx(expected, abs=2 * MACKAY)
+    assert learned.confidence("named", row) == pytest.approx(expected, abs=2 * MACKAY)
 
 
-@pytest.mark.parametrize("verdict", sorted(SAYING))
+@pytest.mark.parametrize("answers", [0, 3, 200])
+def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
+    """Laplace: all of n answers right, a flat prior of the share: the next one by its mean."""
+    row = np.zeros(len(FEATURES))
+    row[0] = 1.0
+    share = (
+        quad(lambda p: p ** (answers + 1), 0.0, 1.0)[0] / quad(lambda p: p**answers, 0.0, 1.0)[0]
+    )
+    for sign, expected in ((1.0, share), (-1.0, 1.0 - share)):
+        learned = Calibration(sign * 30.0 * row, np.zeros((row.size, row.size)), {"named": answers})
+        assert learned.confidence("named", row) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("verdict", KINDS)
 def test_the_farther_from_the_benchmark_the_less_sure(verdict: str) -> None:
     """Every step away, by each distance alone and by all: strictly less, and above one half."""
     away = [
@@ -65,14 +78,19 @@ def test_the_farther_from_the_benchmark_the_less_sure(verdict: str) -> None:
     assert found[-1] == min(value for value in found if value is not None)
 
 
-def test_silence_has_no_confidence() -> None:
-    assert confidence("cannot_tell", USUAL) is None
+def test_faulty_data_have_no_confidence() -> None:
     assert confidence("bad_data", USUAL) is None
+
+
+def test_evidence_does_not_count_if_nothing_can_be_told() -> None:
+    assert confidence("cannot_tell", replace(USUAL, evidence=0.0)) == confidence(
+        "cannot_tell", USUAL
+    )
 
 
 def _drawn(number: int, share: float, verdict: str, random: np.random.Generator) -> list[Stated]:
     return [
-        Stated("simulated", "white", verdict, bool(random.random() < share), 0.97,
+        Stated("simulated", "white", verdict, "", bool(random.random() < share), 0.97,
                0.999, 0.1, 4, 20.0, 1.0, 0.3, 0)
         for _ in range(number)
     ]  # fmt: skip
@@ -89,6 +107,7 @@ def test_the_fit_states_the_share_that_is_right() -> None:
     signs = dict(zip(FEATURES, learned.coefficients, strict=True))
     assert signs["evidence"] >= 0.0
     assert all(signs[name] <= 0.0 for name in DISTANCES)
+    assert learned.answers["named"] == learned.answers["ambiguous"] == 4000
 
 
 def test_few_answers_are_not_trusted() -> None:
@@ -112,7 +131,8 @@ def test_the_coefficients_in_use_are_those_of_the_table() -> None:
     here, used = fitted(rows), calibration()
     for row in rows:
         one = features(row.verdict, row.grounds)
-        assert used.confidence(one) == pytest.approx(here.confidence(one), abs=2e-3)
+        expected = here.confidence(row.verdict, one)
+        assert used.confidence(row.verdict, one) == pytest.approx(expected, abs=2e-3)
 
 
 def test_evidence_beyond_what_likelihoods_can_know_does_not_count() -> None:

@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.posterior import (
     LEAST_OF_A_NAME,
-    SILENT,
+    SAID,
     posterior,
     stated,
 )
@@ -181,9 +181,21 @@ def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
     assert stated(found, verdict, members, None) == found
 
 
-def test_silence_states_what_was_probable_beforehand() -> None:
+def test_faulty_data_state_what_was_probable_beforehand() -> None:
+    found = _posterior("bad_data", [_candidate("latency", 900.0, 1e-9)])
+    assert stated(found, "bad_data", [], None) == found
+
+
+def test_an_answer_that_cannot_tell_gives_none_what_was_counted() -> None:
+    """All others keep their ratios; a small confidence leaves ``none`` just ahead."""
     found = _posterior("cannot_tell", [_candidate("latency", 900.0, 1e-9)])
-    assert stated(found, "cannot_tell", [], 0.9) == found
+    said = stated(found, "cannot_tell", [], 0.9)
+    assert said["none"] == pytest.approx(0.9)
+    assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
+    assert said["latency"] / said["unknown"] == pytest.approx(found["latency"] / found["unknown"])
+    low = stated(found, "cannot_tell", [], 0.01)
+    assert low["none"] == max(low.values())
+    assert sum(low.values()) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_the_first_of_a_class_is_no_less_probable_than_the_others() -> None:
@@ -202,9 +214,23 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
         effect_class=["hysteresis", "latency"], look_alikes=["latency"],
     )  # fmt: skip
     assert found["latency"] == found["hysteresis"] == pytest.approx(0.5, abs=1e-3)
-    for confidence in (0.2, 0.7):
-        said = stated(found, "ambiguous", ["hysteresis", "latency"], confidence)
-        assert said["latency"] == said["hysteresis"]
+    low = stated(found, "ambiguous", ["hysteresis", "latency"], 0.2)
+    assert low["latency"] == low["hysteresis"]
+
+
+@pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
+def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
+    """Answers of this kind are counted by their first; the class has at least what it had."""
+    members = ["hysteresis", "latency"]
+    found = {"hysteresis": 0.4, "latency": 0.4, "vibration": 0.05, "unknown": 0.1, "none": 0.05}
+    said = stated(found, "ambiguous", members, confidence)
+    assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
+    together = said["hysteresis"] + said["latency"]
+    assert said["hysteresis"] <= together <= 1.0
+    if confidence >= 0.4:
+        assert said["hysteresis"] == pytest.approx(confidence)
+        assert together >= 0.8
+        assert said["latency"] / said["vibration"] == pytest.approx(8.0)
 
 
 def test_verdicts_without_a_name_agree_with_their_probabilities() -> None:
@@ -240,9 +266,7 @@ def _assert_the_largest_is_said(
     verdict: str, members: list[str], probability: dict[str, float]
 ) -> None:
     """The answer has the largest probability; the first of a class, the largest of the effects."""
-    if verdict in SILENT:
-        return
-    said = {"unknown": UNKNOWN, "adequate": NONE}.get(verdict) or members[0]
+    said = (SAID.get(verdict) or members)[0]
     rivals = set(probability) - ({NONE, UNKNOWN} if verdict == "ambiguous" else set())
     assert probability[said] == max(probability[name] for name in rivals), (verdict, said)
 
