@@ -404,6 +404,32 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_application.py::test_forgetting_switches_the_failover_off",
     ),
     Mutation(
+        "a_dead_head_is_swapped_in",
+        "a mean that uses a head that is left out is swapped in",
+        "firmware/application/swap.c",
+        "left_out == 0 || *set != 0 ? SWAP_ASKED : SWAP_HEAD_LEFT_OUT",
+        "SWAP_ASKED",
+        f"{_TESTS}/test_prepared_sets.py::"
+        "test_a_mean_without_a_set_for_the_left_out_head_is_refused",
+    ),
+    Mutation(
+        "former_sets_stay_open",
+        "the sets of the file before can still be taken while others are being received",
+        "firmware/application/prepared.c",
+        "        core_write_prepared(&application->core, set, &nothing, true);\n",
+        "        (void)nothing;\n",
+        f"{_TESTS}/test_prepared_sets.py::"
+        "test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones",
+    ),
+    Mutation(
+        "lost_sets_are_used",
+        "the failover is switched on though the gateware's windows hold other words",
+        "firmware/application/prepared.c",
+        "    if (crc != prepared->crc) {\n",
+        "    if (crc != prepared->crc && crc == 0) {\n",
+        f"{_TESTS}/test_prepared_sets.py::test_words_that_the_gateware_lost_switch_the_failover_off",
+    ),
+    Mutation(
         "a_set_on_its_way_is_not_awaited",
         "the idle bank is written while a prepared set is being loaded into it",
         "firmware/application/core.c",

@@ -83,6 +83,23 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/mean/test_prepared_sets.py",
     ),
     Mutation(
+        "a_swap_ends_a_failover",
+        "a swap of the processor clears the heads that are left out",
+        "rtl/mean/head_failover.vhd",
+        "        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);\n      end if;\n\n",
+        "        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);\n"
+        "        left_out     <= (others => '0');\n      end if;\n\n",
+        "tb/mean/test_head_failover.py",
+    ),
+    Mutation(
+        "an_unused_head_weighs",
+        "a head that is not used keeps its weight in the active words",
+        "rtl/mean/mean_words.vhd",
+        "          if idle(USED_FIRST + head) = '0' then\n",
+        "          if idle(USED_FIRST + head) = '0' and head = 0 then\n",
+        "tb/mean/test_head_mean.py",
+    ),
+    Mutation(
         "reset_drops_the_drivers",
         "a reset of the core disables the line drivers at once",
         "rtl/signals/fault_outputs.vhd",

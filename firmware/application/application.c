@@ -10,6 +10,7 @@
 #include "bank.h"
 #include "control.h"
 #include "follow_temperature.h"
+#include "prepared.h"
 #include "swap.h"
 #include "turn.h"
 #include "zeros.h"
@@ -105,6 +106,9 @@ void application_step(struct application *application) {
         watch_reset(application);
         follow_thermometer(application);
         release_watch(application);
+        if (application->configuration.has_failover) {
+            prepared_watch(application);
+        }
     }
     switch (application->phase) {
     case PHASE_WAIT_FOR_INDEX:

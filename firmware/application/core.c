@@ -8,6 +8,7 @@
 #include "arctrue_number_formats.h"
 #include "arctrue_registers.h"
 #include "assertion.h"
+#include "crc32.h"
 
 #define AT(register) ((uint32_t)offsetof(arctrue_registers_t, register))
 #define BIT(name) ((uint32_t)ARCTRUE_REGISTERS__##name##_bm)
@@ -100,6 +101,7 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
         .clock_hz = core_read(core, AT(clock_hz)),
         .heads = core_heads(core),
         .has_mean = FIELD(core_capability(core), CAPABILITY__MEAN) != 0,
+        .has_failover = FIELD(core_capability(core), CAPABILITY__FAILOVER) != 0,
     };
     return major == ARCTRUE_REGISTERS__VERSION__MAJOR_reset && configuration->lanes > 0 &&
            configuration->lanes <= LANES_LIMIT && configuration->clock_hz > 0;
@@ -512,6 +514,101 @@ void core_failover_off(const struct core_access *core) {
            looks < FAILOVER_LOOKS_MOST) {
         looks++;
     }
+}
+
+/* Of a set's window: lanes from 0 on, the words of the mean, and the coefficient offset as its last word. */
+enum { SET_BYTES = 0x1000, SET_MEAN = 0x800, SET_OFFSET = SET_MEAN + 15 * WORD_BYTES };
+#define SET_AT(set) (AT(prepared_sets) + (uint32_t)(set) * SET_BYTES)
+/* The register counts 2^17 clocks. */
+#define RETURN_UNIT 0x1p17
+#define RETURN_MOST 65535.0
+enum { COMMAND_SET = 4, COMMAND_TAKE = 1 << 7, COMMAND_COME_BACK = 8 };
+
+struct core_failover core_failover(const struct core_access *core) {
+    uint32_t word = core_read(core, AT(heads_status));
+    /* The low word of the time latches the parity, too. */
+    (void)core_read_wide(core, AT(snapshot.time));
+    return (struct core_failover){
+        .left_out = FIELD(word, HEADS_STATUS__LEFT_OUT),
+        .set = FIELD(word, HEADS_STATUS__SET),
+        .swap_refused = FIELD(word, HEADS_STATUS__SWAP_REFUSED) != 0,
+        .causes = FIELD(word, HEADS_STATUS__CAUSE),
+        .parity = (int32_t)core_read(core, AT(parity.value)),
+        .parity_beyond = FIELD(word, HEADS_STATUS__PARITY_BEYOND) != 0,
+    };
+}
+
+bool core_failover_is_on(const struct core_access *core) {
+    return (core_read(core, AT(failover)) & BIT(FAILOVER__ENABLE)) != 0;
+}
+
+void core_failover_on(const struct core_access *core, const struct core_failover_setup *setup) {
+    uint32_t heads = core_heads(core);
+    double units = fmin(ceil(setup->return_after / RETURN_UNIT), RETURN_MOST);
+    for (uint32_t head = 0; head < heads; head++) {
+        core_write(core, AT(parity.weight1) + head * WORD_BYTES,
+                   (uint32_t)setup->parity_weight[head]);
+    }
+    core_write(core, AT(parity.limit), setup->parity_limit);
+    core_write(core, AT(missing_edges), setup->missing_counts);
+    core_write(core, AT(parity.step_limit), setup->step_limit);
+    core_write(core, AT(failover),
+               BIT(FAILOVER__ENABLE) | setup->causes << ARCTRUE_REGISTERS__FAILOVER__ILLEGAL_bp |
+                   (uint32_t)units << ARCTRUE_REGISTERS__FAILOVER__RETURN_AFTER_bp);
+}
+
+void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
+                              const struct lane *lane, uint32_t counts_per_rev) {
+    uint32_t words[WORDS_A_LANE];
+    core_lane_words(lane, counts_per_rev, MODULATOR_ONE, words);
+    for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+        core_write(core, SET_AT(set) + (place * WORDS_A_LANE + word) * WORD_BYTES, words[word]);
+    }
+}
+
+void core_write_prepared(const struct core_access *core, uint32_t set,
+                         const struct coefficients *coefficients, bool closed) {
+    ASSERT(set <= HEADS_MOST && coefficients->lanes <= LANES_LIMIT);
+    uint32_t choice = SET_AT(set) + SET_MEAN + MEAN_CHOICE * WORD_BYTES;
+    core_write(core, choice, 0);
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        core_write_prepared_lane(core, set, lane, &coefficients->lane[lane],
+                                 coefficients->counts_per_rev);
+    }
+    core_write(core, SET_AT(set) + SET_OFFSET, (uint32_t)coefficients->mean.error_offset);
+    for (uint32_t place = 0; place < MEAN_CHOICE; place++) {
+        core_write(core, SET_AT(set) + SET_MEAN + place * WORD_BYTES,
+                   core_mean_word(&coefficients->mean, place));
+    }
+    if (!closed) {
+        core_write(core, choice, core_mean_word(&coefficients->mean, MEAN_CHOICE));
+    }
+}
+
+uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes) {
+    uint32_t crc = 0;
+    ASSERT(lanes <= LANES_LIMIT);
+    for (uint32_t set = 0; set <= HEADS_MOST; set++) {
+        if ((sets >> set & 1U) == 0) {
+            continue;
+        }
+        for (uint32_t place = 0; place < lanes * WORDS_A_LANE; place++) {
+            crc = crc32_add_word(crc, core_read(core, SET_AT(set) + place * WORD_BYTES));
+        }
+        for (uint32_t place = 0; place < MEAN_WORDS; place++) {
+            crc = crc32_add_word(crc, core_read(core, SET_AT(set) + SET_MEAN + place * WORD_BYTES));
+        }
+        crc = crc32_add_word(crc, core_read(core, SET_AT(set) + SET_OFFSET));
+    }
+    return crc;
+}
+
+void core_take_set(const struct core_access *core, uint32_t set) {
+    core_write(core, AT(heads_command), COMMAND_TAKE | set << COMMAND_SET);
+}
+
+void core_come_back(const struct core_access *core, uint32_t heads) {
+    core_write(core, AT(heads_command), heads << COMMAND_COME_BACK);
 }
 
 void core_swap(const struct core_access *core) {

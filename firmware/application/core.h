@@ -39,6 +39,8 @@ struct core_configuration {
     /* Two to four; without heads that the firmware cannot read. */
     uint32_t heads;
     bool has_mean;
+    /* The gateware leaves a failed head out of the mean. */
+    bool has_failover;
 };
 
 struct core_origin {
@@ -230,6 +232,53 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
 /* Switches the failover off, in a core that has one, and waits until no set is being loaded: the prepared sets
    do not belong to the coefficients that follow. */
 void core_failover_off(const struct core_access *core);
+bool core_failover_is_on(const struct core_access *core);
+/* Failed heads and the gateware's prepared sets; only for cores with the generic FAILOVER. */
+struct core_failover {
+    /* A bit per head. */
+    uint32_t left_out;
+    /* The active prepared set; CORE_OWN_WORDS: the processor's words are active. */
+    uint32_t set;
+    /* Sticky: the gateware refused words that use a head that is left out. */
+    bool swap_refused;
+    /* Why the last head was left out: bits of the register `failover` from `illegal` on. */
+    uint32_t causes;
+    /* Sum of the readings with the parity weights, 2^-11 counts; its limit was reached. */
+    int32_t parity;
+    bool parity_beyond;
+};
+
+enum { CORE_OWN_WORDS = 7 };
+
+struct core_failover core_failover(const struct core_access *core);
+
+struct core_failover_setup {
+    /* Bits of the register `failover`, from `illegal` on. */
+    uint32_t causes;
+    uint32_t missing_counts;
+    uint32_t step_limit;
+    /* Clocks; 0: a head comes back only on request. */
+    double return_after;
+    uint32_t parity_limit;
+    /* s1.16; all 0: there is no parity. */
+    int32_t parity_weight[HEADS_MOST];
+};
+
+/* Switches the failover on; core_failover_off() ends it. */
+void core_failover_on(const struct core_access *core, const struct core_failover_setup *setup);
+/* Writes the words of `coefficients` as prepared set `set`: 0 with all heads, else without that head. All lanes of
+   the core are written. With `closed` the gateware refuses the set. */
+void core_write_prepared(const struct core_access *core, uint32_t set,
+                         const struct coefficients *coefficients, bool closed);
+/* Writes one lane of a prepared set. */
+void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
+                              const struct lane *lane, uint32_t counts_per_rev);
+/* CRC-32 of the words of the prepared sets whose bits are set, as they are read. */
+uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
+/* Activates a prepared set instead of the idle bank; counted like a swap. */
+void core_take_set(const struct core_access *core, uint32_t set);
+/* The heads whose bits are set may be used again after their next index. */
+void core_come_back(const struct core_access *core, uint32_t heads);
 void core_swap(const struct core_access *core);
 uint32_t core_swap_count(const struct core_access *core);
 uint32_t core_overrun_count(const struct core_access *core);

@@ -28,9 +28,10 @@ void follow_between_turns(struct application *application) {
         return;
     }
     const struct followed followed = load_followed_at_work(load);
-    if (swap_candidate(application, &followed)) {
+    enum swap_answer answer = swap_candidate(application, &followed);
+    if (answer == SWAP_ASKED) {
         application->temperature_swaps++;
-    } else {
+    } else if (answer == SWAP_NOT_READ_BACK) {
         alarm_between_turns(application, ALARM_COEFFICIENTS);
     }
 }

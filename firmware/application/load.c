@@ -37,6 +37,8 @@ const char *load_answer_name(enum load_answer answer) {
         [LOAD_NO_MODULATORS] = "no_modulators",
         [LOAD_OTHER_HEADS] = "other_heads",
         [LOAD_OTHER_DELAYS] = "other_delays",
+        [LOAD_NO_FAILOVER] = "no_failover",
+        [LOAD_HEAD_LEFT_OUT] = "head_left_out",
     };
     return (unsigned)answer < LOAD_ANSWERS ? names[answer] : "unknown";
 }
@@ -172,6 +174,7 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
     load->received = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
     load->received_thermal = (struct thermal){0};
     load->received_followed = (struct followed){0};
+    load->without = (struct load_without){.head = 0};
     load->whole = false;
     load->forced = false;
     load->unseen_taken = false;
@@ -333,6 +336,97 @@ enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, u
     return LOAD_TAKEN;
 }
 
+/* The set that is being received has all of its lanes and heads. */
+static bool load_without_is_whole(const struct load *load) {
+    const struct load_without *set = &load->without;
+    return set->head == 0 || (set->whole >> (set->head - 1) & 1U) != 0;
+}
+
+/* Closes the set with its last frame: without the missing head its words must be a mean. */
+static enum load_answer load_close_without(struct load *load) {
+    struct load_without *set = &load->without;
+    const struct mean_set *all = &load->received.mean;
+    if (set->mean.heads != all->heads || set->next_lane != set->lanes) {
+        return LOAD_TAKEN;
+    }
+    uint32_t others = ((1U << all->heads) - 1U) & ~(1U << (set->head - 1));
+    if (set->mean.used != others ||
+        !mean_set_is_valid(&set->mean, all->heads, load->received.counts_per_rev)) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    if (set->steepness >= STEEPEST) {
+        return load_frame_refused(load, LOAD_TOO_STEEP);
+    }
+    set->whole |= 1U << (set->head - 1);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_without(struct load *load, uint32_t head, uint32_t lanes,
+                              const struct mean_set *mean, uint32_t crc) {
+    const uint32_t words[] = {head, lanes, mean->carrier, mean->used, (uint32_t)mean->error_offset};
+    struct load_without *set = &load->without;
+    if (load_crc_of(0, words, 5) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || !load_without_is_whole(load)) {
+        return LOAD_WRONG_FRAME;
+    }
+    if (lanes > load->received.lanes) {
+        return load_frame_refused(load, LOAD_TOO_MANY_LANES);
+    }
+    uint32_t heads = load->received.mean.heads;
+    if (heads < 3 || head == 0 || head > heads || (set->whole >> (head - 1) & 1U) != 0) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    *set = (struct load_without){.head = head, .lanes = lanes, .mean = *mean, .whole = set->whole};
+    load->crc = load_crc_of(load->crc, words, 5);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_without_head(struct load *load, uint32_t number, int32_t weight,
+                                   uint32_t offset, uint32_t crc) {
+    const uint32_t words[] = {number, (uint32_t)weight, offset};
+    struct load_without *set = &load->without;
+    if (load_crc_of(0, words, 3) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || load_without_is_whole(load) || number != set->mean.heads ||
+        number >= load->received.mean.heads) {
+        return LOAD_WRONG_FRAME;
+    }
+    set->mean.weight[number] = weight;
+    set->mean.offset[number] = offset;
+    set->mean.heads++;
+    load->crc = load_crc_of(load->crc, words, 3);
+    return load_close_without(load);
+}
+
+enum load_answer load_without_lane(struct load *load, uint32_t number, const struct lane *lane,
+                                   uint32_t crc) {
+    const uint32_t words[] = {number, lane->order, lane->phase_offset, (uint32_t)lane->amplitude};
+    struct load_without *set = &load->without;
+    if (load_crc_of(0, words, 4) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || load_without_is_whole(load) || number != set->next_lane ||
+        number >= set->lanes) {
+        return LOAD_WRONG_FRAME;
+    }
+    if (!coefficients_lane_is_valid(lane)) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    if (lane->order <= set->order) {
+        return load_frame_refused(load, LOAD_ORDER_TWICE);
+    }
+    const struct coefficients alone = {
+        .lane = {*lane}, .lanes = 1, .counts_per_rev = load->received.counts_per_rev};
+    set->steepness += thermal_extent(&(struct thermal){0}, &alone).steepest;
+    set->order = lane->order;
+    set->next_lane++;
+    load->crc = load_crc_of(load->crc, words, 4);
+    return load_close_without(load);
+}
+
 bool load_takes_unseen(const struct load *load) {
     return load->forced || load->unseen_taken;
 }
@@ -404,8 +498,12 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
     if (load->crc != crc) {
         return LOAD_WRONG_CRC;
     }
-    if (load->next != load->frames) {
+    if (load->next != load->frames || !load_without_is_whole(load)) {
         return load_frame_refused(load, LOAD_NOT_WHOLE);
+    }
+    bool follows = load->received_thermal.lanes != 0 || load->received_followed.lanes != 0;
+    if (load->without.whole != 0 && (follows || !place->has_failover)) {
+        return load_frame_refused(load, follows ? LOAD_OUT_OF_RANGE : LOAD_NO_FAILOVER);
     }
     if (load->received.counts_per_rev != place->counts_per_rev) {
         return load_frame_refused(load, LOAD_ANOTHER_TABLE);

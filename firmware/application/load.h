@@ -59,9 +59,27 @@ enum load_answer {
     /* Its mean is not one of this core's heads, or its heads stand elsewhere, or are delayed otherwise. */
     LOAD_OTHER_HEADS,
     LOAD_OTHER_DELAYS,
+    /* It has sets for a missing head: the gateware is built without FAILOVER. */
+    LOAD_NO_FAILOVER,
+    /* It uses a head that the gateware has left out, and has no set without that head. */
+    LOAD_HEAD_LEFT_OUT,
     LOAD_ANSWERS,
     /* Of a judgement: more turns are needed. */
     LOAD_NOT_YET,
+};
+
+/* The set for a missing head that is being received. */
+struct load_without {
+    /* Its number, from 1 on; 0: none has begun. */
+    uint32_t head;
+    uint32_t lanes;
+    uint32_t next_lane;
+    struct mean_set mean;
+    /* The order of its previous lane, and the sum of |d eps / d R| of its lanes. */
+    uint32_t order;
+    double steepness;
+    /* A bit per head: its set is whole. */
+    uint32_t whole;
 };
 
 struct load {
@@ -80,6 +98,8 @@ struct load {
     /* Lanes that follow a condition. */
     struct followed received_followed;
     struct followed followed;
+    /* Sets for a missing head: the gateware holds their words. */
+    struct load_without without;
     /* What was received is whole and not yet judged. */
     bool whole;
     /* The operator takes orders of it that no turn has judged; or only those that no turn of two heads shows. */
@@ -137,6 +157,14 @@ enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dea
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc);
 enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
                            uint32_t crc);
+/* After the mean of all heads: the set for the missing head `head`, counted from 1; `mean` holds its carrier, heads and
+   offset. Then one frame a head and one a lane, of ascending orders. No lane may follow temperature or condition. */
+enum load_answer load_without(struct load *load, uint32_t head, uint32_t lanes,
+                              const struct mean_set *mean, uint32_t crc);
+enum load_answer load_without_head(struct load *load, uint32_t number, int32_t weight,
+                                   uint32_t offset, uint32_t crc);
+enum load_answer load_without_lane(struct load *load, uint32_t number, const struct lane *lane,
+                                   uint32_t crc);
 /* What is taken unjudged of the set that is coming: all that turns do not decide, or only what no turn of two heads
    shows. As in the frame. */
 enum load_scope { LOAD_FORCES_ALL = 1, LOAD_FORCES_UNSEEN = 2 };
@@ -148,6 +176,7 @@ struct load_place {
     uint32_t heads;
     bool has_mean;
     bool has_modulators;
+    bool has_failover;
     /* As the parameter head_delays. */
     uint32_t delays;
 };

@@ -4,6 +4,7 @@
 
 #include "control.h"
 #include "core_setup.h"
+#include "prepared.h"
 #include "restart.h"
 #include "settings.h"
 
@@ -16,14 +17,15 @@ void application_choose_temperature(struct application *application,
     table_temperature_choose(&application->table, source);
 }
 
-static void operator_change_pins(const struct application *application,
-                                 enum parameter_effect effect) {
+static void operator_change_pins(struct application *application, enum parameter_effect effect) {
     struct core_setup setup = setup_of_parameters(application);
     core_set_pins(&application->core, &setup);
     if (effect == EFFECT_CAPTURE) {
         control_capture_anew(application);
     } else if (effect == EFFECT_COMPARE) {
         control_arm_compare(application);
+    } else if (effect == EFFECT_FAILOVER) {
+        prepared_arm(application);
     }
 }
 
@@ -55,6 +57,7 @@ enum load_answer application_load_end(struct application *application, uint32_t 
         .heads = application->configuration.heads,
         .has_mean = application->configuration.has_mean,
         .has_modulators = core_origin(&application->core).has_modulators,
+        .has_failover = application->configuration.has_failover,
         .delays = (uint32_t)application->parameters.head_delays,
     };
     return load_end(&application->load, &place, active, crc);

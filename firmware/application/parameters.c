@@ -51,6 +51,12 @@ static const struct parameter_description descriptions[] = {
     {"output_pins", 0, 15, 0, true, EFFECT_REARM, PLACE(output_pins)},
     {"alarm_sources", 0, 255, 255, true, EFFECT_REARM, PLACE(alarm_sources)},
     {"release_sources", 0, 255, 0, true, EFFECT_REARM, PLACE(release_sources)},
+    {"failover_causes", 0, 63, 63, true, EFFECT_FAILOVER, PLACE(failover_causes)},
+    {"failover_missing_counts", 0, 255, 48, true, EFFECT_FAILOVER, PLACE(failover_missing_counts)},
+    /* The axis moves by 0.5 um and the table by 90 deg/s: docs/heads.md. */
+    {"failover_step_counts", 0, 65535, 32, true, EFFECT_FAILOVER, PLACE(failover_step_counts)},
+    {"failover_return_s", 0, 85, 0, false, EFFECT_FAILOVER, PLACE(failover_return_s)},
+    {"failover_parity_counts", 0, 65535, 0, true, EFFECT_FAILOVER, PLACE(failover_parity_counts)},
     {"trigger_width", 1, 65535, (double)ARCTRUE_REGISTERS__PULSE_WIDTHS__TRIGGER_reset, true,
      EFFECT_PINS, PLACE(trigger_width)},
     {"sync_capture", 0, 1, 0, true, EFFECT_CAPTURE, PLACE(sync_capture)},

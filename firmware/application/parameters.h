@@ -38,6 +38,14 @@ struct parameters {
     /* Clocks by which A, B and Z of a head come later, a byte each, head 1 in the lowest. */
     double head_delays;
     double output_pins;
+    /* Causes for leaving a head out, as bits of the register `failover` from `illegal` on; 0: no head is left out. */
+    double failover_causes;
+    double failover_missing_counts;
+    double failover_step_counts;
+    /* A head that was left out comes back so long after, once it has its index; 0: only on request. */
+    double failover_return_s;
+    /* Limit of the parity of the heads; 0: none. */
+    double failover_parity_counts;
     /* Faults that raise the alarm, and those that release the outputs. */
     double alarm_sources;
     double release_sources;
@@ -76,6 +84,8 @@ enum parameter_effect {
     EFFECT_PINS,
     EFFECT_CAPTURE,
     EFFECT_COMPARE,
+    /* The gateware's failover, at once. */
+    EFFECT_FAILOVER,
 };
 
 struct parameter_description {

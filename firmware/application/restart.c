@@ -4,6 +4,7 @@
 
 #include "control.h"
 #include "core_setup.h"
+#include "prepared.h"
 #include "saving.h"
 #include "settings.h"
 #include "zeros.h"
@@ -26,6 +27,7 @@ void restart_with_nothing(struct application *application) {
 
 void application_forget(struct application *application) {
     load_forget(&application->load);
+    prepared_forget(application);
     application->active = (struct coefficients){0};
     application->forgotten = true;
     application->saved_state = SAVED_NONE;
@@ -47,6 +49,9 @@ void application_start(struct application *application) {
         return;
     }
     core_disarm_compare(&application->core);
+    if (application->configuration.has_failover) {
+        core_come_back(&application->core, core_left_out(&application->core));
+    }
     zeros_forget(application);
     control_give_back_bank(application);
     application->overruns = core_overrun_count(&application->core);

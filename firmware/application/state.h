@@ -75,6 +75,18 @@ enum alarm {
     ALARM_SAVED = 2048,
     ALARM_THERMOMETER = 4096,
     ALARM_CORE_RESET = 8192,
+    /* The gateware has left a head out of the mean. */
+    ALARM_HEAD_LEFT_OUT = 16384,
+};
+
+/* Sets for a missing head in the gateware's windows that belong to what is loaded. */
+struct prepared {
+    /* A bit per head; 0: the failover stays off. */
+    uint32_t sets;
+    /* Of their words, as they were read back. */
+    uint32_t crc;
+    /* Left-out heads of which the operator knows. */
+    uint32_t told;
 };
 
 /* The latest turn, for the console and for telemetry. */
@@ -163,6 +175,7 @@ struct application {
     struct coefficients candidate;
     struct load load;
     struct table_temperature table;
+    struct prepared prepared;
     /* Of the table when the bank before was taken, at which time, and in the middle of this turn;
        as `table` says where nothing is known of before. */
     double before_celsius;

@@ -5,13 +5,37 @@
 #include "alarms.h"
 #include "assertion.h"
 #include "control.h"
+#include "prepared.h"
 #include "restart.h"
 
 /* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
    access of its bus. */
 enum { SWAP_LOOKS_MOST = 1000 };
 
-bool swap_candidate(struct application *application, const struct followed *followed) {
+/* Heads whose sets are in the gateware and belong to the candidate, a bit a head. */
+static uint32_t swap_sets(const struct application *application) {
+    if (application->candidate.mean.heads < 3 || application->candidate_origin == OF_SAVED) {
+        return 0;
+    }
+    return application->candidate_origin == OF_LOAD ? application->load.without.whole
+                                                    : application->prepared.sets;
+}
+
+/* The prepared set that is to become active in place of the idle bank; 0: none is needed. */
+static enum swap_answer swap_choose_set(const struct application *application, uint32_t *set) {
+    const struct mean_set *mean = &application->candidate.mean;
+    uint32_t used = mean->heads != 0 ? mean->used : 1U;
+    uint32_t left_out = core_left_out(&application->core) & used;
+    *set = 0;
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        if (left_out == 1U << head && (swap_sets(application) >> head & 1U) != 0) {
+            *set = head + 1;
+        }
+    }
+    return left_out == 0 || *set != 0 ? SWAP_ASKED : SWAP_HEAD_LEFT_OUT;
+}
+
+enum swap_answer swap_candidate(struct application *application, const struct followed *followed) {
     const struct core_access *core = &application->core;
     ASSERT(state_works(application));
     uint32_t lanes = application->configuration.lanes;
@@ -19,15 +43,27 @@ bool swap_candidate(struct application *application, const struct followed *foll
     ASSERT(application->candidate.lanes + followed->lanes <= lanes);
     ASSERT(application->candidate.counts_per_rev ==
            (uint32_t)application->parameters.counts_per_rev);
+    uint32_t set;
     core_failover_off(core);
+    if (swap_choose_set(application, &set) != SWAP_ASKED) {
+        prepared_arm(application);
+        return SWAP_HEAD_LEFT_OUT;
+    }
     core_write_coefficients(core, &application->candidate);
     core_write_followed(core, followed, counts_per_rev, lanes);
     if (!core_verify_coefficients(core, &application->candidate) ||
         !core_verify_followed(core, followed, counts_per_rev, lanes)) {
-        return false;
+        return SWAP_NOT_READ_BACK;
+    }
+    if (application->configuration.has_failover && application->candidate.mean.heads > 2) {
+        core_write_prepared(core, 0, &application->candidate, false);
     }
     application->swaps_before = core_swap_count(core);
-    core_swap(core);
+    if (set != 0) {
+        core_take_set(core, set);
+    } else {
+        core_swap(core);
+    }
     application->active = application->candidate;
     application->has_active = true;
     application->forgotten = false;
@@ -36,7 +72,7 @@ bool swap_candidate(struct application *application, const struct followed *foll
     application->swap_looks = 0;
     application->phase = PHASE_SWAP;
     control_write(application);
-    return true;
+    return SWAP_ASKED;
 }
 
 /* Which coefficients are active is not known: safe is none. */
@@ -52,5 +88,8 @@ void swap_wait(struct application *application) {
     }
     if (!swapped && application->phase == PHASE_CAPTURE) {
         swap_lost(application);
+    }
+    if (swapped) {
+        prepared_arm(application);
     }
 }

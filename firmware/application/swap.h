@@ -7,8 +7,17 @@
 
 #include "state.h"
 
-/* Writes the candidate into the idle bank, reads it back and swaps. False: the idle bank does not hold what was written. */
-bool swap_candidate(struct application *application, const struct followed *followed);
+enum swap_answer {
+    SWAP_ASKED,
+    /* The idle bank does not hold what was written to it. */
+    SWAP_NOT_READ_BACK,
+    /* The candidate uses a head that the gateware has left out, and there is no prepared set without that head. */
+    SWAP_HEAD_LEFT_OUT,
+};
+
+/* Writes the candidate and the lanes that follow a condition into the idle bank, reads them back and asks for the swap.
+   If the gateware has left out a head of the candidate's mean, the prepared set without that head becomes active instead. */
+enum swap_answer swap_candidate(struct application *application, const struct followed *followed);
 
 /* Looks whether the core has swapped; a swap that does not come is an alarm. */
 void swap_wait(struct application *application);

@@ -8,6 +8,7 @@
 #include "assertion.h"
 #include "calibrate.h"
 #include "control.h"
+#include "prepared.h"
 #include "settings.h"
 #include "swap.h"
 #include "zeros.h"
@@ -56,9 +57,10 @@ static void turn_forget_old_faults(struct application *application) {
 
 static void turn_take_calibration(struct application *application) {
     const struct followed followed = load_followed_at_work(&application->load);
-    if (!swap_candidate(application, &followed)) {
+    enum swap_answer answer = swap_candidate(application, &followed);
+    if (answer != SWAP_ASKED) {
         application->report.result = TURN_KEPT;
-        application->report.alarms |= ALARM_COEFFICIENTS;
+        application->report.alarms |= answer == SWAP_NOT_READ_BACK ? ALARM_COEFFICIENTS : 0U;
     }
 }
 
@@ -80,16 +82,19 @@ static void turn_take_set(struct application *application) {
     struct load *load = &application->load;
     enum candidate_origin origin = application->candidate_origin;
     const struct followed followed = turn_followed(application, origin);
-    if (!swap_candidate(application, &followed)) {
+    enum swap_answer answer = swap_candidate(application, &followed);
+    if (answer != SWAP_ASKED) {
+        bool left_out = answer == SWAP_HEAD_LEFT_OUT;
         application->report.result = TURN_KEPT;
-        application->report.alarms |= ALARM_COEFFICIENTS;
+        application->report.alarms |= left_out ? 0U : ALARM_COEFFICIENTS;
         if (origin == OF_LOAD) {
-            load_refuse(load, LOAD_NOT_READ_BACK);
+            load_refuse(load, left_out ? LOAD_HEAD_LEFT_OUT : LOAD_NOT_READ_BACK);
         }
         return;
     }
     application->report.result = TURN_APPLIED;
     if (origin == OF_LOAD) {
+        prepared_take_over(application);
         load_take_over_received(load);
     } else if (origin == OF_PENDING) {
         load_at_work_again(load);
@@ -97,6 +102,7 @@ static void turn_take_set(struct application *application) {
         ASSERT(origin == OF_SAVED && application->save != NULL);
         const struct saved *saved = &application->save->content;
         application->saved_state = SAVED_CONFIRMED;
+        application->prepared.sets = 0;
         load_take_over(load, &saved->loaded, &saved->thermal, &saved->followed, saved->unjudged);
     }
 }

@@ -115,6 +115,12 @@ static const struct {
     {"no_modulators",
      "a lane follows direction, speed or a word, and this gateware is built without MODULATORS: "
      "export without --modulators, or build it with MODULATORS=true"},
+    {"no_failover",
+     "the file has sets for a missing head, and this gateware is built without FAILOVER: export "
+     "without them, or build it with FAILOVER=true"},
+    {"head_left_out",
+     "a head failed, and the gateware goes on without it: status and telemetry name it and the "
+     "causes; look at its cable and supply, then come_back HEAD and turn past its index"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
              "differs, then bypass off"},

@@ -10,6 +10,7 @@
 #include "flash_command.h"
 #include "load_commands.h"
 #include "parameter_commands.h"
+#include "prepared.h"
 #include "save_command.h"
 #include "units.h"
 #include "version_command.h"
@@ -177,6 +178,26 @@ static void show_device(struct console *console) {
     named(console, "banks_without_interrupt", application->banks_without_interrupt);
 }
 
+/* Prints what the failover of the gateware does: its sets, the active one, and the heads that are left out. */
+static void show_failover(struct console *console) {
+    const struct application *application = console->application;
+    if (!application->configuration.has_failover) {
+        return;
+    }
+    const struct core_failover state = core_failover(&application->core);
+    named_word(console, "failover", core_failover_is_on(&application->core) ? "on" : "off");
+    named(console, "active_set", state.set);
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        if ((application->prepared.sets >> head & 1U) != 0) {
+            named(console, "set_without_head", head + 1);
+        }
+        if ((state.left_out >> head & 1U) != 0) {
+            named(console, "left_out", head + 1);
+            named(console, "left_out_causes", state.causes);
+        }
+    }
+}
+
 static void status(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
@@ -218,6 +239,7 @@ static void status(struct console *console, char *const *words, uint32_t number)
         text_signed(&console->sink, application->head2_zero);
         text_line(&console->sink, "");
         show_heads(console);
+        show_failover(console);
     }
     show_refusals(console);
     text_line(&console->sink, "ok");
@@ -381,6 +403,19 @@ static void clear_output(struct console *console, char *const *words, uint32_t n
     }
 }
 
+static void come_back(struct console *console, char *const *words, uint32_t number) {
+    (void)number;
+    int64_t head;
+    if (!console->application->configuration.has_failover) {
+        text_error(&console->sink, "this gateware leaves no head out", "");
+    } else if (!text_parse_whole(words[1], HEADS_MOST, &head) || head < 1 ||
+               !application_come_back(console->application, (uint32_t)head)) {
+        text_error(&console->sink, "this head is not left out: ", words[1]);
+    } else {
+        text_line(&console->sink, "ok, after its next index");
+    }
+}
+
 static void rearm(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
@@ -424,6 +459,8 @@ static const struct command commands[] = {
      "for its zero "
      "afterwards",
      1, 1, clear_output},
+    {"come_back", "come_back HEAD: use a head that was left out again, from its next index on", 2,
+     2, come_back},
     {"rearm", "rearm: start the core and wait for the index again", 1, 1, rearm},
 };
 

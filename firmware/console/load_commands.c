@@ -3,15 +3,13 @@
 #include "load_commands.h"
 
 #include "assertion.h"
+#include "prepared.h"
 
+/* sim/arctrue/device/load.py writes the frames and states their numbers. */
 const char load_use[] =
-    "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load slope N ORDER "
-    "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load range LEAST MOST "
-    "CRC | "
-    "load followed N MODULATOR ORDER PHASE AMPLITUDE CRC | load conditions WIDTH DEAD_ZONE NOMINAL "
-    "CRC | "
-    "load mean CARRIER USED OFFSET DELAYS CRC | load head N WEIGHT OFFSET CRC | "
-    "load force 1|2 CRC | load end CRC | load status | load abort: what arctrue load sends";
+    "load status | load abort | load begin, lane, slope, temperature, range, followed, conditions, "
+    "mean, head, without, without_head, without_lane, force, end NUMBERS CRC: what arctrue load "
+    "sends";
 
 #define WORD_MOST 4294967295.0
 
@@ -26,6 +24,7 @@ enum {
     CONDITIONS_WORDS = 6,
     MEAN_FRAME_WORDS = 7,
     HEAD_WORDS = 6,
+    WITHOUT_WORDS = 8,
     FORCE_WORDS = 4,
     END_WORDS = 3
 };
@@ -66,15 +65,24 @@ static bool fits(int64_t value) {
     return value >= INT32_MIN && value <= INT32_MAX;
 }
 
-static void lane(struct console *console, char *const *words) {
+/* A lane of the set, or of the set for a missing head. */
+static void lane(struct console *console, char *const *words, bool is_without) {
+    struct application *application = console->application;
     int64_t values[4];
     uint32_t crc;
     if (!read_numbers(words, 5, values, &crc) || !fits(values[3])) {
         answer(console, LOAD_WRONG_CRC);
         return;
     }
-    answer(console, load_lane(&console->application->load, (uint32_t)values[0], (uint32_t)values[1],
-                              (uint32_t)values[2], (int32_t)values[3], crc));
+    uint32_t number = (uint32_t)values[0];
+    const struct lane set = {
+        .order = (uint32_t)values[1],
+        .phase_offset = (uint32_t)values[2],
+        .amplitude = (int32_t)values[3],
+    };
+    answer(console, is_without ? application_load_without_lane(application, number, &set, crc)
+                               : load_lane(&application->load, number, set.order, set.phase_offset,
+                                           set.amplitude, crc));
 }
 
 static void slope(struct console *console, char *const *words) {
@@ -161,15 +169,37 @@ static void mean(struct console *console, char *const *words) {
     answer(console, load_mean(&console->application->load, &set, crc));
 }
 
-static void head(struct console *console, char *const *words) {
+/* A head of the mean, or of the set for a missing head. */
+static void head(struct console *console, char *const *words, bool is_without) {
+    struct application *application = console->application;
     int64_t values[3];
     uint32_t crc;
     if (!read_numbers(words, 4, values, &crc) || !fits(values[1])) {
         answer(console, LOAD_WRONG_CRC);
         return;
     }
-    answer(console, load_head(&console->application->load, (uint32_t)values[0], (int32_t)values[1],
-                              (uint32_t)values[2], crc));
+    uint32_t number = (uint32_t)values[0];
+    int32_t weight = (int32_t)values[1];
+    uint32_t offset = (uint32_t)values[2];
+    answer(console, is_without
+                        ? application_load_without_head(application, number, weight, offset, crc)
+                        : load_head(&application->load, number, weight, offset, crc));
+}
+
+static void without(struct console *console, char *const *words) {
+    int64_t values[5];
+    uint32_t crc;
+    if (!read_numbers(words, 6, values, &crc) || !fits(values[4])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct mean_set set = {
+        .carrier = (uint32_t)values[2],
+        .used = (uint32_t)values[3],
+        .error_offset = (int32_t)values[4],
+    };
+    answer(console, application_load_without(console->application, (uint32_t)values[0],
+                                             (uint32_t)values[1], &set, crc));
 }
 
 static void force(struct console *console, char *const *words) {
@@ -258,7 +288,7 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
     if (text_equal(what, "begin") && number == BEGIN_WORDS) {
         begin(console, words + 2);
     } else if (text_equal(what, "lane") && number == LANE_WORDS) {
-        lane(console, words + 2);
+        lane(console, words + 2, false);
     } else if (text_equal(what, "slope") && number == SLOPE_WORDS) {
         slope(console, words + 2);
     } else if (text_equal(what, "temperature") && number == TEMPERATURE_WORDS) {
@@ -272,7 +302,13 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
     } else if (text_equal(what, "mean") && number == MEAN_FRAME_WORDS) {
         mean(console, words + 2);
     } else if (text_equal(what, "head") && number == HEAD_WORDS) {
-        head(console, words + 2);
+        head(console, words + 2, false);
+    } else if (text_equal(what, "without") && number == WITHOUT_WORDS) {
+        without(console, words + 2);
+    } else if (text_equal(what, "without_head") && number == HEAD_WORDS) {
+        head(console, words + 2, true);
+    } else if (text_equal(what, "without_lane") && number == LANE_WORDS) {
+        lane(console, words + 2, true);
     } else if (text_equal(what, "force") && number == FORCE_WORDS) {
         force(console, words + 2);
     } else if (text_equal(what, "end") && number == END_WORDS) {

@@ -7,7 +7,15 @@
 #include "assertion.h"
 #include "units.h"
 
-enum { ARCSEC_DECIMALS = 9, DEGREE_DECIMALS = 9, TEMPERATURE_DECIMALS = 2, TABLE_DECIMALS = 3 };
+enum {
+    ARCSEC_DECIMALS = 9,
+    DEGREE_DECIMALS = 9,
+    TEMPERATURE_DECIMALS = 2,
+    TABLE_DECIMALS = 3,
+    PARITY_DECIMALS = 3
+};
+/* s19.11 counts. */
+#define PARITY_ONE 2048.0
 
 static void key(const struct text_sink *sink, const char *name) {
     text_word(sink, ",\"");
@@ -63,9 +71,26 @@ static void released_part(const struct text_sink *sink, uint32_t causes) {
     text_word(sink, "]");
 }
 
+/* Prints the heads that the gateware has left out of the mean, if there are any. */
+static void left_out_part(const struct text_sink *sink, uint32_t left_out) {
+    if (left_out != 0) {
+        key(sink, "left_out");
+        text_word(sink, "[");
+        bool first = true;
+        for (uint32_t head = 0; head < HEADS_MOST; head++) {
+            if ((left_out >> head & 1U) != 0) {
+                text_word(sink, first ? "" : ",");
+                text_unsigned(sink, head + 1);
+                first = false;
+            }
+        }
+        text_word(sink, "]");
+    }
+}
+
 /* The turn itself has been printed in an earlier line. */
 static void alarm_line(const struct text_sink *sink, const struct application *application,
-                       uint32_t alarms) {
+                       uint32_t left_out, uint32_t alarms) {
     text_word(sink, "{\"turn\":");
     text_unsigned(sink, application->report.number);
     word(sink, "result", "alarm");
@@ -74,6 +99,7 @@ static void alarm_line(const struct text_sink *sink, const struct application *a
     if (application->report.release_causes != 0) {
         released_part(sink, application->report.release_causes);
     }
+    left_out_part(sink, left_out);
     alarm_part(sink, alarms);
     text_word(sink, "}\r\n");
 }
@@ -195,19 +221,20 @@ static void mean_part(const struct text_sink *sink, const struct application *ap
     if (off >= 0.0) {
         fixed(sink, "mean_off_arcsec", off);
     }
-    uint32_t left_out = core_left_out(&application->core);
-    if (left_out != 0) {
-        key(sink, "left_out");
-        text_word(sink, "[");
-        bool first = true;
-        for (uint32_t head = 0; head < HEADS_MOST; head++) {
-            if ((left_out >> head & 1U) != 0) {
-                text_word(sink, first ? "" : ",");
-                text_unsigned(sink, head + 1);
-                first = false;
-            }
-        }
-        text_word(sink, "]");
+}
+
+/* Prints what the failover does, which also refused turns need: a head that failed may refuse them all. */
+static void failover_part(const struct text_sink *sink, const struct application *application,
+                          const struct core_failover *state) {
+    left_out_part(sink, state->left_out);
+    if (!application->configuration.has_failover) {
+        return;
+    }
+    number(sink, "active_set", state->set);
+    if (application->configuration.heads > 3) {
+        key(sink, "parity_counts");
+        text_fixed(sink, state->parity / PARITY_ONE, PARITY_DECIMALS);
+        word(sink, "parity", state->parity_beyond ? "beyond" : "within");
     }
 }
 
@@ -238,10 +265,10 @@ static void harmonics_part(const struct text_sink *sink, const struct applicatio
 }
 
 static void line(const struct text_sink *sink, const struct application *application,
-                 uint32_t alarms) {
+                 const struct core_failover *state, uint32_t alarms) {
     const struct turn_report *report = &application->report;
     if (report->between_turns) {
-        alarm_line(sink, application, alarms);
+        alarm_line(sink, application, state->left_out, alarms);
         return;
     }
     turn_part(sink, report, application->configuration.clock_hz);
@@ -255,6 +282,7 @@ static void line(const struct text_sink *sink, const struct application *applica
         followed_part(sink, report);
         harmonics_part(sink, application);
     }
+    failover_part(sink, application, state);
     number(sink, "swaps", application->swaps);
     word(sink, "output_fault", output_fault_name(report->output_stands));
     released_part(sink, report->release_causes);
@@ -271,10 +299,15 @@ bool telemetry_turn(const struct text_sink *sink, const struct application *appl
                     uint32_t alarms) {
     size_t length = 0;
     const struct text_sink counter = {add_length, &length, NULL};
-    line(&counter, application, alarms);
+    /* Read once: both passes print the same. */
+    const struct core_failover state =
+        application->configuration.has_failover
+            ? core_failover(&application->core)
+            : (struct core_failover){.left_out = core_left_out(&application->core)};
+    line(&counter, application, &state, alarms);
     if (!text_has_room(sink, length)) {
         return false;
     }
-    line(sink, application, alarms);
+    line(sink, application, &state, alarms);
     return true;
 }

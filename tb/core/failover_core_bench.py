@@ -194,14 +194,15 @@ async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
 
 
 @cocotb.test()
-async def a_small_slip_is_found_at_the_index(dut: Any) -> None:
+@cocotb.parametrize(slip=[4, 12])
+async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
     """Below the limit of a step: wrong by the head's share of it until the index of that head."""
     machine = await guarded(dut)
     head = 2
     began = len(machine.corrected)
-    machine.bursts[head - 1] = 12
+    machine.bursts[head - 1] = slip
     most = (COUNTS + 30) * CLOCKS_PER_COUNT + DECODER_CLOCKS + LOAD_CLOCKS + SWAP_WAITS
-    await left_out(machine, head, "index", began, most, share(head) * 12)
+    await left_out(machine, head, "index", began, most, share(head) * slip)
 
 
 @cocotb.test(skip=HEADS < 4)
@@ -261,8 +262,12 @@ async def a_head_comes_back_after_its_index(dut: Any) -> None:
 
 @cocotb.test()
 async def no_head_fails_without_a_fault(dut: Any) -> None:
-    """Two turns with the axis in motion; then a fault of a kind that is not asked for."""
+    """Two turns with the axis in motion and a slip within the index tolerance of 2 counts.
+
+    Then a fault of a kind that is not asked for.
+    """
     machine = await guarded(dut, illegal=0)
+    machine.bursts[1] = 2
     await machine.turn(2 * COUNTS)
     await illegal_step(machine, HEADS)
     await machine.turn(60)

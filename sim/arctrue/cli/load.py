@@ -63,8 +63,8 @@ def load(port: str, file: Path, timeout: float, *, force: bool, unseen: bool) ->
         if missing:
             tell_warning(
                 f"{file}: the sets without head {', '.join(map(str, missing))} stay in "
-                "the file: the firmware has no command for them, so that no head that fails is "
-                "left out"
+                "the file: lanes follow the temperature or a condition, and the firmware takes "
+                "no sets with such lanes; no head that fails is left out"
             )
         console = console_at(port)
         with Progress(f"{file.name}: sending") as progress:
@@ -90,6 +90,13 @@ def load(port: str, file: Path, timeout: float, *, force: bool, unseen: bool) ->
         say(f"{file}: it has no lanes; nothing is loaded any more")
         return
     said = f"{file}: {len(sent.orders)} orders are loaded and active"
+    if sent.has_sets:
+        said += ", with the sets for a missing head"
+    if sent.lacks_failover:
+        tell_warning(
+            f"{file}: its sets for a missing head were not sent: the gateware is built without "
+            "FAILOVER, so that no head that fails is left out"
+        )
     if sent.followed:
         said += f", and {sent.followed} lanes that follow a condition"
     if sent.unseen_followed:

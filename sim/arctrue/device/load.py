@@ -23,9 +23,7 @@ from arctrue.gateware.table_conditions import condition_registers
 from arctrue.generated.number_formats import CLOCK_HZ
 
 DEVICE_LOADS = Capability(heads=HEADS_MOST, mean=True, modulators=True, failover=True)
-"""What the console takes of a coefficient file; a core that lacks it refuses the set.
-
-Sets for a missing head stay on the host: no firmware changes to them yet."""
+"""What the console takes of a coefficient file; a core that lacks it refuses the set."""
 ATTEMPTS = 3
 """Of the whole set, where a line was spoiled on the way."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
@@ -58,17 +56,36 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
     return extension.mean
 
 
-def heads_without_sets(coefficients: Coefficients) -> tuple[int, ...]:
-    """Give the heads whose prepared sets are in the file and are not sent."""
+def _sets(coefficients: Coefficients) -> tuple[tuple[MeanSet, Coefficients], ...]:
+    """Give the mean of each set for a missing head, and the set."""
     if coefficients.extension is None:
         return ()
-    sets = (entry.extension for entry in coefficients.extension.without)
-    means = (extension.mean for extension in sets if extension is not None)
-    return tuple(mean.missing for mean in means if mean is not None)
+    sets = ((entry.extension, entry) for entry in coefficients.extension.without)
+    means = ((extension.mean, entry) for extension, entry in sets if extension is not None)
+    return tuple((mean, entry) for mean, entry in means if mean is not None)
+
+
+def _follows(coefficients: Coefficients) -> bool:
+    """Whether lanes of the file or of one of its sets follow the temperature or a condition."""
+    every = (coefficients, *(entry for _, entry in _sets(coefficients)))
+    return any(
+        one.thermal is not None or (one.extension is not None and one.extension.modulators)
+        for one in every
+    )
+
+
+def heads_without_sets(coefficients: Coefficients) -> tuple[int, ...]:
+    """Give the heads whose prepared sets are in the file and are not sent.
+
+    The device takes no prepared sets if lanes follow the temperature or a condition: the firmware
+    would have to write all sets again with every change.
+    """
+    sets = _sets(coefficients)
+    return tuple(mean.missing for mean, _ in sets) if _follows(coefficients) else ()
 
 
 def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
-    """Names and numbers of the frames of a mean; the sets of missing heads stay on the host."""
+    """Names and numbers of the frames of a mean."""
     used = sum(1 << head for head, is_used in enumerate(mean.used) if is_used)
     delays = sum(clocks << 8 * head for head, clocks in enumerate(mean.delays_clocks))
     heads = enumerate(zip(mean.weights, mean.offsets, strict=True))
@@ -78,18 +95,36 @@ def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
     ]
 
 
+def _set_values(mean: MeanSet, entry: Coefficients) -> list[tuple[str, list[int]]]:
+    """Names and numbers of the frames of the set for a missing head, lanes by ascending order."""
+    (_, choice), *heads = _mean_values(mean, entry.offset)
+    rows = zip(
+        entry.orders.tolist(),
+        entry.phase_offsets.tolist(),
+        entry.amplitudes.tolist(),
+        strict=True,
+    )
+    lanes = sorted(row for row in rows if row[2])
+    return [
+        ("without", [mean.missing, len(lanes), *choice[:3]]),
+        *((f"without_{name}", numbers) for name, numbers in heads),
+        *(("without_lane", [number, *row]) for number, row in enumerate(lanes)),
+    ]
+
+
 def load_frames(
     coefficients: Coefficients,
     *,
     force: bool = False,
     unseen: bool = False,
+    sets: bool = True,
     clock_hz: float = CLOCK_HZ,
 ) -> list[str]:
     """The lines of the console that load the lanes whose amplitude is not 0.
 
     With ``unseen`` the device takes what no turn of two heads shows: order 0, orders that the heads
     cannot see, words of the processor. With ``force`` it also takes what turns leave undecided.
-    ``clock_hz``: of the gateware.
+    Without ``sets`` the sets for a missing head are left out. ``clock_hz``: of the gateware.
 
     Lanes of a mean go with its carrier, offsets and weights. Raises ValueError for an offset, which
     the device takes with a mean alone, and for what needs another generic of the core.
@@ -139,6 +174,10 @@ def load_frames(
         ]
     if mean is not None:
         named += _mean_values(mean, coefficients.offset)
+        for mean_of_set, entry in (
+            _sets(coefficients) if sets and not _follows(coefficients) else ()
+        ):
+            named += _set_values(mean_of_set, entry)
     if force or unseen:
         named.append(("force", [1 if force else 2]))
     whole = zlib.crc32(b"".join(_words(values) for _, values in named))
@@ -155,11 +194,25 @@ class SentSet:
     """Lanes that follow a condition."""
     unseen_followed: int = 0
     """Those of them that no turn of two heads shows: order 0, and words of the processor."""
+    has_sets: bool = False
+    """The device took sets for a missing head."""
+    lacks_failover: bool = False
+    """The file has such sets, and the gateware is built without FAILOVER."""
 
     @property
     def is_empty(self) -> bool:
         """Nothing is loaded any more."""
         return not self.orders and not self.followed
+
+
+def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
+    """Ask a device by the first set of its own file; a firmware of before knows no such frame."""
+    first = next(frame for frame in frames if frame.startswith("load without "))
+    try:
+        console.command(first)
+    except ConsoleError as error:
+        return reason_of(error, "load") not in ("no_failover", None)
+    return True
 
 
 def send_coefficients(
@@ -174,9 +227,12 @@ def send_coefficients(
 
     ``force`` and ``unseen`` as in :func:`load_frames`. Raises LoadRefusedError where the
     device refuses the set, ConsoleError where it does not answer, ValueError as
-    :func:`load_frames`.
+    :func:`load_frames`. A core without FAILOVER gets no sets for a missing head.
     """
     frames = load_frames(coefficients, force=force, unseen=unseen)
+    has_sets = any(frame.startswith("load without ") for frame in frames)
+    if has_sets and not _takes_sets(console, frames):
+        frames = load_frames(coefficients, force=force, unseen=unseen, sets=False)
     orders = [int(frame.split()[3]) for frame in frames if frame.startswith("load lane ")]
     for attempt in range(1, ATTEMPTS + 1):
         try:
@@ -195,7 +251,15 @@ def send_coefficients(
     unseen_followed = sum(
         int(words[3]) >= _FIRST_WORD_OF_PROCESSOR or words[4] == "0" for words in followed
     )
-    return SentSet(int(frames[-1].split()[-1], 16), tuple(orders), len(followed), unseen_followed)
+    sends_sets = any(frame.startswith("load without ") for frame in frames)
+    return SentSet(
+        int(frames[-1].split()[-1], 16),
+        tuple(orders),
+        len(followed),
+        unseen_followed,
+        sends_sets,
+        has_sets and not sends_sets,
+    )
 
 
 _WAITED = {

@@ -1,4 +1,4 @@
-"""Model of the decisions of ``head_failover``: which set is loaded, and which heads are left out."""
+"""Model of ``head_failover``: which set is loaded, and which heads are left out."""
 
 from __future__ import annotations
 
@@ -84,7 +84,11 @@ class HeadFailover:
             )
         )
         all_used = now.used == (1 << self.heads) - 1
-        old_left_out, old_rearming, free = self.left_out, self._rearming, not (now.busy or self.load)
+        old_left_out, old_rearming, free = (
+            self.left_out,
+            self._rearming,
+            not (now.busy or self.load),
+        )
         watching = all_used and not self.left_out and free and self._wanted is None
         tick_full = self._tick == (1 << (self.interval_bits + 3)) - 1
         self._tick = (self._tick + 1) % (1 << (self.interval_bits + 3))

@@ -12,28 +12,43 @@ FAULT_TABLE = (
     "of carrier, weights, offsets and lanes without that head,",
     "and swaps under the ramp ([head_failover](entities/head_failover.md)). One block RAM holds "
     "all sets of four heads and 32 lanes; loading one set takes",
-    "4 · (4 · 32 + 10) + 4 clocks, 5.6 µs at 100 MHz. The benches of "
-    "`tb/core/failover_core_bench.py` measure the first five rows, with four lanes and a short "
-    "turn:",
+    "4 · (4 · 32 + 10) + 4 clocks, 5.6 µs at 100 MHz. The benches are cocotb tests of "
+    "`tb/core/failover_core_bench.py`, with four lanes and a short turn:",
     "no clock steps the output by more than 2 counts, which the motion of the table explains, and "
     "afterwards the mean of the three other heads is right.",
     "Figures are for 2²⁴ counts, of 0.077″ each; w is the weight of the head, at most 0.28 at "
     "these places.",
     "",
-    "| Fault of a head | Found by | Time until the swap | Output error until then |",
-    "|---|---|---|---|",
-    "| illegal step | its decoder | 20 clocks; 6 µs | w · 2 counts: 0.04″ |",
+    "| Fault of a head | Found by | Time until the swap | Output error until then | Bench |",
+    "|---|---|---|---|---|",
+    "| illegal step | its decoder | 20 clocks; 6 µs | w · 2 counts: 0.04″ | "
+    "`an_illegal_step_leaves_a_head_out` |",
     "| too fast, or the filter swallows counts | its decoder | 20 clocks; 6 µs | w · 1 count a "
-    "clock |",
-    "| dead: stands while all others move | `missing_edges`, 48 counts | 48 counts and 5.6 µs: 17 "
-    "µs at 90°/s, 5 ms at 0.2°/s; never at standstill | w · 72 counts: 1.5″ at 90°/s |",
-    "| slips by 64 counts or more within 1.1 ms | `step_limit`, 32 counts, against all others | 20 "
-    "clocks after the slip; 6 µs | w · slip |",
+    "clock | `a_head_that_is_too_fast_is_left_out` |",
+    "| dies or sticks: stands while all others move | `missing_edges`, 48 counts | 48 counts and "
+    "5.6 µs: 17 µs at 90°/s, 5 ms at 0.2°/s; never at standstill | w · 72 counts: 1.5″ at 90°/s | "
+    "`a_dead_carrier_is_left_out` |",
+    "| slips by 64 counts or more within 1.1 ms, up to any size | `step_limit`, 32 counts, against "
+    "all others | 20 clocks and 5.6 µs after the first 64 counts | w · (64 counts and those "
+    "of 6 µs), at most w · slip: 5″ for 4,000 counts at 4 clocks a count | "
+    "`a_head_that_steps_against_the_others_is_left_out`; 4,000 counts: "
+    "`sim/tests/instrument/test_failover.py` |",
     "| slips by less | its index, or the parity over its limit (alarm only) | one turn | w · 63 "
-    "counts: 1.4″ |",
-    "| slips by up to the `index_tolerance` | not found | – | w · tolerance |",
+    "counts: 1.4″ | `a_small_slip_is_found_at_the_index`, `the_parity_shows_a_slip_at_once` |",
+    "| slips by up to the `index_tolerance` | not found | – | w · tolerance | "
+    "`no_head_fails_without_a_fault` |",
     "| a second head fails | its decoder (alarm only); only sets without one head are prepared | – "
-    "| not bounded |",
+    "| not bounded | `tb/mean/head_failover_bench.py` |",
+    "| none: a head comes back after its index | – | on request or after a time | none | "
+    "`a_head_comes_back_after_its_index` |",
+    "| none: words that use the dead head are swapped or loaded | the gateware refuses them | – | "
+    "none | `a_swap_does_not_bring_a_dead_head_back`, "
+    "`a_set_that_uses_the_failed_head_is_not_taken` |",
+    "",
+    "Proved for every sequence of inputs ([proofs](proofs.md)): A and B of the output never change "
+    "together, whatever angle and position are to be put out, so that no change of a set",
+    "makes an illegal step; a set is swapped whole, over lanes, weights and offsets; a head that "
+    "is left out has no weight, and is back only after its index.",
     "",
     "The gateware separates a step of a head from a motion of the axis without knowing the places "
     "of the heads: head k has failed if the other heads agree",
@@ -47,8 +62,8 @@ FAULT_TABLE = (
     "A head returns under the ramp after its next index, on request or after "
     "`failover.return_after`; its index repeats to ± 1 count. A dead head has no index and",
     "does not return. A snapshot reads the parity Σcᵢ·rᵢ, which exists for four heads only. "
-    "The firmware does not write prepared sets yet; it switches the",
-    "failover off before other coefficients become active.",
+    "`arctrue load` loads the sets and the",
+    "console's `come_back` returns a head ([firmware](firmware-load.md#three-and-four-heads)).",
     "",
 )
 """Section on the faults of a head, measured by the benches of the gateware."""

@@ -14,6 +14,7 @@ from sim.tests.cli.test_monitor import Device
 from sim.tests.firmware.emulator import PATIENCE_S
 
 from arctrue.cli import main
+from arctrue.device.console import ConsoleError
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import Conditions, Extension
@@ -142,6 +143,47 @@ def test_lanes_that_no_turn_shows_are_named(
     assert any(frame.startswith("load force 2 ") for frame in console.frames)
 
 
+class TakesSets(TakesAll):
+    """Answers the first frame of a set, before ``load begin``, with a reason."""
+
+    reason = ""
+
+    def command(self, line: str) -> list[str]:
+        if line.startswith("load without ") and not any("begin" in one for one in self.frames):
+            raise ConsoleError(f"{self.port}: 'load without' is refused: error: {self.reason}")
+        return super().command(line)
+
+
+@pytest.mark.parametrize(
+    ("reason", "are_sent"),
+    [
+        ("load wrong_frame", True),
+        ("load no_failover", False),
+        ("use: load begin FRAMES COUNTS CRC", False),
+    ],
+)
+def test_sets_for_a_missing_head_go_to_a_gateware_that_takes_them(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, reason: str, are_sent: bool
+) -> None:
+    """A core without FAILOVER or an earlier firmware gets all else; the operator is warned."""
+    heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
+    without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
+    plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)
+    three = dataclasses.replace(plain, extension=Extension(mean=without))
+    four = dataclasses.replace(plain, extension=Extension(mean=heads, without=(three,)))
+    path = tmp_path / "four.toml"
+    write_coefficient_file(path, four)
+    monkeypatch.setattr(TakesSets, "reason", reason)
+    console = TakesSets()
+    monkeypatch.setattr("arctrue.cli.load.console_at", lambda port: console)
+    done = CliRunner().invoke(main, ["load", console.port, str(path)])
+    assert done.exit_code == 0, done.output
+    assert any(frame.startswith("load without ") for frame in console.frames) == are_sent
+    said = " ".join(done.output.split())
+    assert ("with the sets for a missing head" in said) == are_sent
+    assert ("built without FAILOVER" in said) != are_sent
+
+
 @pytest.mark.parametrize(
     ("line", "said"),
     [
@@ -197,17 +239,21 @@ def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:
 def test_sets_for_a_missing_head_are_named_as_not_loaded(
     tmp_path: Path,
 ) -> None:
-    """The warning names the heads before anything is sent; here no device answers."""
+    """Where a lane follows a condition; the warning comes first, here no device answers."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)
     three = dataclasses.replace(plain, extension=Extension(mean=without))
     four = dataclasses.replace(plain, extension=Extension(mean=heads, without=(three,)))
+    assert four.extension is not None
+    speed = dataclasses.replace(
+        four.extension, modulators=((0, "speed"),), conditions=Conditions(16, 0, 90.0)
+    )
     path = tmp_path / "four.toml"
-    write_coefficient_file(path, four)
+    write_coefficient_file(path, dataclasses.replace(four, extension=speed))
     done = CliRunner().invoke(main, ["load", str(tmp_path / "no_port"), str(path)])
     assert done.exit_code == 2, done.output
     assert "the sets without head 3 stay in the file" in done.output
-    write_coefficient_file(path, dataclasses.replace(plain, extension=Extension(mean=heads)))
+    write_coefficient_file(path, four)
     done = CliRunner().invoke(main, ["load", str(tmp_path / "no_port"), str(path)])
     assert "stay in the file" not in done.output

@@ -209,7 +209,7 @@ def test_frames_out_of_their_place(running: Firmware) -> None:
     assert send(running, [begin, first, second, end]) == ["ok"] * 4
     assert running.send("load abort").strip() == "ok"
     assert state(running) == "load none"
-    assert running.send("load lane 1 2 3").startswith("error: use: load begin")
+    assert running.send("load lane 1 2 3").startswith("error: use: load status")
 
 
 def frame(name: str, *values: int) -> str:

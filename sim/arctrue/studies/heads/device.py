@@ -81,16 +81,21 @@ class HeadsDevice:
         self,
         settings: RevolutionSettings,
         *,
+        failover: bool = False,
         report_run: ReportRun | None = None,
         report_step: ReportStep | None = None,
     ) -> None:
-        """Build the instrument, unless it is there. Raises InstrumentError."""
+        """Build the instrument, unless it is there. Raises InstrumentError.
+
+        With ``failover`` the core leaves out a head that fails.
+        """
         self.settings = settings
+        self.failover = failover
         self.instrument = Instrument(
             settings.lanes,
             settings.capture_depth,
             clock_hz=settings.clock_hz,
-            generics={"HEADS": len(PLACES_DEG)},
+            generics={"HEADS": len(PLACES_DEG), **({"FAILOVER": "true"} if failover else {})},
             report_run=report_run,
             report_step=report_step,
         )
@@ -183,7 +188,7 @@ class HeadsDevice:
 
         Raises InstrumentError for a frame that the console refuses.
         """
-        for frame in load_frames(coefficients):
+        for frame in load_frames(coefficients, sets=self.failover):
             answer = self.firmware.send(frame).strip()
             if answer != "ok":
                 raise InstrumentError(f"{frame}: the device answers {answer}")

@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "prepared.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "alarms.h"
+#include "arctrue_number_formats.h"
+#include "assertion.h"
+#include "units.h"
+
+enum { OFFSET_ONE = 16, PARITY_HEADS = 4 };
+#define PARITY_ONE 65536.0
+
+void prepared_forget(struct application *application) {
+    application->prepared.sets = 0;
+    if (application->configuration.has_failover && state_works(application)) {
+        core_failover_off(&application->core);
+    }
+}
+
+/* Until new sets are whole the gateware must refuse every window. */
+static void prepared_close(struct application *application) {
+    const struct coefficients nothing = {.lanes = application->configuration.lanes,
+                                         .counts_per_rev =
+                                             application->load.received.counts_per_rev};
+    prepared_forget(application);
+    for (uint32_t set = 1; set <= application->configuration.heads; set++) {
+        core_write_prepared(&application->core, set, &nothing, true);
+    }
+}
+
+/* Writes the words of the mean once the set is whole. */
+static enum load_answer prepared_open(struct application *application, enum load_answer answer) {
+    const struct load_without *set = &application->load.without;
+    if (answer == LOAD_TAKEN && set->head != 0 && (set->whole >> (set->head - 1) & 1U) != 0) {
+        const struct coefficients words = {
+            .counts_per_rev = application->load.received.counts_per_rev, .mean = set->mean};
+        core_write_prepared(&application->core, set->head, &words, false);
+    }
+    return answer;
+}
+
+enum load_answer application_load_without(struct application *application, uint32_t head,
+                                          uint32_t lanes, const struct mean_set *mean,
+                                          uint32_t crc) {
+    if (!application->configuration.has_failover || !state_works(application)) {
+        return LOAD_NO_FAILOVER;
+    }
+    bool first = application->load.without.head == 0;
+    enum load_answer answer = load_without(&application->load, head, lanes, mean, crc);
+    if (answer == LOAD_TAKEN && first) {
+        prepared_close(application);
+    }
+    return answer;
+}
+
+enum load_answer application_load_without_head(struct application *application, uint32_t number,
+                                               int32_t weight, uint32_t offset, uint32_t crc) {
+    return prepared_open(application,
+                         load_without_head(&application->load, number, weight, offset, crc));
+}
+
+enum load_answer application_load_without_lane(struct application *application, uint32_t number,
+                                               const struct lane *lane, uint32_t crc) {
+    enum load_answer answer = load_without_lane(&application->load, number, lane, crc);
+    if (answer == LOAD_TAKEN) {
+        core_write_prepared_lane(&application->core, application->load.without.head, number, lane,
+                                 application->load.received.counts_per_rev);
+    }
+    return prepared_open(application, answer);
+}
+
+/* Bits of the windows of these heads' sets. */
+static uint32_t prepared_windows(uint32_t sets) {
+    return sets << 1;
+}
+
+void prepared_take_over(struct application *application) {
+    struct prepared *prepared = &application->prepared;
+    prepared->sets = application->load.without.whole;
+    if (prepared->sets != 0) {
+        prepared->crc = core_prepared_sum(&application->core, prepared_windows(prepared->sets),
+                                          application->configuration.lanes);
+    }
+}
+
+/* The determinant of the rows 1, cos, sin of three heads. */
+static double prepared_minor(const double place[3]) {
+    return sin(place[1] - place[0]) + sin(place[2] - place[1]) + sin(place[0] - place[2]);
+}
+
+/* c with sum c = 0 and sum c e^(j place) = 0: the signed minors of the three equations; the largest |c| is 1. The
+   offsets of the mean are the places. Fewer than four heads have no parity. */
+static void prepared_parity(const struct mean_set *mean, uint32_t counts_per_rev,
+                            int32_t weight[HEADS_MOST]) {
+    double c[PARITY_HEADS] = {0.0};
+    double largest = 0.0;
+    uint32_t at = 0;
+    int32_t sum = 0;
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        weight[head] = 0;
+    }
+    if (mean->heads != PARITY_HEADS) {
+        return;
+    }
+    for (uint32_t head = 0; head < PARITY_HEADS; head++) {
+        double place[3];
+        uint32_t others = 0;
+        for (uint32_t other = 0; other < PARITY_HEADS; other++) {
+            if (other != head) {
+                place[others++] = 2.0 * PI * mean->offset[other] / OFFSET_ONE / counts_per_rev;
+            }
+        }
+        c[head] = (head % 2 == 0 ? 1.0 : -1.0) * prepared_minor(place);
+        if (fabs(c[head]) > largest) {
+            largest = fabs(c[head]);
+            at = head;
+        }
+    }
+    double sign = c[0] < 0.0 ? -1.0 : 1.0;
+    for (uint32_t head = 0; head < PARITY_HEADS && largest > 0.0; head++) {
+        weight[head] = (int32_t)rint(sign * c[head] / largest * PARITY_ONE);
+        sum += weight[head];
+    }
+    weight[at] -= sum;
+}
+
+void prepared_arm(struct application *application) {
+    const struct parameters *parameters = &application->parameters;
+    const struct core_access *core = &application->core;
+    struct prepared *prepared = &application->prepared;
+    const struct coefficients *active = state_active(application);
+    if (prepared->sets == 0 || !state_works(application)) {
+        return;
+    }
+    core_failover_off(core);
+    uint32_t crc =
+        core_prepared_sum(core, prepared_windows(prepared->sets), application->configuration.lanes);
+    if (crc != prepared->crc) {
+        prepared->sets = 0;
+        alarm_between_turns(application, ALARM_COEFFICIENTS);
+        return;
+    }
+    if (active == NULL || active->mean.heads < 3 || parameters->failover_causes == 0.0) {
+        return;
+    }
+    struct core_failover_setup setup = {
+        .causes = (uint32_t)parameters->failover_causes,
+        .missing_counts = (uint32_t)parameters->failover_missing_counts,
+        .step_limit = (uint32_t)parameters->failover_step_counts,
+        .return_after = parameters->failover_return_s * application->configuration.clock_hz,
+        .parity_limit = (uint32_t)parameters->failover_parity_counts,
+    };
+    prepared_parity(&active->mean, active->counts_per_rev, setup.parity_weight);
+    core_failover_on(core, &setup);
+}
+
+void prepared_watch(struct application *application) {
+    uint32_t left_out = core_left_out(&application->core);
+    if ((left_out & ~application->prepared.told) != 0) {
+        alarm_between_turns(application, ALARM_HEAD_LEFT_OUT);
+    }
+    application->prepared.told = left_out;
+}
+
+bool application_come_back(const struct application *application, uint32_t head) {
+    bool is_out = head > 0 && head <= HEADS_MOST &&
+                  (core_left_out(&application->core) >> (head - 1) & 1U) != 0;
+    if (is_out) {
+        core_come_back(&application->core, 1U << (head - 1));
+    }
+    return is_out;
+}

@@ -1,0 +1,333 @@
+"""Sets for a missing head: loaded over the console into the gateware, and what a failure does.
+
+The model of the core has four heads of which heads 3 and 4 read as heads 1 and 2: the firmware's
+check of places and its telemetry need readings, not a table.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from sim.tests.calibration.synthetic import COUNTS
+from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN
+from sim.tests.firmware.model_core import Firmware, ModelCore, address, bit, field_shift
+from sim.tests.firmware.test_load import load, send, state, turn
+
+from arctrue.device.load import heads_without_sets, load_frames
+from arctrue.gateware.capability import Capability
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.extension import Conditions, Extension
+from arctrue.gateware.mean_set import MeanSet
+from arctrue.gateware.parity_sum import parity_weights
+from arctrue.gateware.register_access import RegisterMap
+
+HEADS = 4
+LANES = 32
+SEPARATION_DEG = 33.0
+ALPHA = round(SEPARATION_DEG / 360.0 * COUNTS * 16)
+OFFSETS = (0, ALPHA, 0, ALPHA)
+WEIGHTS = (20_000, 15_000, 17_000, 13_536)
+WINDOW = 0x1000
+FIRST_WINDOW = 0x8000
+FURTHER_INDICES_SEEN = 0b11 << 10
+CAUSES = ("illegal", "overspeed", "swallowed", "missing_edges", "step", "index")
+
+
+class FailoverCore(ModelCore):
+    """The model with the registers of the failover: sets are taken, heads come back."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.set("version", 0x000800)
+        self.set("capability", HEADS | 1 << 3 | bit("capability", "failover"))
+        self.access.further_capture = self.access.capture
+        self.status(left_out=0, active=7)
+
+    def status(self, *, left_out: int, active: int, cause: int = 0) -> None:
+        shown = left_out | active << 4 | 0b1111 << 8 | cause << field_shift("heads_status", "cause")
+        self.set("heads_status", shown)
+
+    def write(self, context: Any, offset: int, word: int) -> None:
+        super().write(context, offset, word)
+        if offset == address("heads_command") and word & 1 << 7:
+            number = word >> 4 & 7
+            self.status(left_out=1 << number >> 1, active=number)
+            self.set("swap_count", self.get("swap_count") + 1)
+
+    def command(self, word: int) -> None:
+        super().command(word)
+        if word & bit("command", "swap"):
+            left_out = self.get("heads_status") & 0b1111
+            self.status(left_out=left_out, active=7)
+
+    def hand_over(self, counts: Any, flags: int = BOTH_INDICES_SEEN, travel: int = 0) -> None:
+        super().hand_over(counts, flags | FURTHER_INDICES_SEEN, travel)
+        for head, row in enumerate((0, 1, 0, 1), start=1):
+            position = int(counts[row, -1])
+            turn_position = f"snapshot.head{head}_turn_position"
+            angle = f"snapshot.head{head}_angle"
+            if head > 2:
+                turn_position, angle = f"head{head}.turn_position", f"head{head}.angle"
+            self.set(turn_position, position)
+            self.set(angle, position % COUNTS)
+
+    def window(self, number: int) -> dict[int, int]:
+        """Words of a prepared set by their place in it."""
+        first = FIRST_WINDOW + WINDOW * number
+        return {at - first: self.words[at] for at in self.words if 0 <= at - first < WINDOW}
+
+
+def lanes_of(amplitude: float) -> Coefficients:
+    return Coefficients.from_harmonics([3, 7], [amplitude, 0.5], [0.3, 1.9], COUNTS, LANES)
+
+
+def without(missing: int) -> Coefficients:
+    """Weights that are told apart; head 1 carries unless it is missing."""
+    weights = [0 if head == missing else 10_000 * head for head in range(1, HEADS + 1)]
+    carrier = 2 if missing == 1 else 1
+    weights[carrier - 1] += 65_536 - sum(weights)
+    mean = MeanSet(tuple(weights), OFFSETS, carrier, missing)
+    return replace(lanes_of(2.0 + missing), offset=missing, extension=Extension(mean=mean))
+
+
+def file_of(*missing: int) -> Coefficients:
+    mean = MeanSet(WEIGHTS, OFFSETS)
+    sets = tuple(without(head) for head in missing)
+    return replace(lanes_of(1.0), extension=Extension(mean=mean, without=sets))
+
+
+@pytest.fixture
+def running() -> Firmware:
+    made = Firmware(FailoverCore())
+    made.library.application_start(made.application)
+    made.core.see_index()
+    made.send("set orders 8")
+    made.step()
+    made.turn(turn(1))
+    return made
+
+
+def loaded(running: Firmware, coefficients: Coefficients) -> None:
+    assert load(running, coefficients) == "ok"
+    running.turn(turn(2))
+    running.step(3)
+    assert state(running) == "load active"
+
+
+def words_by(coefficients: Coefficients, mean: MeanSet, number: int) -> dict[int, int]:
+    """The words that the register map of the workbench writes for a set."""
+    written: dict[int, int] = {}
+
+    async def write(at: int, words: Sequence[int]) -> None:
+        first = at - FIRST_WINDOW - WINDOW * number
+        written.update({first + 4 * place: word for place, word in enumerate(words)})
+
+    async def read(at: int, number_of_words: int) -> list[int]:
+        raise AssertionError(f"{number_of_words} words at {at:x} are read to write a set")
+
+    work = RegisterMap(read, write).write_set(number, coefficients, mean)
+    with pytest.raises(StopIteration):
+        work.send(None)
+    return written
+
+
+def test_every_set_arrives_as_the_register_map_writes_it(running: Firmware) -> None:
+    coefficients = file_of(1, 2, 3, 4)
+    loaded(running, coefficients)
+    assert coefficients.extension is not None
+    entries = [coefficients, *coefficients.extension.without]
+    for number, entry in enumerate(entries):
+        assert entry.extension is not None
+        assert entry.extension.mean is not None
+        expected = words_by(entry, entry.extension.mean, number)
+        found = running.core.window(number)
+        assert {at: found.get(at, 0) for at in expected} == expected
+    assert running.status("set_without_head") == ["1", "2", "3", "4"]
+
+
+def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Firmware) -> None:
+    names = ("missing_edges", "parity.step_limit", "parity.limit")
+    running.send("set failover_parity_counts 9")
+    loaded(running, file_of(1, 2, 3, 4))
+    every = sum(bit("failover", cause) for cause in CAUSES)
+    assert running.core.get("failover") == every | bit("failover", "enable")
+    assert [running.core.get(name) for name in names] == [48, 32, 9]
+    # Each 2^17 clocks of 10 ns; the wait is not shorter than asked for.
+    running.send("set failover_return_s 2")
+    assert running.core.get("failover") >> 16 == int(np.ceil(2e8 / 2**17))
+    running.send("set failover_causes 1")
+    assert running.core.get("failover") & 0xFFFF == bit("failover", "enable") | bit(
+        "failover", "illegal"
+    )
+    running.send("set failover_causes 0")
+    assert running.core.get("failover") == 0
+    running.send("forget")
+    assert running.status("set_without_head") == []
+
+
+def test_the_parity_has_the_weights_of_the_workbench() -> None:
+    """Of the offsets of a mean whose heads stand apart, to a unit of the words."""
+    places = np.radians([0.0, 64.3, 177.0, 257.9])
+    offsets = tuple(int(word) for word in np.rint(places / (2.0 * np.pi) * COUNTS * 16))
+    running = Firmware(FailoverCore())
+    running.library.application_start(running.application)
+    mean = running.application.active.mean
+    running.application.active.counts_per_rev = COUNTS
+    running.application.has_active = True
+    mean.heads, mean.carrier, mean.used = HEADS, 0, 0b1111
+    mean.weight[0:HEADS], mean.offset[0:HEADS] = WEIGHTS, offsets
+    prepared = running.application.prepared
+    prepared.sets = 0b1111
+    prepared.crc = running.library.core_prepared_sum(running.core.access, 0b11110, LANES)
+    running.library.prepared_arm(running.application)
+    found = [running.core.get(f"parity.weight{head}") for head in range(1, HEADS + 1)]
+    signed = np.array(found, dtype=np.uint32).view(np.int32)
+    assert signed.sum() == 0
+    assert np.abs(signed - parity_weights(places)).max() <= 2
+
+
+def test_a_head_that_is_left_out_is_told_at_once_and_comes_back_on_request(
+    running: Firmware,
+) -> None:
+    loaded(running, file_of(1, 2, 3, 4))
+    running.send("telemetry on")
+    running.core.status(left_out=0b0100, active=3, cause=0b001000)
+    said = running.step(2)
+    assert '"result":"alarm"' in said
+    assert '"left_out":[3]' in said
+    assert '"alarms":["head_left_out"]' in said
+    assert running.status("left_out") == ["3"]
+    assert running.status("left_out_causes") == ["8"]
+    assert running.step(2) == "", "told once"
+    told = running.turn(turn(3))
+    assert (told["left_out"], told["active_set"]) == ([3], 3)
+    assert "head_left_out" in told["alarms"]
+    running.core.writes.clear()
+    assert "not left out" in running.send("come_back 2")
+    assert running.core.writes == []
+    assert running.send("come_back 3").startswith("ok")
+    assert running.core.writes == [(address("heads_command"), 1 << 10)]
+
+
+def test_telemetry_has_the_parity(running: Firmware) -> None:
+    loaded(running, file_of(1, 2, 3, 4))
+    running.core.set("parity.value", -3 * 2048 - 1024)
+    told = running.turn(turn(3))
+    assert (told["parity_counts"], told["parity"]) == (-3.5, "within")
+    running.core.set(
+        "heads_status", running.core.get("heads_status") | bit("heads_status", "parity_beyond")
+    )
+    assert running.turn(turn(4))["parity"] == "beyond"
+
+
+def test_while_a_head_is_left_out_its_set_becomes_active_in_place_of_a_swap(
+    running: Firmware,
+) -> None:
+    """A new mean of all heads would bring the dead head back; the gateware refuses that too."""
+    loaded(running, file_of(1, 2, 3, 4))
+    running.core.status(left_out=0b0010, active=2)
+    running.core.writes.clear()
+    swap = (address("command"), bit("command", "swap"))
+    loaded(running, file_of(1, 2, 3))
+    assert swap not in running.core.writes
+    assert (address("heads_command"), 1 << 7 | 2 << 4) in running.core.writes
+    assert running.core.get("heads_status") & 0x7F == 0b0010 | 2 << 4
+    assert running.core.get("failover") & 1
+
+
+def test_a_mean_without_a_set_for_the_left_out_head_is_refused(running: Firmware) -> None:
+    loaded(running, file_of(1, 2, 3, 4))
+    running.core.status(left_out=0b0010, active=2)
+    running.core.writes.clear()
+    assert load(running, file_of(1)) == "ok"
+    running.turn(turn(2))
+    assert state(running) == "load refused head_left_out"
+    swap = (address("command"), bit("command", "swap"))
+    assert swap not in running.core.writes
+
+
+def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
+    loaded(running, file_of(1, 2, 3, 4))
+    running.core.status(left_out=0b0010, active=2)
+    running.core.writes.clear()
+    running.send("rearm")
+    assert (address("heads_command"), 0b0010 << 8) in running.core.writes
+    assert running.core.get("failover") == 0
+
+
+def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: Firmware) -> None:
+    """Before a word of them changes; the gateware refuses a set that is not whole."""
+    loaded(running, file_of(1, 2, 3, 4))
+    frames = load_frames(file_of(1, 2))
+    first = next(place for place, frame in enumerate(frames) if "load without " in frame)
+    send(running, frames[:first])
+    assert running.core.get("failover") & 1
+    running.core.writes.clear()
+    assert send(running, frames[first : first + 1]) == ["ok"]
+    offsets = [offset for offset, _ in running.core.writes]
+    inside = [FIRST_WINDOW <= offset < 2 * FIRST_WINDOW for offset in offsets]
+    assert offsets.index(address("failover")) < inside.index(True)
+    choices = [running.core.window(number)[0x820] for number in range(1, HEADS + 1)]
+    assert choices == [0] * HEADS
+    running.send("load abort")
+    assert running.status("failover") == ["off"]
+    assert running.status("set_without_head") == []
+
+
+@pytest.mark.parametrize("reason", ["out_of_range", "no_failover"])
+def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
+    """A set of all heads that claims to be one without head 2; a core without the windows."""
+    core = FailoverCore()
+    if reason == "no_failover":
+        core.set("capability", HEADS | 1 << 3)
+    running = Firmware(core)
+    running.library.application_start(running.application)
+    frames = load_frames(file_of(2))
+    if reason == "out_of_range":
+        numbers = [2, 2, 0, 0b1111, 2]
+        crc = zlib.crc32(struct.pack("<5I", *numbers))
+        frame = f"load without {' '.join(map(str, numbers))} {crc:08X}"
+        frames = [frame if "load without " in one else one for one in frames]
+    answers = [answer for answer in send(running, frames) if answer != "ok"]
+    assert answers[0] == f"error: load {reason}"
+    written = [at for at, _ in core.writes if FIRST_WINDOW <= at < 2 * FIRST_WINDOW]
+    assert reason != "no_failover" or written == [], "the core would refuse the access"
+    assert core.window(2).get(0x820, 0) == 0
+
+
+def test_a_frame_that_is_left_out_spoils_the_whole(running: Firmware) -> None:
+    frames = load_frames(file_of(1, 2))
+    short = [frame for frame in frames if not frame.startswith("load without_lane 1 ")]
+    assert send(running, short)[-1] != "ok"
+    assert state(running) != "load waiting"
+
+
+def test_words_that_the_gateware_lost_switch_the_failover_off(running: Firmware) -> None:
+    loaded(running, file_of(1, 2, 3, 4))
+    running.send("telemetry on")
+    running.core.words[FIRST_WINDOW + 3 * WINDOW + 0x810] ^= 1
+    said = running.send("set failover_step_counts 40") + running.step()
+    assert running.core.get("failover") == 0
+    assert '"alarms":["coefficients"]' in said
+    assert running.status("set_without_head") == []
+
+
+def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
+    coefficients = file_of(1, 2)
+    assert heads_without_sets(coefficients) == ()
+    assert coefficients.extension is not None
+    extension = replace(
+        coefficients.extension,
+        modulators=((1, "speed"),),
+        conditions=Conditions(16, 0, 90.0),
+    )
+    follows = replace(coefficients, extension=extension)
+    assert heads_without_sets(follows) == (1, 2)
+    assert not [frame for frame in load_frames(follows) if "without" in frame]
+    assert Capability(heads=4, mean=True, failover=True).lacking(coefficients.extension.needs) == []
