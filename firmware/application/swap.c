@@ -16,14 +16,16 @@ bool swap_candidate(struct application *application, const struct followed *foll
     ASSERT(state_works(application));
     uint32_t lanes = application->configuration.lanes;
     uint32_t counts_per_rev = application->candidate.counts_per_rev;
-    ASSERT(application->candidate.lanes + followed->lanes <= lanes);
+    ASSERT(application->candidate.lanes + followed_all_lanes(followed) <= lanes);
     ASSERT(application->candidate.counts_per_rev ==
            (uint32_t)application->parameters.counts_per_rev);
     core_failover_off(core);
     core_write_coefficients(core, &application->candidate);
     core_write_followed(core, followed, counts_per_rev, lanes);
+    core_write_real(core, followed, counts_per_rev, lanes);
     if (!core_verify_coefficients(core, &application->candidate) ||
-        !core_verify_followed(core, followed, counts_per_rev, lanes)) {
+        !core_verify_followed(core, followed, counts_per_rev, lanes) ||
+        !core_verify_real(core, followed, counts_per_rev, lanes)) {
         return false;
     }
     application->swaps_before = core_swap_count(core);
