@@ -26,6 +26,7 @@ module turn_counter_rules (
     reg taken = 0, taken_then = 0, reset_then = 1, reset_before = 1;
     reg signed [23:0] number_then = 0;
     reg [1:0] select_then = 0;
+    reg up_then = 0, down_then = 0;
 
     always @(posedge clock) begin
         running <= {running, 1'b1};
@@ -38,6 +39,8 @@ module turn_counter_rules (
         end
         number_then <= number;
         select_then <= turn_select;
+        up_then <= probe_up;
+        down_then <= probe_down;
         reset_then <= reset;
         reset_before <= reset_then;
     end
@@ -45,8 +48,9 @@ module turn_counter_rules (
     wire signed [27:0] around = $signed({3'd0, turn});
     // What the angle before last made of its predecessor, by the turn numbers.
     wire signed [23:0] wraps = number - number_then;
-    wire signed [27:0] moved = $signed({4'd0, last_then}) - $signed({4'd0, before_then})
-                               + (wraps == 1 ? around : wraps == 0 ? 0 : -around);
+    wire signed [27:0] without = $signed({4'd0, last_then}) - $signed({4'd0, before_then});
+    wire signed [27:0] moved = without + (wraps == 1 ? around : wraps == 0 ? 0 : -around);
+    wire signed [27:0] half = around >>> 1;
 
     always @* begin
         assume (turn >= 4 && turn <= 25'h1000000);
@@ -64,7 +68,13 @@ module turn_counter_rules (
                 reset_is_turn_0: assert (number == 0);
             end
 
-            // Lemmas: the limits are those of the last angle.
+            // Lemmas: what the comparisons of the clock before found; the limits are those of the last angle.
+            assert (!(probe_up && probe_down) && !(up_then && down_then));
+            if (!reset_then) assert (wraps == (up_then ? 1 : down_then ? -1 : 0));
+            if (!reset_before) begin
+                assert (up_then == (taken_then && without < -half));
+                assert (down_then == (taken_then && without > half));
+            end
             assert (last < turn && before < turn && last_then < turn && before_then < turn);
             assert (probe_half == $signed({2'd0, turn[24:1]}));
             assert (probe_lowest == $signed({2'd0, last}) - probe_half);
