@@ -613,4 +613,42 @@ PROOFS = (
             ),
         ),
     ),
+    Proof(
+        name="turn_counter",
+        entity="turn_counter",
+        claims=(
+            "turn number and angle together move, from one angle that is taken to the next, by "
+            "what the angle moves the shorter way round: a wrap makes no step of its own",
+            "the select of an angle is its turn number modulo 4, a clock later",
+        ),
+        limits="angles below counts_per_rev, which stands still",
+        depth=4,
+        cover_depth=12,
+        probes={
+            f"probe_{name}": f"counter.{name}"
+            for name in ("half", "lowest", "highest", "up", "down")
+        },
+        breaks=(
+            Break(
+                "half a turn forwards counts as a wrap backwards",
+                "when now > highest else",
+                "when now >= highest else",
+            ),
+            Break(
+                "an angle that is not taken counts as the one before",
+                "        lowest  <= now - half;\n        highest <= now + half;\n      end if;\n",
+                "      end if;\n      lowest  <= now - half;\n      highest <= now + half;\n",
+            ),
+            Break(
+                "the select comes with the turn number",
+                "u_unsigned(number(1 downto 0)) + u_unsigned'(down & (up or down))",
+                "u_unsigned(number(1 downto 0))",
+            ),
+            Break(
+                "a wrap backwards is not counted",
+                "        number <= number - 1;\n",
+                "        number <= number;\n",
+            ),
+        ),
+    ),
 )

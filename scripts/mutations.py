@@ -164,6 +164,22 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/local_table/test_local_table.py",
     ),
     Mutation(
+        "sweep_of_two_turns",
+        "a sweep of phase offsets takes the turn of each moment: a tremble leaves a turn out",
+        "rtl/coefficients/turn_offset_sweep.vhd",
+        "      if now = FIRST then\n",
+        "      if now.part = 0 then\n",
+        "tb/coefficients/test_turn_offset_sweep.py",
+    ),
+    Mutation(
+        "turn_of_the_angle_before",
+        "the two-bit select of a turn comes a clock after its angle's wrap",
+        "rtl/phase/turn_counter.vhd",
+        "  turn_select <= u_unsigned(number(1 downto 0)) + u_unsigned'(down & (up or down));\n",
+        "  turn_select <= u_unsigned(number(1 downto 0));\n",
+        "tb/phase/test_turn_counter.py",
+    ),
+    Mutation(
         "near_edges_are_swallowed",
         "counted edges that follow too fast are reported as swallowed",
         "rtl/decoder/plausibility_check.vhd",

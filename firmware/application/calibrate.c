@@ -93,7 +93,7 @@ static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
 /* Beside those at work that follow a condition. */
 static uint32_t calibrate_plain_lanes(const struct application *application) {
     const struct followed followed = load_followed_at_work(&application->load);
-    return application->configuration.lanes - followed.lanes;
+    return application->configuration.lanes - followed_all_lanes(&followed);
 }
 
 /* Their bits, by place. */
@@ -325,7 +325,7 @@ static void calibrate_judge_load(struct application *application, const struct t
     load_own_lanes(load, active, &own);
     load_combine(&load->received, application_thermal(application, &load->received_thermal),
                  application->middle_celsius, &own,
-                 application->configuration.lanes - load->received_followed.lanes,
+                 application->configuration.lanes - followed_all_lanes(&load->received_followed),
                  &application->candidate);
     enum load_answer answer = LOAD_NOT_YET;
     if (load->received.mean.heads == 0) {
@@ -352,7 +352,7 @@ static void calibrate_judge_pending(struct application *application, const struc
     judge.followed = &load->followed;
     const struct thermal *thermal = application_thermal(application, &load->thermal);
     const struct coefficients *active = state_active(application);
-    uint32_t lanes = application->configuration.lanes - load->followed.lanes;
+    uint32_t lanes = application->configuration.lanes - followed_all_lanes(&load->followed);
     struct coefficients *candidate = &application->candidate;
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
     enum judgement found = load->loaded.mean.heads != 0

@@ -107,6 +107,10 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
            configuration->lanes <= LANES_LIMIT && configuration->clock_hz > 0;
 }
 
+static bool core_has_real_orders(const struct core_access *core) {
+    return FIELD(core_capability(core), CAPABILITY__REAL_ORDERS) != 0;
+}
+
 struct core_origin core_origin(const struct core_access *core) {
     uint32_t version = core_read(core, AT(version));
     uint32_t high = core_read(core, AT(chip_dna_high));
@@ -117,6 +121,7 @@ struct core_origin core_origin(const struct core_access *core) {
         .fold = FIELD(core_read(core, AT(pipeline)), PIPELINE__FOLD),
         .has_table = FIELD(core_capability(core), CAPABILITY__ROTATION) != 0,
         .has_modulators = FIELD(core_capability(core), CAPABILITY__MODULATORS) != 0,
+        .has_real_orders = core_has_real_orders(core),
         .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
         .dna =
             (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),
@@ -492,6 +497,77 @@ bool core_verify_followed(const struct core_access *core, const struct followed 
         }
     }
     return true;
+}
+
+enum { TURN_STEP_WORDS = 2 };
+
+/* Off while nobody knows the phase. */
+static void core_real_words(const struct real_lane *lane, uint32_t counts_per_rev,
+                            uint32_t words[WORDS_A_LANE]) {
+    uint64_t step = real_lane_phase_step(lane, counts_per_rev);
+    words[0] = (uint32_t)step;
+    words[1] = (uint32_t)(step >> 32);
+    words[2] = lane->phase_known ? lane->phase_offset : 0U;
+    words[3] = lane->phase_known ? (uint32_t)lane->amplitude : 0U;
+}
+
+static uint32_t core_turn_step_offset(uint32_t lane, uint32_t word) {
+    return AT(turn_steps) + (lane * TURN_STEP_WORDS + word) * WORD_BYTES;
+}
+
+/* 0 of a lane whose order is whole. */
+static uint64_t core_turn_step(const struct followed *followed, uint32_t lanes, uint32_t lane) {
+    uint32_t first = lanes - followed_all_lanes(followed);
+    bool is_real = lane >= first && lane < first + followed->real_lanes;
+    return is_real ? followed->real[lane - first].turn_step : 0U;
+}
+
+void core_write_real(const struct core_access *core, const struct followed *followed,
+                     uint32_t counts_per_rev, uint32_t lanes) {
+    ASSERT(followed_all_lanes(followed) <= lanes && lanes <= LANES_LIMIT);
+    if (!core_has_real_orders(core)) {
+        return;
+    }
+    uint32_t first = lanes - followed_all_lanes(followed);
+    for (uint32_t place = 0; place < followed->real_lanes; place++) {
+        uint32_t words[WORDS_A_LANE];
+        core_real_words(&followed->real[place], counts_per_rev, words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            core_write(core, core_lane_offset(first + place, word), words[word]);
+        }
+    }
+    for (uint32_t lane = 0; lane < lanes; lane++) {
+        uint64_t step = core_turn_step(followed, lanes, lane);
+        core_write(core, core_turn_step_offset(lane, 0), (uint32_t)step);
+        core_write(core, core_turn_step_offset(lane, 1), (uint32_t)(step >> 32));
+    }
+}
+
+bool core_verify_real(const struct core_access *core, const struct followed *followed,
+                      uint32_t counts_per_rev, uint32_t lanes) {
+    ASSERT(followed_all_lanes(followed) <= lanes && lanes <= LANES_LIMIT);
+    if (!core_has_real_orders(core)) {
+        return followed->real_lanes == 0;
+    }
+    bool equal = true;
+    uint32_t first = lanes - followed_all_lanes(followed);
+    for (uint32_t place = 0; place < followed->real_lanes; place++) {
+        uint32_t words[WORDS_A_LANE];
+        core_real_words(&followed->real[place], counts_per_rev, words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            equal = equal && core_read(core, core_lane_offset(first + place, word)) == words[word];
+        }
+    }
+    for (uint32_t lane = 0; lane < lanes; lane++) {
+        uint64_t step = core_turn_step(followed, lanes, lane);
+        equal = equal && core_read(core, core_turn_step_offset(lane, 0)) == (uint32_t)step &&
+                core_read(core, core_turn_step_offset(lane, 1)) == (uint32_t)(step >> 32);
+    }
+    return equal;
+}
+
+int32_t core_turn_number(const struct core_access *core) {
+    return core_has_real_orders(core) ? (int32_t)core_read(core, AT(turn_number)) : 0;
 }
 
 void core_set_word(const struct core_access *core, enum modulator word, double value) {

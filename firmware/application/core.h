@@ -53,6 +53,8 @@ struct core_origin {
     bool has_table;
     /* Conditions may modulate the amplitudes of lanes. */
     bool has_modulators;
+    /* Phases of lanes may continue from turn to turn. */
+    bool has_real_orders;
     /* Identifier of the chip, if the top level reads it. */
     bool has_dna;
     uint64_t dna;
@@ -228,6 +230,13 @@ void core_write_followed(const struct core_access *core, const struct followed *
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,
                           uint32_t counts_per_rev, uint32_t lanes);
 /* A word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B: -1 to 1. The gateware leads it there by `slew`. */
+/* Lanes of real orders, and the turn step of every lane; nothing without REAL_ORDERS. */
+void core_write_real(const struct core_access *core, const struct followed *followed,
+                     uint32_t counts_per_rev, uint32_t lanes);
+bool core_verify_real(const struct core_access *core, const struct followed *followed,
+                      uint32_t counts_per_rev, uint32_t lanes);
+/* Turns that the corrected angle has gone round; 0 without REAL_ORDERS. */
+int32_t core_turn_number(const struct core_access *core);
 void core_set_word(const struct core_access *core, enum modulator word, double value);
 /* Switches the failover off, in a core that has one, and waits until no set is being loaded: the prepared sets
    do not belong to the coefficients that follow. */

@@ -8,8 +8,26 @@
 #include "alarms.h"
 #include "swap.h"
 
+/* A lane of a real order is switched on. */
+static bool follow_given_phase(struct application *application) {
+    struct load *load = &application->load;
+    if (!load->phase_given || !application->has_active || load_at_work(load) == NULL) {
+        return false;
+    }
+    const struct followed followed = load_followed_at_work(load);
+    application->candidate = application->active;
+    load->phase_given = false;
+    if (!swap_candidate(application, &followed)) {
+        alarm_between_turns(application, ALARM_COEFFICIENTS);
+    }
+    return true;
+}
+
 void follow_between_turns(struct application *application) {
     const struct load *load = &application->load;
+    if (follow_given_phase(application)) {
+        return;
+    }
     const struct thermal *thermal = application_thermal(application, &load->thermal);
     if (!application->has_active || thermal == NULL || thermal->lanes == 0 ||
         load_at_work(load) == NULL) {

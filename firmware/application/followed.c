@@ -23,6 +23,11 @@ const char *followed_modulator_name(uint32_t modulator) {
     return modulator < MODULATORS ? names[modulator] : "unknown";
 }
 
+uint32_t followed_all_lanes(const struct followed *followed) {
+    ASSERT(followed->lanes <= FOLLOWED_LANES_MAX && followed->real_lanes <= REAL_LANES_MAX);
+    return followed->lanes + followed->real_lanes;
+}
+
 bool followed_lane_is_seen(const struct followed_lane *lane) {
     return lane->lane.order != 0 && lane->modulator < MODULATOR_WORD_A;
 }
@@ -90,6 +95,9 @@ double followed_steepest(const struct followed *followed, uint32_t counts_per_re
     for (uint32_t place = 0; place < followed->lanes; place++) {
         const struct lane *lane = &followed->lane[place].lane;
         steepest += 2.0 * PI * lane->order * AMPLITUDE_COUNTS(lane->amplitude) / counts_per_rev;
+    }
+    for (uint32_t place = 0; place < followed->real_lanes; place++) {
+        steepest += real_lane_steepest(&followed->real[place], counts_per_rev);
     }
     return steepest;
 }

@@ -8,6 +8,7 @@
 #define ARCTRUE_FOLLOWED_H
 
 #include "coefficients.h"
+#include "real_lanes.h"
 #include "vector.h"
 
 enum { FOLLOWED_LANES_MAX = 8 };
@@ -32,6 +33,9 @@ struct followed_lane {
 struct followed {
     struct followed_lane lane[FOLLOWED_LANES_MAX];
     uint32_t lanes;
+    /* Before them come the lanes of real orders. */
+    struct real_lane real[REAL_LANES_MAX];
+    uint32_t real_lanes;
     /* Words of the registers `conditions`: u20.4 counts, counts, u0.32 counts a clock. */
     uint32_t width;
     uint32_t dead_zone;
@@ -53,6 +57,9 @@ struct followed_measured {
     double loaded_arcsec;
 };
 
+/* Lanes of both kinds. */
+uint32_t followed_all_lanes(const struct followed *followed);
+
 /* As the coefficient file names it. */
 const char *followed_modulator_name(uint32_t modulator);
 
@@ -68,7 +75,7 @@ bool followed_lane_is_seen(const struct followed_lane *lane);
 bool followed_lane_is_valid(const struct followed_lane *lane);
 bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t nominal_speed);
 
-/* Upper bound of |d eps / d R|: of the orders, and of the direction while it changes within its width. */
+/* Upper bound of |d eps / d R|: of the orders, whole and real, and of the direction while it changes within its width. */
 double followed_steepest(const struct followed *followed, uint32_t counts_per_rev);
 /* The direction's part of followed_steepest(); 1/2 or more is too steep. */
 double followed_reversal_slope(const struct followed *followed);

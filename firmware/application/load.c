@@ -35,6 +35,8 @@ const char *load_answer_name(enum load_answer answer) {
         [LOAD_NOT_READ_BACK] = "not_read_back",
         [LOAD_UNSEEN] = "unseen_order",
         [LOAD_NO_MODULATORS] = "no_modulators",
+        [LOAD_NO_REAL_ORDERS] = "no_real_orders",
+        [LOAD_TOO_FEW_COUNTS] = "too_few_counts",
         [LOAD_OTHER_HEADS] = "other_heads",
         [LOAD_OTHER_DELAYS] = "other_delays",
         [LOAD_NO_FAILOVER] = "no_failover",
@@ -52,7 +54,7 @@ static uint32_t load_crc_of(uint32_t crc, const uint32_t *words, uint32_t number
 
 static bool load_has_loaded(const struct load *load) {
     return coefficients_most_order(&load->loaded) > 0 || load->loaded.mean.heads != 0 ||
-           load->followed.lanes > 0;
+           followed_all_lanes(&load->followed) > 0;
 }
 
 void load_refuse(struct load *load, enum load_answer reason) {
@@ -147,6 +149,10 @@ void load_again(struct load *load, uint32_t counts_per_rev) {
     load_begin_evidence(load);
     if (!load_has_loaded(load)) {
         return;
+    }
+    /* The core counts its turns anew. */
+    for (uint32_t place = 0; place < load->followed.real_lanes; place++) {
+        load->followed.real[place].phase_known = false;
     }
     if (load->loaded.counts_per_rev == counts_per_rev) {
         load->loaded_state = LOADED_PENDING;
@@ -284,6 +290,37 @@ enum load_answer load_followed(struct load *load, uint32_t number, const struct 
     followed->lane[followed->lanes++] = *lane;
     load->crc = load_crc_of(load->crc, words, 5);
     return LOAD_TAKEN;
+}
+
+enum load_answer load_real(struct load *load, uint32_t number, const struct real_lane *lane,
+                           uint32_t crc) {
+    const uint32_t words[] = {number, lane->order, (uint32_t)lane->turn_step,
+                              (uint32_t)(lane->turn_step >> 32), (uint32_t)lane->amplitude};
+    struct followed *followed = &load->received_followed;
+    if (load_crc_of(0, words, 5) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || number != followed->real_lanes) {
+        return LOAD_WRONG_FRAME;
+    }
+    if (number >= REAL_LANES_MAX) {
+        return load_frame_refused(load, LOAD_TOO_MANY_LANES);
+    }
+    if (!real_lane_is_valid(lane)) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    followed->real[followed->real_lanes++] = *lane;
+    load->crc = load_crc_of(load->crc, words, 5);
+    return LOAD_TAKEN;
+}
+
+bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn) {
+    if (load_at_work(load) == NULL || number >= load->followed.real_lanes) {
+        return false;
+    }
+    real_lane_set_phase(&load->followed.real[number], phase, turn);
+    load->phase_given = true;
+    return true;
 }
 
 enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dead_zone,
@@ -448,9 +485,25 @@ enum load_answer load_force(struct load *load, uint32_t scope, uint32_t crc) {
     return LOAD_TAKEN;
 }
 
+static enum load_answer load_check_real(const struct load *load, const struct load_place *place) {
+    if (load->received_followed.real_lanes == 0) {
+        return LOAD_TAKEN;
+    }
+    if (!place->has_real_orders) {
+        return LOAD_NO_REAL_ORDERS;
+    }
+    if (!real_lanes_counts_suffice(place->lanes, place->counts_per_rev)) {
+        return LOAD_TOO_FEW_COUNTS;
+    }
+    return load_takes_unseen(load) ? LOAD_TAKEN : LOAD_UNSEEN;
+}
+
 /* Those that no turn of two heads shows the operator has to force. */
 static enum load_answer load_check_followed(const struct load *load, bool has_modulators) {
     const struct followed *followed = &load->received_followed;
+    if (load->frames + followed_all_lanes(followed) > load->received.lanes) {
+        return LOAD_TOO_MANY_LANES;
+    }
     if (followed->lanes == 0) {
         return LOAD_TAKEN;
     }
@@ -459,9 +512,6 @@ static enum load_answer load_check_followed(const struct load *load, bool has_mo
     }
     if (followed->width == 0) {
         return LOAD_NOT_WHOLE;
-    }
-    if (load->frames + followed->lanes > load->received.lanes) {
-        return LOAD_TOO_MANY_LANES;
     }
     if (followed_reversal_slope(followed) >= STEEPEST_REVERSAL) {
         return LOAD_TOO_STEEP;
@@ -512,13 +562,17 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
     if (checked != LOAD_TAKEN) {
         return load_frame_refused(load, checked);
     }
+    enum load_answer of_real = load_check_real(load, place);
+    if (of_real != LOAD_TAKEN) {
+        return load_frame_refused(load, of_real);
+    }
     enum load_answer of_mean = load_look_at_mean(&load->received.mean, place);
     if (of_mean != LOAD_TAKEN) {
         return load_frame_refused(load, of_mean);
     }
     load_own_lanes(load, active, &own);
     load_combine(&load->received, NULL, 0.0, &own,
-                 load->received.lanes - load->received_followed.lanes, &all);
+                 load->received.lanes - followed_all_lanes(&load->received_followed), &all);
     const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
     const struct followed *followed = &load->received_followed;
     if (extent.steepest + followed_steepest(followed, place->counts_per_rev) >= STEEPEST) {

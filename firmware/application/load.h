@@ -56,6 +56,9 @@ enum load_answer {
     LOAD_UNSEEN,
     /* A lane follows a condition: the gateware is built without MODULATORS. */
     LOAD_NO_MODULATORS,
+    /* A lane has a real order: the gateware is built without REAL_ORDERS, or a turn has too few counts for it. */
+    LOAD_NO_REAL_ORDERS,
+    LOAD_TOO_FEW_COUNTS,
     /* Its mean is not one of this core's heads, or its heads stand elsewhere, or are delayed otherwise. */
     LOAD_OTHER_HEADS,
     LOAD_OTHER_DELAYS,
@@ -102,6 +105,8 @@ struct load {
     struct load_without without;
     /* What was received is whole and not yet judged. */
     bool whole;
+    /* The phase of a lane of a real order has become known, and the core does not have it yet. */
+    bool phase_given;
     /* The operator takes orders of it that no turn has judged; or only those that no turn of two heads shows. */
     bool forced;
     bool unseen_taken;
@@ -153,6 +158,11 @@ enum load_answer load_followed(struct load *load, uint32_t number, const struct 
                                uint32_t crc);
 enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dead_zone,
                                  uint32_t nominal_speed, uint32_t crc);
+/* A lane of a real order; by their numbers, from 0 on. Its phase is not known. */
+enum load_answer load_real(struct load *load, uint32_t number, const struct real_lane *lane,
+                           uint32_t crc);
+/* The phase of such a lane of the set at work, u0.24 turn, at angle 0 of turn `turn` of the core. False: there is none. */
+bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn);
 /* The lanes are those of a mean: `mean` holds its carrier, heads, offset and delays; then one frame a head. */
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc);
 enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
@@ -174,9 +184,12 @@ bool load_takes_unseen(const struct load *load);
 struct load_place {
     uint32_t counts_per_rev;
     uint32_t heads;
+    /* Of the core. */
+    uint32_t lanes;
     bool has_mean;
     bool has_modulators;
     bool has_failover;
+    bool has_real_orders;
     /* As the parameter head_delays. */
     uint32_t delays;
 };

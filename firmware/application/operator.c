@@ -58,6 +58,8 @@ enum load_answer application_load_end(struct application *application, uint32_t 
         .has_mean = application->configuration.has_mean,
         .has_modulators = core_origin(&application->core).has_modulators,
         .has_failover = application->configuration.has_failover,
+        .has_real_orders = core_origin(&application->core).has_real_orders,
+        .lanes = application->configuration.lanes,
         .delays = (uint32_t)application->parameters.head_delays,
     };
     return load_end(&application->load, &place, active, crc);

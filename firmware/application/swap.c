@@ -40,7 +40,7 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
     ASSERT(state_works(application));
     uint32_t lanes = application->configuration.lanes;
     uint32_t counts_per_rev = application->candidate.counts_per_rev;
-    ASSERT(application->candidate.lanes + followed->lanes <= lanes);
+    ASSERT(application->candidate.lanes + followed_all_lanes(followed) <= lanes);
     ASSERT(application->candidate.counts_per_rev ==
            (uint32_t)application->parameters.counts_per_rev);
     uint32_t set;
@@ -51,8 +51,10 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
     }
     core_write_coefficients(core, &application->candidate);
     core_write_followed(core, followed, counts_per_rev, lanes);
+    core_write_real(core, followed, counts_per_rev, lanes);
     if (!core_verify_coefficients(core, &application->candidate) ||
-        !core_verify_followed(core, followed, counts_per_rev, lanes)) {
+        !core_verify_followed(core, followed, counts_per_rev, lanes) ||
+        !core_verify_real(core, followed, counts_per_rev, lanes)) {
         return SWAP_NOT_READ_BACK;
     }
     if (application->configuration.has_failover && application->candidate.mean.heads > 2) {

@@ -121,6 +121,12 @@ static const struct {
     {"head_left_out",
      "a head failed, and the gateware goes on without it: status and telemetry name it and the "
      "causes; look at its cable and supply, then come_back HEAD and turn past its index"},
+    {"no_real_orders", "a lane has an order that is not whole, and this gateware is built without "
+                       "REAL_ORDERS: export "
+                       "without --real-orders, or build it with REAL_ORDERS=true"},
+    {"too_few_counts", "a lane of a real order needs 72 counts a turn for each lane of the "
+                       "gateware, and 48 more: leave "
+                       "it out, or build fewer lanes"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
              "differs, then bypass off"},

@@ -2,18 +2,24 @@
 
 #include "load_commands.h"
 
+#include <math.h>
+
+#include "arctrue_number_formats.h"
 #include "assertion.h"
 #include "prepared.h"
 
 /* sim/arctrue/device/load.py writes the frames and states their numbers. */
-const char load_use[] =
-    "load status | load abort | load begin, lane, slope, temperature, range, followed, conditions, "
-    "mean, head, without, without_head, without_lane, force, end NUMBERS CRC: what arctrue load "
-    "sends";
+const char load_use[] = "load status | load abort | load phase N DEGREES TURN | load begin, lane, "
+                        "slope, temperature, range, "
+                        "followed, conditions, real, mean, head, without, without_head, "
+                        "without_lane, force, end NUMBERS CRC: "
+                        "what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
+#define TURN_MOST 8388607.0
+#define PHASE_MOST_DEG 360.0
 
-enum { ARCSEC_DECIMALS = 6 };
+enum { ARCSEC_DECIMALS = 6, ORDER_DECIMALS = 9 };
 enum {
     BEGIN_WORDS = 5,
     LANE_WORDS = 7,
@@ -22,6 +28,8 @@ enum {
     RANGE_WORDS = 5,
     FOLLOWED_WORDS = 8,
     CONDITIONS_WORDS = 6,
+    REAL_WORDS = 8,
+    PHASE_WORDS = 5,
     MEAN_FRAME_WORDS = 7,
     HEAD_WORDS = 6,
     WITHOUT_WORDS = 8,
@@ -142,6 +150,45 @@ static void followed(struct console *console, char *const *words) {
            load_followed(&console->application->load, (uint32_t)values[0], &follower, crc));
 }
 
+static void real(struct console *console, char *const *words) {
+    int64_t values[5];
+    uint32_t crc;
+    if (!read_numbers(words, 6, values, &crc) || !fits(values[4])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct real_lane lane_of_real_order = {
+        .order = (uint32_t)values[1],
+        .turn_step = (uint64_t)(uint32_t)values[3] << 32 | (uint32_t)values[2],
+        .amplitude = (int32_t)values[4],
+    };
+    answer(console,
+           load_real(&console->application->load, (uint32_t)values[0], &lane_of_real_order, crc));
+}
+
+/* What a probe, an index of the drive or a reference has told the operator. */
+static void phase(struct console *console, char *const *words) {
+    int64_t number;
+    int64_t turn;
+    double degrees;
+    if (!text_parse_whole(words[0], WORD_MOST, &number)) {
+        text_error(&console->sink, "a lane has a number, not ", words[0]);
+    } else if (!text_parse_decimal(words[1], &degrees) || !(fabs(degrees) <= PHASE_MOST_DEG)) {
+        text_error(&console->sink, "a phase is -360 to 360, not ", words[1]);
+    } else if (!text_parse_whole(words[2], TURN_MOST, &turn)) {
+        text_error(&console->sink, "a turn is a whole number, not ", words[2]);
+    } else {
+        double turns = degrees / PHASE_MOST_DEG;
+        double word = rint((turns - floor(turns)) * (1 << ARCTRUE_PHASE_WIDTH));
+        uint32_t in_turn = (uint32_t)word % (1U << ARCTRUE_PHASE_WIDTH);
+        if (load_phase(&console->application->load, (uint32_t)number, in_turn, (int32_t)turn)) {
+            text_line(&console->sink, "ok");
+        } else {
+            text_error(&console->sink, "no lane of a real order is at work with number ", words[0]);
+        }
+    }
+}
+
 static void conditions(struct console *console, char *const *words) {
     int64_t values[3];
     uint32_t crc;
@@ -233,6 +280,23 @@ static void order_lines(struct console *console, const char *name, const struct 
     }
 }
 
+/* In the order of their numbers. */
+static void tell_real(struct console *console, const struct followed *followed) {
+    ASSERT(followed->real_lanes <= REAL_LANES_MAX);
+    for (uint32_t place = 0; place < followed->real_lanes; place++) {
+        const struct real_lane *lane = &followed->real[place];
+        text_word(&console->sink, "real_order ");
+        text_fixed(&console->sink, real_lane_order(lane), ORDER_DECIMALS);
+        text_word(&console->sink, lane->phase_known ? " phase_known" : " phase_unknown");
+        text_line(&console->sink, "");
+    }
+    if (followed->real_lanes != 0) {
+        text_word(&console->sink, "turn_number ");
+        text_signed(&console->sink, core_turn_number(&console->application->core));
+        text_line(&console->sink, "");
+    }
+}
+
 static void tell_loaded(struct console *console, const struct load *load) {
     ASSERT(load->loaded.lanes <= LANES_LIMIT);
     for (uint32_t place = 0; place < load->loaded.lanes; place++) {
@@ -251,6 +315,7 @@ static void tell_loaded(struct console *console, const struct load *load) {
         }
     }
     order_lines(console, "unjudged_order ", &load->loaded, load->unjudged);
+    tell_real(console, &load->followed);
     text_word(&console->sink, "loaded_crc ");
     text_hexadecimal(&console->sink, load->loaded_crc);
     text_line(&console->sink, "");
@@ -297,6 +362,10 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         range(console, words + 2);
     } else if (text_equal(what, "followed") && number == FOLLOWED_WORDS) {
         followed(console, words + 2);
+    } else if (text_equal(what, "real") && number == REAL_WORDS) {
+        real(console, words + 2);
+    } else if (text_equal(what, "phase") && number == PHASE_WORDS) {
+        phase(console, words + 2);
     } else if (text_equal(what, "conditions") && number == CONDITIONS_WORDS) {
         conditions(console, words + 2);
     } else if (text_equal(what, "mean") && number == MEAN_FRAME_WORDS) {

@@ -21,9 +21,10 @@ from arctrue.gateware.turn_counter import turn_numbers
 from arctrue.generated import registers
 from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PIPELINE_LATENCY
 from tb.core import arctrue_core_table as table
-from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, prepared
+from tb.core.arctrue_core_bench import FOLD, LANES, Machine, prepared
 
 COUNTS = table.COUNTS_PER_REV
+CLOCKS_PER_COUNT = 2.5
 TURN = 1 << PHASE_STEP_WIDTH
 ORDERS = (0.5, 2.4, 3.0, 0.398)
 AMPLITUDES = (5.0, 4.0, 6.0, 3.0)
@@ -103,7 +104,7 @@ async def lines_of_real_orders(dut: Any) -> None:
     tremble = down[-1] + 3.0 * np.sin(np.arange(900) / 20.0)
     compare(await record(machine, dut, np.concatenate([up, down, tremble])), loaded)
     number = await names.read("turn_number")
-    assert number in (0, 1, 2**32 - 1)
+    assert -2 <= number <= 1
     other = bank((1.7, 0.25, 0.5, 1.0))
     await names.write_coefficients(other)
     await names.command("swap")
@@ -115,7 +116,7 @@ async def lines_of_real_orders(dut: Any) -> None:
     await names.write_coefficients(whole)
     await names.command("swap")
     await settled(machine)
-    up = machine.now + np.concatenate([turn, COUNTS + turn, 2 * COUNTS + turn])
+    up = machine.now + np.concatenate([turn, COUNTS + turn, 2 * COUNTS + turn[:9]])
     compare(await record(machine, dut, up), whole)
 
 
@@ -125,16 +126,16 @@ async def rearm_keeps_the_turn(dut: Any) -> None:
     machine = await prepared(dut)
     names = machine.registers
     turn = np.arange(int(COUNTS * CLOCKS_PER_COUNT)) / CLOCKS_PER_COUNT
-    for share in (0.2, 0.7):
+    await machine.turn(machine.now + turn)
+    for share in (0.2, 0.5):
         await machine.turn(machine.now + turn[: int(turn.size * share)])
-        await machine.turn(machine.now + turn)
         before = await names.read("turn_number")
         await names.command("rearm")
         await ClockCycles(dut.clock, 200)
         await machine.turn(machine.now + turn)
         await machine.turn(machine.now + turn)
         # Two turns of travel: at the same angle the number is two more.
-        assert (await names.read("turn_number")) == (before + 2) % 2**32
+        assert (await names.read("turn_number")) == before + 2
 
 
 @cocotb.test()

@@ -219,6 +219,8 @@ def print_result(result: HiddenResult) -> None:
     if "unit_left_out" in left:
         order = result.case.judged_order
         unit = "local table" if result.case.local_table else "lanes that follow a condition"
+        if result.case.real_orders:
+            unit = "lane of a real order"
         say(
             ("Largest error" if order is None else f"Order {order} of the error")
             + f" in the fresh turns: {left['paper']:.2f}″ with the paper's model, "
@@ -227,6 +229,8 @@ def print_result(result: HiddenResult) -> None:
         )
     for text in result.export.followed:
         say(f"follows its condition: {text}")
+    for text in result.export.real:
+        say(f"goes on from turn to turn: {text}")
     for text in result.export.local:
         say(f"in the local table: {text}")
     for text in result.export.left_out:

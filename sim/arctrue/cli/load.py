@@ -16,6 +16,7 @@ from arctrue.device.load import (
     DEVICE_LOADS,
     LoadRefusedError,
     heads_without_sets,
+    phase_commands,
     send_coefficients,
     wait_until_judged,
 )
@@ -45,7 +46,15 @@ NO_DEVICE = 2
     is_flag=True,
     help="Load what two heads cannot see, as order 0; turns judge all else.",
 )
-def load(port: str, file: Path, timeout: float, *, force: bool, unseen: bool) -> None:
+@click.option(
+    "--turn",
+    type=click.IntRange(-(1 << 23), (1 << 23) - 1),
+    help="Number that the device gives the turn which is turn 0 of FILE (load status tells its "
+    "present number): gives the phases of lanes of real orders, which are off without.",
+)
+def load(
+    port: str, file: Path, timeout: float, *, force: bool, unseen: bool, turn: int | None
+) -> None:
     """Load FILE, which calibrate or export wrote, into the device at PORT.
 
     The device's own calibration goes on beside it: an order that FILE has is
@@ -77,6 +86,8 @@ def load(port: str, file: Path, timeout: float, *, force: bool, unseen: bool) ->
             )
             progress.now("waiting for turns that judge them")
             unjudged = wait_until_judged(console, sent, timeout)
+            for line in phase_commands(coefficients, turn) if turn is not None else []:
+                console.command(line)
     except LoadRefusedError as error:
         tell_error(f"{file}: the device refuses: {error}")
         sys.exit(REFUSED)
@@ -101,6 +112,10 @@ def load(port: str, file: Path, timeout: float, *, force: bool, unseen: bool) ->
         said += f", and {sent.followed} lanes that follow a condition"
     if sent.unseen_followed:
         said += f"; {sent.unseen_followed} of these lanes no turn of two heads shows"
+    if sent.real:
+        said += f", and {sent.real} lanes of real orders"
+        if turn is None:
+            said += ", which are off: their phase is unknown (--turn, or load phase at the console)"
     if unjudged:
         said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"
     say(said)

@@ -13,6 +13,8 @@ import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 from arctrue.gateware.capability import HEADS_MOST, Capability
@@ -22,7 +24,9 @@ from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.table_conditions import condition_registers
 from arctrue.generated.number_formats import CLOCK_HZ
 
-DEVICE_LOADS = Capability(heads=HEADS_MOST, mean=True, modulators=True, failover=True)
+DEVICE_LOADS = Capability(
+    heads=HEADS_MOST, mean=True, modulators=True, real_orders=True, failover=True
+)
 """What the console takes of a coefficient file; a core that lacks it refuses the set."""
 ATTEMPTS = 3
 """Of the whole set, where a line was spoiled on the way."""
@@ -49,10 +53,10 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
     extension = coefficients.extension
     if extension is None:
         return None
-    if extension.turn_steps or extension.local_table is not None:
-        raise ValueError(
-            "the device loads whole orders and a mean; leave out real orders and the local table"
-        )
+    if extension.local_table is not None:
+        raise ValueError("the device loads lanes and a mean; leave out the local table")
+    if {lane for lane, _ in extension.turn_steps} & {lane for lane, _ in extension.modulators}:
+        raise ValueError("the device loads no lane of a real order that follows a condition")
     return extension.mean
 
 
@@ -138,12 +142,14 @@ def load_frames(
     thermal = coefficients.thermal
     following = set(thermal.orders) if thermal is not None else set()
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
+    real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
     # An order that also has a lane with a condition: the calibration leaves its plain lane alone.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
         lane
         for lane, order in enumerate(coefficients.orders.tolist())
         if lane not in followed
+        and lane not in real
         and (coefficients.amplitudes[lane] or order in following or order in waves)
     ]
     begin = [len(lanes), coefficients.counts_per_rev]
@@ -157,6 +163,10 @@ def load_frames(
     for number, lane in enumerate(sorted(followed)):
         modulator = int(coefficients.modulator_numbers[lane])
         named.append(("followed", [number, modulator, *words(lane)]))
+    for number, (lane, step) in enumerate(sorted(real.items())):
+        amplitude = int(coefficients.amplitudes[lane])
+        whole = int(coefficients.real_orders[lane])
+        named.append(("real", [number, whole, step & 0xFFFF_FFFF, step >> 32, amplitude]))
     if coefficients.extension is not None and coefficients.extension.conditions is not None:
         registers = condition_registers(
             coefficients.extension.conditions, coefficients.counts_per_rev, clock_hz
@@ -184,6 +194,20 @@ def load_frames(
     return [*(_frame(name, values) for name, values in named), f"load end {whole:08X}"]
 
 
+def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
+    """The lines that give the device the phases of its lanes of real orders.
+
+    ``turn``: the core's number of the turn that is turn 0 of the file, whose phases the file has.
+    """
+    if coefficients.extension is None:
+        return []
+    degrees = np.degrees(coefficients.phases_rad)
+    return [
+        f"load phase {number} {degrees[lane]:.6f} {turn}"
+        for number, (lane, _) in enumerate(sorted(coefficients.extension.turn_steps))
+    ]
+
+
 @dataclass(frozen=True)
 class SentSet:
     """What was sent: the CRC of all frames, by which the device names the set, and its orders."""
@@ -192,6 +216,8 @@ class SentSet:
     orders: tuple[int, ...]
     followed: int = 0
     """Lanes that follow a condition."""
+    real: int = 0
+    """Lanes of real orders, which are off until their phase is given."""
     unseen_followed: int = 0
     """Those of them that no turn of two heads shows: order 0, and words of the processor."""
     has_sets: bool = False
@@ -202,7 +228,7 @@ class SentSet:
     @property
     def is_empty(self) -> bool:
         """Nothing is loaded any more."""
-        return not self.orders and not self.followed
+        return not self.orders and not self.followed and not self.real
 
 
 def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
@@ -255,10 +281,11 @@ def send_coefficients(
     return SentSet(
         int(frames[-1].split()[-1], 16),
         tuple(orders),
-        len(followed),
-        unseen_followed,
-        sends_sets,
-        has_sets and not sends_sets,
+        followed=len(followed),
+        real=sum(frame.startswith("load real ") for frame in frames),
+        unseen_followed=unseen_followed,
+        has_sets=sends_sets,
+        lacks_failover=has_sets and not sends_sets,
     )
 
 

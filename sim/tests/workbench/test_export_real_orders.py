@@ -17,6 +17,8 @@ from arctrue.gateware.coefficient_file import (
 )
 from arctrue.gateware.compensation_pipeline import compensate
 from arctrue.measurement import MeasurementSet, write_measurement_set
+from arctrue.workbench.effects.base import FitContext, RealLane
+from arctrue.workbench.effects.catalogue.bearing_ball_pass import BearingBallPass
 from arctrue.workbench.effects.catalogue.drive_gear_error import DriveGearError
 from arctrue.workbench.effects.catalogue.periodic_error import PeriodicError
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
@@ -147,6 +149,19 @@ def test_lines_in_time_and_of_the_capture_have_none(observations: Observations) 
         assert PeriodicError().real_lanes(values, LINE | other, observations) == []
     elsewhere = ProductOfParts(orders=[2.75], fixed_to="reference")
     assert elsewhere.real_lanes(values, {}, observations) == []
+
+
+def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> None:
+    """Head 1 sees y: the last two of its coefficients."""
+    values = np.array([0.3, 0.1, -2.0, 5.0])
+    lanes = BearingBallPass().real_lanes(values, {"order": 7.31}, observations)
+    assert lanes == [RealLane(7.31, -2.0, 5.0)]
+    rows = observations.every_reference_row
+    assert rows is not None
+    columns = BearingBallPass().reference_columns(rows, {"order": 7.31}, FitContext())
+    angle = 7.31 * rows.angle_rad
+    expected = -2.0 * np.cos(angle) + 5.0 * np.sin(angle)
+    assert columns @ values == pytest.approx(expected, abs=1e-9)
 
 
 def test_few_counts_a_turn_are_refused(made: MeasurementSet) -> None:

@@ -11,6 +11,7 @@ from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.table.cause import Cause
 from arctrue.table.causes.centrifugal_lobes import CentrifugalLobes
+from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_bump import GraduationBump
 from arctrue.table.causes.loose_centre import LooseCentre
 from arctrue.table.causes.reading_latency import ReadingLatency
@@ -68,6 +69,8 @@ class Case:
     """The gateware is built with lanes that follow direction and speed."""
     local_table: bool = False
     """The gateware is built with a table over the turn."""
+    real_orders: bool = False
+    """The gateware is built with lanes of real orders."""
     order1_warms: bool = False
     """Order 1 changes with the temperature: it can be followed while the table warms."""
 
@@ -130,6 +133,15 @@ def _scratch(settings: HiddenSettings) -> list[Cause]:
 
 SIGMAS_OF_HALF = 2.0 * math.sqrt(2.0 * math.log(2.0))
 """Standard deviations between the two halves of a bell's height."""
+
+
+GEAR_TEETH = 71.4
+"""Of a gear before the table: 357 teeth pass in five turns."""
+
+
+def _gear(settings: HiddenSettings) -> list[Cause]:
+    # 1″, and both heads turn with the disc: a reference alone sees it.
+    return [GearMesh(GEAR_TEETH, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (0.8,))]
 
 
 def _at_once(settings: HiddenSettings) -> list[Cause]:
@@ -223,6 +235,7 @@ _ALL = (
         (RunPlan(side=-1),),
         local_table=True,
     ),
+    Case("periodic_error", "a gear of 71.4 teeth before the table", _gear, real_orders=True),
     Case(
         "warm_ovality",
         "a disc that ovalises with heat, which is in no catalogue",

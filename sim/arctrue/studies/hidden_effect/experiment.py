@@ -183,16 +183,20 @@ def _settings_of(case: Case, settings: HiddenSettings) -> HiddenSettings:
 
 
 def _generics_of(case: Case) -> dict[str, str]:
-    built = {"MODULATORS": case.modulators, "LOCAL_TABLE": case.local_table}
+    built = {
+        "MODULATORS": case.modulators,
+        "LOCAL_TABLE": case.local_table,
+        "REAL_ORDERS": case.real_orders,
+    }
     return {name: "true" for name, is_built in built.items() if is_built}
 
 
 def without_extensions(coefficients: Coefficients) -> Coefficients:
-    """The same with amplitude 0 in each lane that follows a condition, and an empty table."""
+    """The same with amplitude 0 in each lane that a generic builds, and an empty table."""
     extension = coefficients.extension
     amplitudes = coefficients.amplitudes.copy()
     if extension is not None:
-        amplitudes[[lane for lane, _ in extension.modulators]] = 0
+        amplitudes[[lane for lane, _ in (*extension.modulators, *extension.turn_steps)]] = 0
         if extension.local_table is not None:
             empty = dataclasses.replace(extension.local_table, points=())
             extension = dataclasses.replace(extension, local_table=empty)
@@ -251,11 +255,17 @@ class _Run:
             rig.load(paper_bank, "the firmware's coefficients")
             paper = rig.recorded_turn("fresh turn with the paper's model")
         unit_left_out = None
-        if (case.modulators or case.local_table) and not case.polygon:
+        if (case.modulators or case.local_table or case.real_orders) and not case.polygon:
             stage = "fresh turn without the unit that takes the effect away"
             rig.load(without_extensions(export.coefficients), stage)
             unit_left_out = score_turn(rig.recorded_turn(stage).output)
-        if self._goes_on:
+        if case.real_orders:
+            # The operator knows which turn of the core is turn 0 of the set.
+            rig.load(
+                export.coefficients.from_turn(rig.first_turn_number()),
+                "swap to the exported coefficients",
+            )
+        elif self._goes_on:
             # As a person does: the file over the console, beside the calibration.
             rig.instrument.firmware.send("freeze off")
             rig.load_over_console(export.coefficients, "a turn judges what was loaded")
@@ -319,6 +329,7 @@ class _Run:
             self.case.fresh.temperature_c[0],
             conditions=self._conditions,
             with_local_table=self.case.local_table,
+            with_real_orders=self.case.real_orders,
         )
         write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
         for words in diagnosed.words():
@@ -347,12 +358,18 @@ class _Run:
             return drive
         return with_second_speed(drive, plan.second_speed * scale.speed_rad_s)
 
+    @property
+    def _first_turns(self) -> float:
+        if self.case.real_orders:
+            return 8.0
+        return 4.6 if self._goes_on else 2.0
+
     def _first_run(self) -> Coefficients:
         """Two turns up, cold; the firmware calibrates after the first. Its bank is returned."""
         rig = self.rig
         plan = RunPlan()
         rig.power_up(
-            self._drive(plan, 4.6 if self._goes_on else 2.0),
+            self._drive(plan, self._first_turns),
             frozen=False,
             stage="over both indices",
         )

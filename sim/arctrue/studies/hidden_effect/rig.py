@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,9 @@ from arctrue.table import Motion, RotaryTable
 
 SPARE_TURNS = 0.06
 """What a recording goes on after its turn, so that it holds an index and a station at its end."""
+
+FROM_A_WRAP_TURNS = 0.02
+"""The error of the reading is smaller by far: farther from 0 reading and angle are in one turn."""
 
 _ENABLE_CLOCKS = 200
 LEAD_IN_CLOCKS = 20_000
@@ -168,6 +172,20 @@ class Rig:
         if state != "load active":
             raise InstrumentError(f"the captured turn does not confirm what was loaded: {state}")
         self.settle(stage)
+
+    def first_turn_number(self) -> int:
+        """Number that the core gives the turn which begins at the table's angle 0."""
+        turns = self.instrument.true_angle_rad / TURN_RAD
+        if abs(turns - round(turns)) < FROM_A_WRAP_TURNS:
+            self.instrument.run(
+                int(FROM_A_WRAP_TURNS * self._clocks_a_turn()), stage="off the zero"
+            )
+            turns = self.instrument.true_angle_rad / TURN_RAD
+        return self.instrument.read("turn_number") - math.floor(turns)
+
+    def _clocks_a_turn(self) -> float:
+        drive = self.present_drive
+        return TURN_RAD / abs(drive.knot_speeds_rad_s[1]) * self.instrument.clock_hz
 
     def restart_capture(self) -> None:
         """Drop the turn under way: what is captured next begins now."""

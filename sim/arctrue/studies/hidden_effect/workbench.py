@@ -54,6 +54,7 @@ class DiagnosedModel:
         *,
         conditions: ConditionSettings | None = None,
         with_local_table: bool = False,
+        with_real_orders: bool = False,
     ) -> Export:
         """The model as coefficients of the gateware, and what lanes cannot correct."""
         return export_model(
@@ -65,6 +66,7 @@ class DiagnosedModel:
             sensor_time_constant_s=sensor_time_constant_s,
             conditions=conditions,
             with_local_table=with_local_table,
+            with_real_orders=with_real_orders,
         )
 
     def data(self) -> dict[str, Any]:

@@ -29,7 +29,8 @@ class GearMesh(Cause):
     Disc and heads turn together, so the heads agree; only the reference on top sees it.
     """
 
-    teeth: int
+    teeth: float
+    """Not whole where a gear before the table's own is in mesh."""
     amplitudes_rad: tuple[float, ...]
     """Amplitudes of the multiples k = 1, 2, …"""
     phases_rad: tuple[float, ...]

@@ -18,8 +18,10 @@ from arctrue.workbench.effects.base import (
     FitContext,
     Nonlinear,
     Parameter,
+    RealLane,
     SearchParameter,
     amplitude_and_phase,
+    paired_real_lanes,
 )
 from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
@@ -55,8 +57,9 @@ class BearingBallPass(Effect):
         "head1_phase": "deg",
     }
     compensation_note = (
-        "no lane follows an order that is not whole; the weighted mean of three or four heads does "
-        "not see it (arctrue calibrate --angle mean)"
+        "a lane of a real order can, in a bitstream with REAL_ORDERS, where a reference or a third "
+        "head tells x from y; the weighted mean of three or four heads does not see it (arctrue "
+        "calibrate --angle mean)"
     )
     search_kind = "unwrapped_order"
     search = (SearchParameter("order", "1", 0.2, 60.0, "periods a turn, not whole"),)
@@ -109,6 +112,17 @@ class BearingBallPass(Effect):
             f"its order {order.value:.4g} ± {order.sigma:.2g} cannot be told from {half:g}, which "
             f"comes back {turns}; balls and cage of a bearing keep to no such rate"
         )
+
+    def real_lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> list[RealLane]:
+        """Head 1 sees y, which two heads alone do not tell from x."""
+        if observations.reference is None and observations.heads < SEPARATING_HEADS:
+            return []
+        return paired_real_lanes([nonlinear["order"]], coefficients[2:])
 
     def parameters(
         self,

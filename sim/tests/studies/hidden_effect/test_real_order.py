@@ -1,0 +1,36 @@
+"""A gear of 71.4 teeth, hidden before a table that drives a gateware with REAL_ORDERS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from arctrue.gateware.capability import EVERYTHING
+from arctrue.gateware.coefficient_file import read_coefficient_file
+from arctrue.studies.hidden_effect.cases import GEAR_TEETH
+
+from .small import INTERPOLATION, LINES, run_small
+
+COUNTS = LINES * INTERPOLATION
+COUNT_ARCSEC = 1_296_000 / COUNTS
+SIZE_ARCSEC = (1 << 24) / COUNTS
+"""1″ at the paper's scale; the case grows it with the counts."""
+
+
+def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
+    """Its order is found in one turn of a reference; turns later it is gone from the output."""
+    result = run_small("periodic_error", tmp_path)
+    assert result.diagnosed.effect == "periodic_error"
+    found = result.diagnosed.model.effects[-1].parameters
+    # A hundredth of a turn of phase after ten turns.
+    assert found["order"].value == pytest.approx(GEAR_TEETH, abs=0.001)
+    held = read_coefficient_file(tmp_path / "coefficients.toml", EVERYTHING)
+    assert held.extension is not None
+    ((lane, _),) = held.extension.turn_steps
+    assert held.real_orders[lane] == pytest.approx(GEAR_TEETH, abs=0.001)
+    left = result.judged_arcsec()
+    assert left["paper"] > 0.9 * SIZE_ARCSEC
+    assert left["unit_left_out"] > 0.9 * SIZE_ARCSEC, "without its lane the line stays"
+    # A count of the output, one of the reading, and what the calibration leaves of whole orders.
+    assert left["corrected"] <= 3.0 * COUNT_ARCSEC
