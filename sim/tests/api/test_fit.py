@@ -299,6 +299,7 @@ def test_a_model_is_meant_in_several_ways(tmp_path: Any) -> None:
         at.fit(tmp_path / "set", 3)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
     pytest.importorskip("matplotlib")
     model = harmonics(1, 3).having("hysteresis")
