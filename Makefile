@@ -12,6 +12,7 @@ PYTEST_OPTIONS ?=
 MUTATIONS ?=
 NIGHTLY ?=
 BOARD ?= pynq_z2
+BAUD ?= 115200
 ADAPTER ?= scripts/jtag/ft2232h.cfg
 BENCHMARK_OPTIONS ?= $(BLIND)
 COVERAGE ?= tb
@@ -88,8 +89,8 @@ docs: generate ## write entity pages, registers, formats and pictures anew (READ
 	@for picture in error_before_after hidden_effect; do \
 	    if test -f build/demo/$$picture.svg; then cp build/demo/$$picture.svg docs/images/; fi; done
 
-firmware: generate ## the calibrator for the Cortex-A9: ELF, map, size table (BOARD=arty_z7_20: the other board)
-	@$(MAKE) -C firmware BOARD=$(BOARD)
+firmware: generate ## the calibrator for the Cortex-A9: ELF, map, size table (BOARD=arty_z7_20: the other board; BAUD=921600: the console's rate)
+	@$(MAKE) -C firmware BOARD=$(BOARD) BAUD=$(BAUD)
 
 image: firmware ## the boot image for the QSPI flash: firmware, and the bitstream of BOARD if it was made
 	@$(VENV)/python -m scripts.image build/firmware/$(BOARD)/arctrue.elf \

@@ -6,9 +6,16 @@
 #include "memory_mapped.h"
 #include "registers.h"
 
-#define BAUD 115200U
-/* Samples a bit; the divisor in front is rounded. */
-#define SAMPLES_A_BIT 7U
+/* make firmware BAUD=921600 sets another one. */
+#ifndef BOARD_BAUD
+#define BOARD_BAUD 115200U
+#endif
+_Static_assert(BOARD_BAUD >= 9600U && BOARD_BAUD <= 3000000U, "BAUD");
+/* UG585, 19.2.3: a bit takes DIVISOR * SAMPLES_A_BIT clocks, and a register of 8 bits holds
+   SAMPLES_A_BIT - 1. With the smallest divisor the rate is off by at most 1 % at 3 Mbaud. */
+#define CLOCKS_A_BIT ((CLOCKS_UART_HZ + BOARD_BAUD / 2U) / BOARD_BAUD)
+#define DIVISOR (CLOCKS_A_BIT / 257U + 1U)
+#define SAMPLES_A_BIT ((CLOCKS_UART_HZ + BOARD_BAUD * DIVISOR / 2U) / (BOARD_BAUD * DIVISOR))
 #define CONTROL_RESET_PATHS 0x03U
 #define CONTROL_DISABLE_PATHS 0x28U
 #define CONTROL_ENABLE_PATHS 0x14U
@@ -16,7 +23,6 @@
 #define MODE_8N1 0x20U
 
 void uart_set_up(struct uart *uart) {
-    uint32_t divisor = (CLOCKS_UART_HZ + BAUD * SAMPLES_A_BIT / 2U) / (BAUD * SAMPLES_A_BIT);
     uart->written = 0;
     uart->taken = 0;
     uart->overruns = 0;
@@ -25,7 +31,7 @@ void uart_set_up(struct uart *uart) {
     /* UG585, 19.3: the baud rate changes while both paths are off, and takes a reset. */
     register_write(UART_CR, CONTROL_DISABLE_PATHS);
     register_write(UART_MR, MODE_8N1);
-    register_write(UART_BAUDGEN, divisor);
+    register_write(UART_BAUDGEN, DIVISOR);
     register_write(UART_BAUDDIV, SAMPLES_A_BIT - 1U);
     register_write(UART_CR, CONTROL_DISABLE_PATHS | CONTROL_RESET_PATHS);
     while (register_read(UART_CR) & CONTROL_RESET_PATHS) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* 115200 baud, 8N1. What is received waits in a ring while a calibration runs. */
+/* 8N1, 115200 baud unless BOARD_BAUD sets another rate. What is received waits in a ring while a calibration runs. */
 
 #ifndef ARCTRUE_UART_H
 #define ARCTRUE_UART_H
@@ -48,7 +48,8 @@ bool uart_is_sending(const struct uart_output *output);
 size_t uart_room(const struct uart_output *output);
 /* Waits while the ring is full. */
 void uart_send(struct uart_output *output, const char *characters, size_t number);
-/* From an interrupt, before the FIFO has run empty: every 5 ms (57.6 characters). */
+/* From an interrupt every 5 ms: at 115,200 baud (57.6 characters) before the FIFO has run empty. At
+   higher rates 12,800 characters a second leave while the main program does not call uart_send(). */
 void uart_go_on(struct uart_output *output);
 /* Past the ring, at once; waits while the transmitter is full. */
 void uart_put(char character);

@@ -297,3 +297,24 @@ def test_a_model_is_meant_in_several_ways(tmp_path: Any) -> None:
     assert again.params.valuesdict() == pytest.approx(found.params.valuesdict(), abs=1e-3)
     with pytest.raises(TypeError, match="expected a Model, the name of a model file"):
         at.fit(tmp_path / "set", 3)  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
+    pytest.importorskip("matplotlib")
+    model = harmonics(1, 3).having("hysteresis")
+    found, compared = fitted().plot(), at.compare(data(), model).plot()
+    assert found.images.keys() == compared.images.keys() != set()
+    assert all(image.startswith(b"\x89PNG") for image in found.images.values())
+
+
+@pytest.mark.slow
+def test_an_explanation_names_the_cause_with_its_size() -> None:
+    """A reversal error of 0.5″ in a simulated table: half of it is in each direction."""
+    table = at.simulate("hysteresis", sizes=[0.5], experiment="short", seed=3)
+    found = at.explain(table)
+    assert found.model.effects == ["graduation_harmonics", "hysteresis"]
+    assert found.sizes_arcsec["hysteresis"] == pytest.approx(0.25, abs=0.03)
+    assert found.verdict.verdict == "adequate"
+    assert [step.action for step in found.model.history] == ["fit", "add"]
+    assert all(step.measurement_sha256 == table.sha256 for step in found.model.history)
