@@ -31,6 +31,10 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
+# The longest begin first: two run at a time.
+LINTS := $(addprefix lint-,types vhdl documents style)
+# A worker keeps the tests of one file, which share what they build; the first to end helps the other.
+PYTEST := $(VENV)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal
 
 .PHONY: help setup generate demo test test-large lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark bound blind peers fuzz coverage-gateware coverage-firmware mutate nightly site lock ci clean distclean
 
@@ -55,25 +59,35 @@ demo: generate ## the main job: calibration in GHDL; beside it a hidden effect a
 
 test: generate lint ## every check and test but the largest configurations; JUnit report in build/reports/
 	@mkdir -p build/reports
-	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) -m "not large" --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
+	@$(PYTEST) -m "not large" --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
 
 test-large: generate ## the largest configurations of the benches, proofs and worlds that make test leaves out
 	@mkdir -p build/reports
-	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) -m large --junitxml=build/reports/junit_large.xml $(PYTEST_OPTIONS)
+	@$(PYTEST) -m large --junitxml=build/reports/junit_large.xml $(PYTEST_OPTIONS)
 
 lint: generate ## style, types and order of imports: ruff, mypy, import-linter, clang-format, cppcheck, vsg; documents out of date
+	@$(MAKE) --jobs 2 --output-sync=target $(LINTS)
+
+.PHONY: $(LINTS)
+lint-types:
+	$(VENV)/mypy --no-error-summary
+
+lint-vhdl:
+	@echo "$(VENV)/vsg -c vsg.yaml (all VHDL files)"
+	@$(VENV)/vsg -c vsg.yaml -of syntastic -f $(VHDL)
+
+lint-documents:
+	$(VENV)/python -m scripts.make_docs --check
+	$(VENV)/python -m scripts.make_effects_page --check
+
+lint-style:
 	$(VENV)/ruff check --quiet
 	$(VENV)/ruff format --check --quiet
-	$(VENV)/mypy --no-error-summary
 	@$(VENV)/lint-imports --no-cache >build/import_order.txt || { cat build/import_order.txt; exit 1; }
 	@echo "$(VENV)/clang-format --dry-run --Werror (all C and C++ files)"
 	@$(VENV)/clang-format --dry-run --Werror $(C_SOURCES)
 	@echo "$(VENV)/cppcheck (the firmware)"
 	@$(MAKE) -C firmware check
-	@echo "$(VENV)/vsg -c vsg.yaml (all VHDL files)"
-	@$(VENV)/vsg -c vsg.yaml -p 2 -of syntastic -f $(VHDL)
-	$(VENV)/python -m scripts.make_docs --check
-	$(VENV)/python -m scripts.make_effects_page --check
 
 format: setup ## mend the style of Python, C and VHDL files
 	$(VENV)/ruff check --fix --quiet

@@ -12,7 +12,7 @@ from tb.support.simulation import simulate
     [
         (5, 1, 4, 21, 25),
         (1, 1, 1, 1, 1),
-        (64, 1, 4, 21, 25),
+        pytest.param(64, 1, 4, 21, 25, marks=pytest.mark.large),
         (6, 2, 2, 21, 26),
         (4, 4, 2, 21, 28),
         (16, 8, 3, 22, 32),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -23,16 +22,15 @@ SHIFT_RMS_ARCSEC = 2e-6 / 53.975e-3 * 206265.0 / np.sqrt(2.0)
 """Of a disc's centre that moves by 2 µm: 5.4″."""
 
 
-@cache
-def small() -> dict[str, Any]:
-    found: dict[str, Any] = plain(shown(samples_a_turn=4000, fine_orders=30, fine_turns=3, seed=2))
-    return found
+@pytest.fixture(scope="module", params=["small", "committed"])
+def found(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """A small study of today, and the one whose figures are on the page."""
+    if request.param == "committed":
+        return COMMITTED
+    result: dict[str, Any] = plain(shown(samples_a_turn=4000, fine_orders=30, fine_turns=3, seed=2))
+    return result
 
 
-SIZES = pytest.mark.parametrize("found", [small(), COMMITTED], ids=["small", "committed"])
-
-
-@SIZES
 def test_a_ball_pass_is_attenuated_500_times(found: dict[str, Any]) -> None:
     row = found["ball_pass"]
     assert row["on_head1_rms_arcsec"] == pytest.approx(HEAD_RMS_ARCSEC, rel=0.05)
@@ -42,7 +40,6 @@ def test_a_ball_pass_is_attenuated_500_times(found: dict[str, Any]) -> None:
     assert row["mean_of_20_rms_arcsec"] < 0.025
 
 
-@SIZES
 def test_a_disc_that_moves_on_its_hub_does_not_show(found: dict[str, Any]) -> None:
     for row, bound in zip(found["hub_shift"], (0.005, 0.01), strict=True):
         assert row["on_head1_rms_arcsec"] == pytest.approx(SHIFT_RMS_ARCSEC, rel=0.02)
@@ -50,7 +47,6 @@ def test_a_disc_that_moves_on_its_hub_does_not_show(found: dict[str, Any]) -> No
         assert row["on_mean_rms_arcsec"] <= bound
 
 
-@SIZES
 def test_any_head_may_be_missing(found: dict[str, Any]) -> None:
     every, *three = found["missing"]
     assert [one["missing"] for one in three] == [1, 2, 3, 4]
@@ -64,7 +60,6 @@ def test_any_head_may_be_missing(found: dict[str, Any]) -> None:
     assert min(one["lanes_rms_arcsec"] for one in three) > every["lanes_rms_arcsec"] + 1.0
 
 
-@SIZES
 def test_a_head_that_moved_is_found_and_the_zero_is_kept(found: dict[str, Any]) -> None:
     for row in found["moved"]:
         assert row["found"] == [row["head"]]
@@ -85,7 +80,6 @@ def test_without_a_bound_of_the_axis_no_head_can_be_told() -> None:
     assert found[0].axis_arcsec == pytest.approx((3.0, 5.0))
 
 
-@SIZES
 def test_the_error_function_is_found_as_well_as_the_gains_say(found: dict[str, Any]) -> None:
     for row in found["error_function"]["rows"]:
         # So many coefficients scatter by √(1/2N) of their RMS; four of these, and counts.

@@ -51,12 +51,30 @@ def tasks() -> list[Task]:
     return plan.tasks("arctrue")
 
 
+def judged_tasks(world: str) -> list[Task]:
+    """Those of a world whose answer is right already.
+
+    In every second world a set with a cause comes first, in the others one without.
+    """
+    found = [task for task in tasks() if task["world"] == world and task["seed"] not in NOT_YET]
+    return found[::-1] if list(independent_worlds()).index(world) % 2 == 0 else found
+
+
+@pytest.mark.parametrize(
+    "sets",
+    [
+        pytest.param(slice(None, 1), id="first"),
+        pytest.param(slice(1, None), id="others", marks=pytest.mark.large),
+    ],
+)
 @pytest.mark.parametrize("world", list(independent_worlds()))
-def test_every_set_except_the_known_ones_is_right(world: str) -> None:
+def test_every_set_except_the_known_ones_is_right(world: str, sets: slice) -> None:
+    """One set of each world; ``make test-large`` diagnoses the others."""
+    chosen = judged_tasks(world)[sets]
+    if not chosen:
+        pytest.skip("NOT_YET lists every set of this world, or all but one")
     wrong = []
-    for task in tasks():
-        if task["world"] != world or task["seed"] in NOT_YET:
-            continue
+    for task in chosen:
         result = run_set(task)
         item = Judged(task, result["truth"], result["answer"])
         if item.outcome not in GOOD or item.second_name is not None:
