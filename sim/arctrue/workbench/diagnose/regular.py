@@ -170,7 +170,7 @@ class Findings:
     slow: SlowChange | None = None
     """Beside lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
-    """Of the direction of approach, beside steps in time; of a dense log, or where it jumped."""
+    """Of the direction of approach, beside steps in time, in a log of both directions."""
     cause: str | None = None
     """The named effect that these findings were searched with in the model."""
     same: tuple[str, ...] = ()
@@ -323,7 +323,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     if not bands:
         steps, slow = _of_stations(solution, timed=timed)
     times = [step.time_s for step in steps if step.time_s is not None]
-    reversal = reversal_beside(solution, times) if times or bands else None
+    reversal = reversal_beside(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
     # Over time and over the angle the same rows are looked at: what either finds white is.
     return Findings(
