@@ -170,7 +170,7 @@ class Findings:
     slow: SlowChange | None = None
     """Beside lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
-    """Of the direction of approach, beside steps in time, which hide it from single effects."""
+    """Of the direction of approach, beside steps in time, in a log of both directions."""
     cause: str | None = None
     """The named effect that these findings were searched with in the model."""
     same: tuple[str, ...] = ()
@@ -180,7 +180,7 @@ class Findings:
     def empty(self) -> bool:
         """Nothing was found that an effect in the model could take away."""
         lists = self.causes or self.steps or self.not_noise
-        return not lists and self.oscillation is None and self.slow is None
+        return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
     def beside(self, name: str, left: Findings) -> Findings:
         """What is ``left`` with an effect in the model, and what of these findings it was."""
@@ -266,7 +266,7 @@ class Findings:
             size = self.reversal.size_arcsec
             yield (
                 abs(size) / 2.0,
-                f"A reversal error beside what jumped: up and down differ by {_angle(abs(size))} "
+                f"A reversal error: up and down differ by {_angle(abs(size))} "
                 f"(u {_angle(self.reversal.sigma_arcsec)}) over {self.reversal.passes} passes.",
             )
         if self.steps:
@@ -323,7 +323,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     if not bands:
         steps, slow = _of_stations(solution, timed=timed)
     times = [step.time_s for step in steps if step.time_s is not None]
-    reversal = reversal_beside(solution, times) if times else None
+    reversal = reversal_beside(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
     # Over time and over the angle the same rows are looked at: what either finds white is.
     return Findings(

@@ -193,7 +193,8 @@ def sentences(result: Diagnosis) -> list[str]:
         said = [f"None of the known effects fits. Best description: {result.description}."]
     found = result.findings.sentences()
     # A jump and a reversal error together are what no single effect resembles: they come first.
-    first = result.verdict == "unknown" and result.findings.reversal is not None
+    findings = result.findings
+    first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
     said += _probable(result)
     said += _measurement(result)

@@ -114,10 +114,13 @@ def records_of_events(solution: Solution) -> list[Record]:
 def reversal_beside(solution: Solution, steps_s: Sequence[float]) -> Reversal | None:
     """How much the readings differ with the direction of approach, beside steps at these times.
 
-    None without both directions and a time that goes on through all rows.
+    None for stations at faces, for few rows, and without both directions and a time that goes on
+    through all rows.
     """
     rows = solution.observations.every_reference_row
     if rows is None or rows.direction is None or rows.time_s is None:
+        return None
+    if rows.run.size < LEAST_ROWS or rows.faces is not None:
         return None
     clock = reference_clock(rows)
     if "reference" in solution.unknown_noise or np.any(np.diff(clock) <= 0.0):

@@ -22,6 +22,9 @@ LEAST_PASSES = 4
 LEAST_OWN = 1e-6
 """Of the squares of the direction, what the model leaves: with less it has a reversal error."""
 
+MOST_P = 0.1 * FAMILY_WISE
+"""It is asked of every log of both directions, beside what the other searches ask."""
+
 
 @dataclass(frozen=True)
 class Reversal:
@@ -56,7 +59,7 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
     scatter = float(np.sum((left_out - left_out.mean()) ** 2))
     sigma = float(np.sqrt(scatter * (passes - 1) / passes))
     free = passes - 1 - steps.shape[1]
-    if free < 1 or 2.0 * float(student.sf(abs(size) / sigma, free)) >= FAMILY_WISE:
+    if free < 1 or 2.0 * float(student.sf(abs(size) / sigma, free)) >= MOST_P:
         return None
     return Reversal(size, sigma, passes)
 
