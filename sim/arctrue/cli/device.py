@@ -77,6 +77,11 @@ def device() -> None:
     help="Delete the oldest captures above this number.",
 )
 @click.option(
+    "--probe-every",
+    type=Finite(min=0.01),
+    help="Seconds from one look at the latch of probe_in to the next; without it none.",
+)
+@click.option(
     "--files", type=OutputFolder(), help="Folder for HDF5 files in NeXus form, one a day (UTC)."
 )
 @click.option(
@@ -98,6 +103,7 @@ def run(
     capture_every: float | None,
     no_alarm_capture: bool,
     most_captures: int,
+    probe_every: float | None,
     files: Path | None,
     files_every: float,
 ) -> None:
@@ -134,6 +140,7 @@ def run(
             capture_every_s=0.0 if capture_every is None else 3600.0 * capture_every,
             capture_on_alarm=not no_alarm_capture,
             most_captures=most_captures,
+            probe_every_s=probe_every or 0.0,
             files=files,
             files_every_s=60.0 * files_every,
         )
@@ -234,7 +241,9 @@ def _program() -> str:
     show_default=True,
     help="Address of the network interface; other machines reach any other than the default.",
 )
-@click.option("--allow-control", is_flag=True, help="Let every client write to the PV Capture.")
+@click.option(
+    "--allow-control", is_flag=True, help="Let every client write to the PVs Capture and Zero."
+)
 def epics(port: str, prefix: str, interface: str, allow_control: bool) -> None:
     """Serve the device at PORT, which arctrue device run owns, over Channel Access and PVAccess.
 

@@ -14,6 +14,8 @@ NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
 """Severities of EPICS."""
 STATE, COMM = 7, 9
 """Alarm status of EPICS: of the state; no communication."""
+ZERO = "Zero"
+"""PV with the angle that ProbeAngle has at the index, for example that of a motor record."""
 CAPTURE = "Capture"
 _TIME_OF_VALUE = -2
 """Value of an EPICS record's field TSE: the program gives the time with the value."""
@@ -46,6 +48,14 @@ NUMBERS = (
     NumberRecord("TableTemperature", "table_c", {"EGU": "degC", "PREC": 3, "LOPR": 0, "HOPR": 50}),
     NumberRecord("DeviceTime", "time_s", {"EGU": "s", "PREC": 3}),
 )
+PROBE = (
+    NumberRecord("ProbeEdge", "edge", {}),
+    NumberRecord("ProbeMissed", "missed", {}),
+    NumberRecord("ProbeTime", "time_s", {"EGU": "s", "PREC": 9}),
+    NumberRecord("ProbePosition", "position_counts", {"EGU": "counts"}),
+    NumberRecord("ProbeAngle", "angle_deg", {"EGU": "deg", "PREC": 7}),
+)
+"""Fields of an event ``probe``."""
 ARRAYS = {"Orders": 0, "Amplitudes": 1, "Phases": 2, "Uncertainties": 3, "Applied": 4}
 """Waveforms, and the place of each in a harmonic of the telemetry."""
 ARRAY_UNITS = {"Amplitudes": "arcsec", "Phases": "rad", "Uncertainties": "arcsec"}
@@ -83,6 +93,19 @@ class Records:
         )
         self._capture_set = builder.longStringIn(f"{prefix}CaptureSet", length=1024, **of_daemon)
         self._capture_fault = builder.longStringIn(f"{prefix}CaptureFault", length=512, **of_daemon)
+        self._probe = {
+            item.field: builder.aIn(f"{prefix}{item.name}", **item.fields, **of_daemon)
+            for item in PROBE
+        }
+        self._edge: tuple[dict[str, Any], float] | None = None
+        self._zero = builder.aOut(
+            f"{prefix}{ZERO}",
+            EGU="deg",
+            PREC=7,
+            ASG="CONTROL",
+            initial_value=0.0,
+            on_update=lambda _: self._show_edge(),
+        )
         self._latest: tuple[dict[str, Any], float] | None = None
         self._device_alarms: list[str] = []
         self._machine_alarms: list[str] = []
@@ -140,6 +163,20 @@ class Records:
         # Last: a client that waits for the next turn then reads the others of the same turn.
         self._turn.set(int(fields["turn"]) % 2**31, **at)
 
+    def edge(self, event: dict[str, Any], recorded_s: float) -> None:
+        """Show where the table was at an edge of probe_in, with the time of its recording."""
+        self._edge = (event, recorded_s)
+        self._show_edge()
+
+    def _show_edge(self) -> None:
+        """Show the latest edge; its angle is counted from the zero of the PV Zero."""
+        if self._edge is None:
+            return
+        event, recorded_s = self._edge
+        zero = {"angle_deg": float(self._zero.get())}
+        for field, record in self._probe.items():
+            record.set(float(event[field]) + zero.get(field, 0.0), timestamp=recorded_s)
+
     def machine_alarms(self, names: list[str], recorded_s: float) -> None:
         """Show the parameters that ``arctrue life`` raises an alarm for, after the device's own."""
         self._machine_alarms = [f"life: {name}" for name in names]
@@ -170,11 +207,13 @@ class Records:
         if is_connected:
             if self._latest is not None:
                 self.show(*self._latest)
+            self._show_edge()
             self._show_alarms(recorded_s)
             self._connected.set(1, **at)
             return
         lost: dict[str, Any] = {"severity": INVALID, "alarm": COMM, **at}
         self._connected.set(0, severity=MAJOR, alarm=COMM, **at)
         others = (self._turn, self._result, self._reason, self._alarms)
-        for record in (*self._numbers.values(), *self._arrays.values(), *others):
+        numbers = (*self._numbers.values(), *self._probe.values())
+        for record in (*numbers, *self._arrays.values(), *others):
             record.set(record.get(), **lost)

@@ -120,6 +120,8 @@ def _follow(daemon: Announcement, records: Records) -> None:
                 records.show(event["telemetry"], event["recorded_s"])
             elif event["event"] == "port":
                 records.connected(bool(event["state"]["connected"]), event["recorded_s"])
+            elif event["event"] == "probe":
+                records.edge(event, event["recorded_s"])
             elif event["event"] == "life":
                 names = list(event["state"]["machine_alarms"])
                 records.machine_alarms(names, event["recorded_s"])

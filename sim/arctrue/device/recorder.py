@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from arctrue.device.lines import TelemetryLine
+from arctrue.device.probe import Latch
 
 _TURN = {
     "recorded": "TEXT NOT NULL",
@@ -50,6 +51,16 @@ CREATE TABLE IF NOT EXISTS harmonic (
     chosen INTEGER NOT NULL
 );
 CREATE INDEX IF NOT EXISTS harmonic_turn ON harmonic (turn);
+CREATE TABLE IF NOT EXISTS edge (
+    id INTEGER PRIMARY KEY,
+    recorded TEXT NOT NULL,
+    after_turn INTEGER NOT NULL,
+    edge INTEGER NOT NULL,
+    time_s REAL NOT NULL,
+    position_counts INTEGER NOT NULL,
+    angle_deg REAL NOT NULL,
+    missed INTEGER NOT NULL
+);
 CREATE TABLE IF NOT EXISTS identity (name TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS event (
     id INTEGER PRIMARY KEY,
@@ -147,6 +158,16 @@ class Recorder:
                 (self._now(), self._last_id, kind, text),
             )
 
+    def edge(self, latch: Latch) -> None:
+        """Append where the table was at an edge of probe_in."""
+        values = (latch.edge, latch.time_s, latch.position_counts, latch.angle_deg, latch.missed)
+        with self._transaction():
+            self._connection.execute(
+                "INSERT INTO edge (recorded, after_turn, edge, time_s, position_counts, angle_deg, "
+                "missed) VALUES (?, ?, ?, ?, ?, ?, ?)",
+                (self._now(), self._last_id, *values),
+            )
+
     def apply_retention(self) -> None:
         """Delete the oldest turns until both limits are met."""
         if self._retention.days is not None:
@@ -170,7 +191,8 @@ class Recorder:
         with self._transaction():
             self._connection.executemany("DELETE FROM harmonic WHERE turn = ?", [(n,) for n in ids])
             self._connection.executemany("DELETE FROM turn WHERE id = ?", [(n,) for n in ids])
-            self._connection.execute("DELETE FROM event WHERE after_turn <= ?", (max(ids),))
+            for table in ("event", "edge"):
+                self._connection.execute(f"DELETE FROM {table} WHERE after_turn <= ?", (max(ids),))
         return True
 
     def _used_bytes(self) -> int:

@@ -95,6 +95,8 @@ class LiveDevice:
             watch.close()
 
     def _take(self, event: dict[str, Any]) -> None:
+        if event["event"] == "probe":
+            return
         if event["event"] != "turn":
             self._take_state(event["state"])
             shown = {"kind": event["event"], "text": event["text"]}

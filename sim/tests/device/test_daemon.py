@@ -6,15 +6,18 @@ import json
 import os
 import shutil
 import socket
+import sqlite3
 import stat
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from sim.tests.cli.test_load import file_of
 from sim.tests.cli.test_monitor import COUNTS, Device
+from sim.tests.cli.test_probe import CLOCK_HZ, FIRST_EDGE, TURN, ProbedDevice, position_of
 from sim.tests.command_line import arctrue
 from sim.tests.device.daemon_process import (
     PATIENCE_S,
@@ -161,6 +164,47 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
         assert [turn.fields["turn"] for turn in turns if turn] == list(range(5, 21))
         assert turns[0] is not None
         assert turns[0].fields["harmonics"] == [[1, 150.0, 0.4, 0.01, 1]]
+
+
+def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Against the firmware: an edge each time that the latch was read, twice three at once."""
+    device = ProbedDevice()
+    os.close(device.far)
+    with (
+        device.running(monkeypatch),
+        daemon(device.port, tmp_path, "--probe-every", "0.01", "--no-alarm-capture"),
+    ):
+        watch = Watch(announcement(device.port))
+        found: list[dict[str, Any]] = []
+
+        def more(count: int) -> None:
+            while len(found) < count:
+                event = watch.event(PATIENCE_S)
+                assert event is not None
+                found.extend([event] if event["event"] == "probe" else [])
+
+        more(6)
+        # An operator has the console meanwhile; what comes then is counted.
+        assert arctrue("capture", device.port, tmp_path / "set").exit_code == 0
+        more(12)
+        state = ask(announcement(device.port), "status")
+    assert state["probe_edges"] >= 12
+    assert state["probe_missed"] >= 4
+    edge = None
+    for event in found:
+        number = (event["edge"] - FIRST_EDGE) % (1 << 16)
+        assert event["position_counts"] == position_of(number)
+        assert event["angle_deg"] == position_of(number) % TURN / TURN * 360.0
+        assert event["time_s"] == pytest.approx((50_000_000 * number + (1 << 33)) / CLOCK_HZ)
+        if edge is not None:
+            assert event["missed"] == (event["edge"] - edge) % (1 << 16) - 1
+        edge = event["edge"]
+    with sqlite3.connect(tmp_path / "telemetry.sqlite") as database:
+        rows = database.execute("SELECT edge, position_counts, missed FROM edge ORDER BY id")
+        recorded = rows.fetchall()
+    shown = [(event["edge"], event["position_counts"], event["missed"]) for event in found]
+    place = recorded.index(shown[0])
+    assert recorded[place : place + len(shown)] == shown
 
 
 class AlarmedDevice(Device):

@@ -5,8 +5,12 @@ from __future__ import annotations
 import ctypes
 import os
 import socket
+import sqlite3
 import sys
+import threading
+import time
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -89,12 +93,64 @@ def test_nobody_writes_unless_it_is_allowed(
 
     with daemon(replay.port, tmp_path):
         with pvs(replay.port):
-            for name in ("Capture", "HeadSeparation", "DieTemperature.HIGH"):
+            for name in ("Capture", "Zero", "HeadSeparation", "DieTemperature.HIGH"):
                 assert write(name, 1.0) == "ECA_NOWTACCESS"
         with pvs(replay.port, "--allow-control"):
             assert write("HeadSeparation", 1.0) == "ECA_NOWTACCESS"
             write("Capture", 1.0, notify=False)
             asks_for_a_capture(replay)
+
+
+class ProbedReplay(Replay):
+    """It answers the questions for its latch; the test sets what is latched."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.latched = (65_535, 0, 0, 0)
+        threading.Thread(target=self._answer, daemon=True).start()
+
+    def _answer(self) -> None:
+        begun = b""
+        while True:
+            *lines, begun = (begun + self.received.get()).split(b"\r")
+            for line in lines:
+                names = ("edges", "time_clocks", "position_counts", "angle_counts")
+                latched = zip(names, self.latched, strict=True)
+                answers = {
+                    b"version": "clock_hz 100000000\r\n",
+                    b"show parameters": "counts_per_rev 16777216\r\nlanes many\r\n",
+                    b"probe": "".join(f"{name} {value}\r\n" for name, value in latched),
+                }
+                if line in answers:
+                    self.send(answers[line].encode() + b"ok\r\n")
+
+
+def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
+    tmp_path: Path, ports: dict[str, str]
+) -> None:
+    """A motor record that was homed at the index says which angle it has there."""
+    device = ProbedReplay()
+    with (
+        daemon(device.port, tmp_path, "--probe-every", "0.01"),
+        pvs(device.port, "--allow-control"),
+    ):
+        shows("Connected", lambda found: found.data[0] == 1)
+        time.sleep(1.0)  # the first look is no edge
+        device.latched = (1, 3 << 32, 5 * 2**24 + 2**22, 2**22)
+        shows("ProbeEdge", lambda found: found.data[0] == 1)
+        shows("ProbeAngle", lambda found: found.data[0] == 90.0)
+        assert read("ProbeMissed").data[0] == 1
+        assert read("ProbeTime").data[0] == (3 << 32) / 1e8
+        assert read("ProbePosition").data[0] == 5 * 2**24 + 2**22
+        assert read("ProbeAngle", "control").metadata.units == b"deg"
+        with sqlite3.connect(tmp_path / "telemetry.sqlite") as database:
+            ((recorded,),) = database.execute("SELECT recorded FROM edge").fetchall()
+        moment = datetime.fromisoformat(recorded).timestamp()
+        assert read("ProbeTime").metadata.timestamp == pytest.approx(moment, abs=1.0)
+        client.write(f"{PREFIX}Zero", -12.5, notify=True, timeout=20.0, repeater=False)
+        shows("ProbeAngle", lambda found: found.data[0] == 77.5)
+        device.latched = (2, 4 << 32, 5 * 2**24 + 2**23, 2**23)
+        shows("ProbeAngle", lambda found: found.data[0] == 167.5)
 
 
 def asks_for_a_capture(replay: Replay) -> None:
@@ -117,7 +173,7 @@ def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
     with daemon(replay.port, tmp_path):
         with pvs(replay.port), p4p.Context("pva") as client:
             assert not bool(client.get(f"{PREFIX}Capture", timeout=20.0))
-            for name in ("Capture", "HeadSeparation", "DieTemperature.HIGH"):
+            for name in ("Capture", "Zero", "HeadSeparation", "DieTemperature.HIGH"):
                 refused(client, name, 1.0)
         with pvs(replay.port, "--allow-control"), p4p.Context("pva") as client:
             refused(client, "HeadSeparation", 1.0)

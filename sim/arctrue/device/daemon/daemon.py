@@ -9,6 +9,7 @@ import signal
 import sqlite3
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from arctrue.device.announcement import Announcement, announce
@@ -18,6 +19,7 @@ from arctrue.device.daemon.machine_alarms import (
     read_machine_alarms,
     write_machine_alarms,
 )
+from arctrue.device.daemon.probe_watch import ProbeWatch
 from arctrue.device.daemon.serial_link import SerialLink
 from arctrue.device.daemon.server import Server, turn_event
 from arctrue.device.daemon.service_manager import keep_alive, notify
@@ -26,6 +28,7 @@ from arctrue.device.daemon.state import DaemonState
 from arctrue.device.lines import LineAssembler, TelemetryLine, is_telemetry, telemetry_of
 from arctrue.device.nexus_days import write_missing_days
 from arctrue.device.port import ConsoleError
+from arctrue.device.probe import Latch
 from arctrue.device.recorder import RecordedTurn, Recorder, last_turn, read_turns
 from arctrue.measurement import MeasurementError
 
@@ -54,6 +57,7 @@ class Daemon:
             lambda: self._capture("asked"),
             self._life,
         )
+        self._probe = ProbeWatch(self._link.write, self._probed)
         settings.captures.mkdir(parents=True, exist_ok=True)
         self._in_files = None if settings.files is None else 0
         self._recorder: Recorder | None = self._opened_record()
@@ -76,7 +80,7 @@ class Daemon:
         self._report(f"serving {self._self.address}; the token is in {file}")
         notify(f"READY=1\nSTATUS={settings.port}: serving {self._self.address}")
         tasks = (self._link.keep_open(), keep_alive(), self._wake(), self._schedule())
-        for work in (*tasks, self._write_files()):
+        for work in (*tasks, self._write_files(), self._watch_probe()):
             self._start(work)
         ended = asyncio.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -108,11 +112,14 @@ class Daemon:
                     self.state.damaged_lines += 1
                 else:
                     self._turn(turn)
+            else:
+                self._probe.line(text)
         self.state.too_long_lines = self._lines.too_long
 
     def _turn(self, turn: TelemetryLine) -> None:
         number = int(turn.fields["turn"])
         if number < self._last_number:
+            self._probe.forget()
             self._happened("restart", "the board has started again: its turns count anew")
         self._last_number = number
         self.state.turns += 1
@@ -187,6 +194,7 @@ class Daemon:
             self.state.reconnections += 1
         self.state.connected = is_open
         self._lines.forget_begun()
+        self._probe.forget()
         self._server.forget_begun()
         self._happened("port", text)
         notify(f"STATUS={text}")
@@ -200,6 +208,27 @@ class Daemon:
             silent_s = time.monotonic() - self._last_line_s
             if silent_s > SILENCE_S and not self.state.console_in_use:
                 self._link.write(b"\rtelemetry on\r")
+
+    async def _watch_probe(self) -> None:
+        """Look at the latch of probe_in while no operator has the console."""
+        every_s = self._settings.probe_every_s
+        while every_s > 0.0:
+            await asyncio.sleep(every_s)
+            if self.state.console_in_use or not self.state.connected:
+                self._probe.interrupted()
+            else:
+                self._probe.look(time.monotonic())
+
+    def _probed(self, latch: Latch) -> None:
+        """Record an edge at probe_in and send it to the watchers."""
+        self.state.probe_edges += 1
+        self.state.probe_missed += latch.missed
+        self._server.broadcast({"event": "probe", "recorded_s": time.time(), **asdict(latch)})
+        if self._recorder is not None:
+            try:
+                self._recorder.edge(latch)
+            except sqlite3.Error as error:
+                self._record_failed(error)
 
     async def _schedule(self) -> None:
         while self._settings.capture_every_s > 0.0:

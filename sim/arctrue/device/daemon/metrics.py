@@ -18,6 +18,8 @@ _COUNTERS = {
     "dropped_clients": "Clients dropped because they did not read.",
     "captures": "Captures taken.",
     "failed_captures": "Captures that could not be taken.",
+    "probe_edges": "Edges at probe_in whose positions are recorded.",
+    "probe_missed": "Edges at probe_in whose positions nobody read.",
 }
 _GAUGES = {
     "connected": "1 if the serial port is open.",

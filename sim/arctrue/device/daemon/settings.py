@@ -29,6 +29,8 @@ class DaemonSettings:
     capture_pause_s: float = 600.0
     """From one capture for an alarm to the next."""
     most_captures: int = 500
+    probe_every_s: float = 0.0
+    """From one look at the latch of probe_in to the next; 0: none is taken."""
     files: Path | None = None
     """Folder of the NeXus files, one a day; None: none are written."""
     files_every_s: float = 3600.0

@@ -23,6 +23,10 @@ class DaemonState:
     dropped_clients: int = 0
     captures: int = 0
     failed_captures: int = 0
+    probe_edges: int = 0
+    """Edges at probe_in whose positions are recorded."""
+    probe_missed: int = 0
+    """Edges between them whose positions nobody read."""
     watchers: int = 0
     console_in_use: bool = False
     alarms: list[str] = field(default_factory=list)
