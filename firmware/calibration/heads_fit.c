@@ -16,7 +16,7 @@
 enum { PASSES_MOST = 32 };
 #define WORK_MOST (9U * 4U * 12000U * 40U)
 /* The normal matrix is made of every k-th sample: so many for each order, four a wave of the highest sum of two. */
-enum { MATRIX_SAMPLES_AN_ORDER = 16 };
+enum { MATRIX_SAMPLES_AN_ORDER = 64 };
 /* The share of the largest value at which passes end. */
 #define REFINED_SHARE 1e-11
 /* Of a reading, arcsec^2: what has no noise must not divide by zero. */
