@@ -1,9 +1,11 @@
 # From `size -A` of the ELF: the table with its limits; fails beyond one of them.
 $1 ~ /^\.(text|ARM\.exidx|pages|tables|data)$/ { used_code += $2 }
+$1 == ".texts" { used_texts += $2 }
 $1 ~ /^\.(data|bss|stack)$/ { used_data += $2 }
 $1 == ".upper" { used_upper += $2 }
 END {
     row("code and constants", used_code, code)
+    row("texts", used_texts, texts)
     row("data and stacks", used_data, data)
     row("upper 64 KB", used_upper, upper)
     if (failed) { print "the firmware is too large"; exit 1 }

@@ -69,7 +69,10 @@ uint32_t alarms_of_turn(struct application *application) {
                       : 0;
     }
     bool moved = application->report.mean_off_arcsec > parameters->alarm_separation_arcsec;
-    alarms |= moved || application->report.reason == REFUSED_HEADS_EXCHANGED ? ALARM_SEPARATION : 0;
+    enum refusal reason = application->report.reason;
+    bool elsewhere = reason == REFUSED_HEADS_EXCHANGED || reason == REFUSED_HEADS_ELSEWHERE ||
+                     application->report.mean_reason == REFUSED_HEADS_ELSEWHERE;
+    alarms |= moved || elsewhere ? ALARM_SEPARATION : 0;
     const struct core_status status = core_status(&application->core);
     application->report.output_stands = status.cannot_keep_up;
     application->report.release_causes = status.release_causes;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "assertion.h"
+#include "calibrate_mean.h"
 #include "judge.h"
 #include "separation.h"
 #include "units.h"
@@ -112,6 +113,15 @@ static void calibrate_combine(struct application *application, const struct coef
                  application->table.celsius, own, calibrate_plain_lanes(application),
                  &application->candidate);
     application->candidate.counts_per_rev = own->counts_per_rev;
+    if (own->mean.heads != 0) {
+        application->candidate.mean = own->mean;
+    }
+}
+
+/* What is at work where its lanes are of head 1: those of a mean say nothing of it. */
+static const struct coefficients *calibrate_active_of_head1(const struct application *application) {
+    const struct coefficients *active = state_active(application);
+    return active != NULL && active->mean.heads != 0 ? NULL : active;
 }
 
 /* An order that `orders` no longer has, of the calibration's own. */
@@ -133,7 +143,7 @@ static bool calibrate_has_dropped(const struct coefficients *active,
    says, of those that follow the temperature what they are made to follow. */
 static double calibrate_change_arcsec(const struct application *application) {
     const struct estimate *estimate = &application->measured;
-    const struct coefficients *active = state_active(application);
+    const struct coefficients *active = calibrate_active_of_head1(application);
     const struct load *load = &application->load;
     const struct coefficients *loaded = load_at_work(load);
     double most = 0.0;
@@ -213,7 +223,9 @@ static void calibrate_add_loaded(struct application *application) {
     prediction->candidate_arcsec = sqrt(candidate * candidate + square);
 }
 
-static enum refusal calibrate_make_candidate(struct application *application) {
+/* `mean`: of which heads the estimate is; without heads it is of head 1. */
+static enum refusal calibrate_make_candidate(struct application *application,
+                                             const struct mean_set *mean) {
     const struct parameters *parameters = &application->parameters;
     struct estimate *estimate = &application->measured;
     const struct coefficients *loaded = load_at_work(&application->load);
@@ -221,6 +233,11 @@ static enum refusal calibrate_make_candidate(struct application *application) {
     uint32_t own_lanes = lanes - calibrate_lanes_used(loaded);
     struct coefficients own;
     enum verdict verdicts[ORDERS_MAX];
+    const struct coefficients *active = state_active(application);
+    bool other_heads = mean->heads != (active != NULL ? active->mean.heads : 0U);
+    if (other_heads) {
+        average_clear(&application->average);
+    }
     average_add(&application->average, estimate, parameters->keep);
     average_apply(&application->average, estimate);
     uint64_t hidden = calibrate_hide_loaded(loaded, estimate);
@@ -230,10 +247,12 @@ static enum refusal calibrate_make_candidate(struct application *application) {
     if (reason != NOT_REFUSED) {
         return reason;
     }
+    own.mean = *mean;
     calibrate_combine(application, &own);
-    const struct coefficients *active = state_active(application);
-    application->report.prediction = gate_predict(estimate, active, &application->candidate);
-    reason = gate_judge(&application->report.prediction);
+    /* Lanes of other heads say nothing of the error that is left now. */
+    application->report.prediction =
+        gate_predict(estimate, other_heads ? NULL : active, &application->candidate);
+    reason = other_heads ? NOT_REFUSED : gate_judge(&application->report.prediction);
     calibrate_add_loaded(application);
     if (reason != NOT_REFUSED && active != NULL &&
         calibrate_has_dropped(active, loaded, estimate->orders)) {
@@ -287,7 +306,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
     const struct saved *saved = &application->save->content;
     struct judge judge = calibrate_judge(application, turn);
     judge.followed = &saved->followed;
-    const struct coefficients *active = state_active(application);
+    const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes;
     bool fits = saved_lanes(saved) <= lanes &&
                 (saved->followed.lanes == 0 || core_origin(&application->core).has_modulators) &&
@@ -316,7 +335,7 @@ static void calibrate_judge_load(struct application *application, const struct t
     struct load *load = &application->load;
     struct judge judge = calibrate_judge(application, turn);
     judge.followed = &load->received_followed;
-    const struct coefficients *active = state_active(application);
+    const struct coefficients *active = calibrate_active_of_head1(application);
     struct coefficients own;
     if (load->received.counts_per_rev != application->capture.counts_per_rev) {
         load_refuse(load, LOAD_ANOTHER_TABLE);
@@ -351,7 +370,7 @@ static void calibrate_judge_pending(struct application *application, const struc
     struct judge judge = calibrate_judge(application, turn);
     judge.followed = &load->followed;
     const struct thermal *thermal = application_thermal(application, &load->thermal);
-    const struct coefficients *active = state_active(application);
+    const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes - followed_all_lanes(&load->followed);
     struct coefficients *candidate = &application->candidate;
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
@@ -366,7 +385,8 @@ static void calibrate_judge_pending(struct application *application, const struc
     }
 }
 
-/* The mean is corrected: nothing is worked out for head 1, whose error the estimate still shows. */
+/* A mean is corrected that was loaded, or while a set waits: nothing is worked out for head 1, whose error the estimate
+   still shows. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)calibrate_judge_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;
@@ -387,16 +407,33 @@ static void calibrate_judge_sets(struct application *application, const struct t
     }
 }
 
+/* Of the mean of all heads where the device calibrates it; else, and where heads 3 and 4 are of no use and no mean is at
+   work, of head 1. */
+static enum refusal calibrate_estimate_heads(struct application *application, struct turn *turn,
+                                             struct mean_set *mean) {
+    if (calibrate_mean_wanted(application)) {
+        enum refusal reason = calibrate_mean_estimate(application, turn, mean);
+        if (reason == NOT_REFUSED ||
+            calibrate_active_of_head1(application) != state_active(application)) {
+            return reason;
+        }
+        *mean = (struct mean_set){0};
+    }
+    return calibrate_estimate(application, turn);
+}
+
 enum refusal calibrate_turn(struct application *application) {
     struct turn turn;
+    struct mean_set mean = {0};
     application->candidate_origin = OF_TURN;
+    application->found.geometry.heads = 0;
     enum refusal reason =
         capture_verify(&application->capture, (uint32_t)application->parameters.orders, &turn,
                        &application->report.fault);
     if (reason == NOT_REFUSED) {
-        reason = calibrate_estimate(application, &turn);
+        reason = calibrate_estimate_heads(application, &turn, &mean);
     }
-    if (reason == NOT_REFUSED) {
+    if (reason == NOT_REFUSED && mean.heads == 0) {
         calibrate_judge_sets(application, &turn);
     }
     if (application->candidate_origin != OF_TURN) {
@@ -408,9 +445,17 @@ enum refusal calibrate_turn(struct application *application) {
     if (reason != NOT_REFUSED) {
         return reason;
     }
-    if (application->has_active && application->active.mean.heads != 0) {
+    bool of_mean = application->has_active && application->active.mean.heads != 0;
+    if (mean.heads != 0) {
+        application->report.mean_off_arcsec = -1.0;
+        if (of_mean) {
+            (void)calibrate_judge_mean(application, &turn, &application->active.mean);
+        }
+        return calibrate_make_candidate(application, &mean);
+    }
+    if (of_mean) {
         return calibrate_watch_mean(application, &turn);
     }
     calibrate_watch_loaded(application, &turn);
-    return calibrate_make_candidate(application);
+    return calibrate_make_candidate(application, &mean);
 }

@@ -152,10 +152,8 @@ static bool judge_other_condition(const struct judge *judge, struct load *load, 
         load->shown_part[place] = part;
         load->shown_left[place] = left;
     } else if (fabs(modulator - (double)load->shown_at[place]) >= OTHER_CONDITION) {
-        double size =
-            hypot(part.re - load->shown_part[place].re, part.im - load->shown_part[place].im);
-        double change =
-            hypot(left.re - load->shown_left[place].re, left.im - load->shown_left[place].im);
+        double size = vector_length(vector_difference(part, load->shown_part[place]));
+        double change = vector_length(vector_difference(left, load->shown_left[place]));
         /* Either turn has its uncertainty; both turns see the heads' separation alike. */
         double u = sqrt(2.0 * sight->variance);
         load->shown_twice |= 1U << place;

@@ -23,6 +23,8 @@
 static const struct parameter_description descriptions[] = {
     /* name, least, most, preset, whole, effect, place */
     {"separation_deg", 0.01, 359.99, 33.0, false, EFFECT_NEXT_TURN, PLACE(separation_deg)},
+    {"head3_deg", 0, 359.99, 0, false, EFFECT_NEXT_TURN, PLACE(head3_deg)},
+    {"head4_deg", 0, 359.99, 0, false, EFFECT_NEXT_TURN, PLACE(head4_deg)},
     {"index_detection_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_U_ARCSEC, false,
      EFFECT_NEXT_TURN, PLACE(index_detection_arcsec)},
     {"method", 0, 1, 1, true, EFFECT_NEXT_TURN, PLACE(method)},

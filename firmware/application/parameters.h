@@ -10,6 +10,9 @@
 
 struct parameters {
     double separation_deg;
+    /* Places of heads 3 and 4 after head 1, as mounted; 0: not known, and no mean of the heads is calibrated. */
+    double head3_deg;
+    double head4_deg;
     /* Standard uncertainty of what differs between the places where the heads detect the mark. */
     double index_detection_arcsec;
     /* 0: the paper's transform; 1: least squares at the angles read. */

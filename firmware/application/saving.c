@@ -32,6 +32,11 @@ static void saving_take_known(const struct application *application, struct save
         saved->followed = kept ? load->followed : (struct followed){.lanes = 0};
         saved->unjudged = kept ? load->unjudged : 0;
     }
+    if (application->active.mean.heads != 0 && load_at_work(load) == NULL) {
+        /* The device's own mean: a turn can judge where its heads stand, not its lanes one by one. */
+        saved->loaded = application->active;
+        saved->unjudged = UINT64_MAX;
+    }
     saved->own = application->active;
     for (uint32_t lane = 0; lane < saved->own.lanes; lane++) {
         if (coefficients_have(&saved->loaded, saved->own.lane[lane].order) ||

@@ -11,6 +11,7 @@
 #include "fourier.h"
 #include "further_orders.h"
 #include "gate.h"
+#include "heads_fit.h"
 #include "kept_settings.h"
 #include "least_squares.h"
 #include "load.h"
@@ -106,6 +107,8 @@ struct turn_report {
     uint32_t followed_lanes;
     /* A mean is corrected: how far a head's place is from where the mean expects it, at the most; below 0: not seen. */
     double mean_off_arcsec;
+    /* Why the turn did not calibrate a mean that the device was to calibrate. */
+    enum refusal mean_reason;
     uint32_t alarms;
     /* A, B and Z stand: the output lay too far behind. */
     bool output_stands;
@@ -123,6 +126,7 @@ struct turn_report {
 union calibration_workspace {
     struct fourier_workspace fourier;
     struct least_squares_workspace least_squares;
+    struct heads_workspace heads;
     struct reading_workspace reading;
     struct further_workspace further;
 };
@@ -169,6 +173,9 @@ struct application {
     /* What the latest turn says, refused or not; and what the latest turn that was taken says. */
     struct estimate measured;
     struct estimate estimate;
+    /* Of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 where the latest
+       turn did not. */
+    struct heads_found found;
     struct average average;
     enum verdict verdicts[ORDERS_MAX];
     struct coefficients active;

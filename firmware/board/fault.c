@@ -11,9 +11,9 @@
 #include "uart.h"
 #include "watchdog.h"
 
-/* The page below the stack in on_chip_memory.ld. */
-#define GUARD_FIRST 0x1C000U
-#define GUARD_LAST 0x1CFFFU
+/* The page below STACK_SEEN in on_chip_memory.ld. */
+#define GUARD_FIRST 0x31000U
+#define GUARD_LAST 0x31FFFU
 #define CACHE_LINE 32U
 #define RECORD_MARK 0x4152464CU
 /* DFSR: an external abort that came after its instruction. */

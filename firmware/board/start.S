@@ -210,6 +210,7 @@ interrupt_request:
 
 /* Tables in constant memory: they never change. */
     .equ PAGE_CODE, 0x25E           /* normal, write-back, read only */
+    .equ PAGE_TEXTS, 0x25F          /* the same, not executable */
     .equ PAGE_DATA, 0x5F            /* normal, write-back, not executable */
     .equ SECTION_DEVICE, 0x416      /* not executable */
 
@@ -260,13 +261,27 @@ page_table:
     .word (page << 12) | PAGE_CODE
     .set page, page + 1
     .endr
-    .word 0                         /* below the stack */
-    .set page, 0x1D
-    .rept 0x30 - 0x1D
+    .rept 0x1E - 0x1C
+    .word (page << 12) | PAGE_TEXTS
+    .set page, page + 1
+    .endr
+    .rept 0x20 - 0x1E               /* the stacks are seen further up */
+    .word 0
+    .endr
+    .set page, 0x20
+    .rept 0x30 - 0x20
     .word (page << 12) | PAGE_DATA
     .set page, page + 1
     .endr
-    .rept 0x100 - 0x30
+    .rept 0x32 - 0x30               /* below the stacks */
+    .word 0
+    .endr
+    .set page, 0x1E                 /* STACK_SEEN */
+    .rept 0x35 - 0x32
+    .word (page << 12) | PAGE_DATA
+    .set page, page + 1
+    .endr
+    .rept 0x100 - 0x35
     .word 0
     .endr
 

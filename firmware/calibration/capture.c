@@ -48,8 +48,7 @@ static enum refusal verify_header(const struct capture *capture) {
 enum { BINS = 256 };
 
 static int32_t step_of(const struct capture *capture, uint32_t head, uint32_t step) {
-    const volatile int32_t *word = capture->words + 2 * step + head;
-    return counts_apart(word[2], word[0]);
+    return counts_apart(capture_word(capture, step + 1, head), capture_word(capture, step, head));
 }
 
 struct extent {
@@ -59,9 +58,9 @@ struct extent {
 
 static struct extent step_extent(const struct capture *capture, uint32_t head) {
     struct extent extent = {INT32_MAX, INT32_MIN};
-    int32_t before = capture->words[head];
+    int32_t before = capture_word(capture, 0, head);
     for (uint32_t sample = 1; sample < capture->samples; sample++) {
-        int32_t word = capture->words[2 * sample + head];
+        int32_t word = capture_word(capture, sample, head);
         int32_t counts = counts_apart(word, before);
         extent.low = counts < extent.low ? counts : extent.low;
         extent.high = counts > extent.high ? counts : extent.high;
@@ -74,10 +73,10 @@ static struct extent step_extent(const struct capture *capture, uint32_t head) {
 static void count_steps(const struct capture *capture, uint32_t head, struct extent extent,
                         unsigned shift, uint16_t bins[BINS]) {
     uint32_t width = (uint32_t)extent.high - (uint32_t)extent.low;
-    int32_t before = capture->words[head];
+    int32_t before = capture_word(capture, 0, head);
     memset(bins, 0, BINS * sizeof bins[0]);
     for (uint32_t sample = 1; sample < capture->samples; sample++) {
-        int32_t word = capture->words[2 * sample + head];
+        int32_t word = capture_word(capture, sample, head);
         uint32_t above = (uint32_t)counts_apart(word, before) - (uint32_t)extent.low;
         before = word;
         if (above <= width) {
@@ -216,11 +215,6 @@ struct capture_counts capture_counts(const struct capture *capture, uint32_t sam
     return counts;
 }
 
-static int32_t capture_word(const struct capture *capture, uint32_t sample, uint32_t head) {
-    const volatile int32_t *words = head < 2 ? capture->words : capture->further;
-    return words[2 * sample + head % 2];
-}
-
 void capture_all_counts(const struct capture *capture, uint32_t sample,
                         int64_t counts[HEADS_MOST]) {
     struct capture_counts both = capture_counts(capture, sample);
@@ -240,6 +234,28 @@ static bool further_heads_are_sound(const struct capture *capture) {
     uint32_t faults = capture->flags &
                       (FLAG(FURTHER_INDEX_ERROR) | FLAG(FURTHER_ILLEGAL) | FLAG(FURTHER_OVERSPEED));
     return (seen & heads) == heads && faults == 0;
+}
+
+enum refusal capture_verify_further(const struct capture *capture, const struct turn *turn,
+                                    struct capture_fault *fault) {
+    if (capture->heads > 2 && (capture->further == NULL || !further_heads_are_sound(capture))) {
+        return REFUSED_INDEX_NOT_SEEN;
+    }
+    for (uint32_t head = 2; head < capture->heads; head++) {
+        double median = median_step(capture, head);
+        fault->head = head + 1;
+        if (median == 0.0) {
+            return REFUSED_STANDS_STILL;
+        }
+        if (find_wrong_step(capture, head, median, fault)) {
+            return kind_of_step(fault, median);
+        }
+        if (median * turn->step_counts < 0.0) {
+            return REFUSED_INCONSISTENT_HEADS;
+        }
+    }
+    *fault = (struct capture_fault){0};
+    return NOT_REFUSED;
 }
 
 /* Less than two turns lie between two heads' counts of one turn: an integer holds their sum. */

@@ -72,6 +72,12 @@ struct capture_counts {
     int64_t head2;
 };
 
+/* The word of head 0, 1, ... */
+static inline int32_t capture_word(const struct capture *capture, uint32_t sample, uint32_t head) {
+    const volatile int32_t *words = head < 2 ? capture->words : capture->further;
+    return words[2 * sample + head % 2];
+}
+
 struct capture_counts capture_counts(const struct capture *capture, uint32_t sample);
 
 /* The same of all heads. */
@@ -84,6 +90,10 @@ bool capture_places(const struct capture *capture, uint32_t samples, double plac
 /* Fill `turn` or say why not. `most_order`: the highest order that the fit will have. */
 enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,
                             struct capture_fault *fault);
+
+/* Heads 3 and 4 of a turn that capture_verify() has found good: indices, faults and steps. */
+enum refusal capture_verify_further(const struct capture *capture, const struct turn *turn,
+                                    struct capture_fault *fault);
 
 /* Take whole turns out of head 2 less head 1, so that its mean is nearest to the separation;
    returns the mean, rad. */

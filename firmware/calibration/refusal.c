@@ -19,10 +19,12 @@ static const char *const names[REFUSALS] = {
     [REFUSED_OVER_SPEED] = "over_speed",
     [REFUSED_INCONSISTENT_HEADS] = "inconsistent_heads",
     [REFUSED_HEADS_EXCHANGED] = "heads_exchanged",
+    [REFUSED_HEADS_ELSEWHERE] = "heads_elsewhere",
     [REFUSED_SINGULAR] = "singular",
     [REFUSED_NOT_CONVERGED] = "not_converged",
     [REFUSED_NOT_FINITE] = "not_finite",
     [REFUSED_AMPLITUDE] = "amplitude",
+    [REFUSED_NO_MEAN] = "no_mean",
     [REFUSED_NOISE] = "noise",
     [REFUSED_NOT_BETTER] = "not_better",
 };

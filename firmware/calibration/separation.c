@@ -19,9 +19,7 @@ enum separation_choice separation_judge(double nominal_rad, double measured_rad,
 }
 
 static bool is_believable(double off_rad) {
-    /* The library's remainder() is as long as this whole folder's separation. */
-    double turns = off_rad / (2.0 * PI);
-    return fabs(turns - rint(turns)) * ARCSEC_PER_TURN <= SEPARATION_BELIEVABLE_ARCSEC;
+    return fabs(remainder_of_turn(off_rad)) * ARCSEC_PER_RAD <= SEPARATION_BELIEVABLE_ARCSEC;
 }
 
 bool separation_is_exchanged(double nominal_rad, double measured_rad) {

@@ -10,7 +10,10 @@
 #ifndef ARCTRUE_SEPARATION_H
 #define ARCTRUE_SEPARATION_H
 
+#include <math.h>
 #include <stdbool.h>
+
+#include "units.h"
 #include <stdint.h>
 
 enum separation_choice { SEPARATION_AUTOMATIC, SEPARATION_MEASURED, SEPARATION_NOMINAL };
@@ -24,6 +27,13 @@ enum separation_choice { SEPARATION_AUTOMATIC, SEPARATION_MEASURED, SEPARATION_N
 /* Resolve SEPARATION_AUTOMATIC. */
 enum separation_choice separation_judge(double nominal_rad, double measured_rad,
                                         enum separation_choice asked);
+
+/* Less whole turns, to half a turn on each side. The library's remainder() is as long as this whole folder's
+   separation. */
+static inline double remainder_of_turn(double angle_rad) {
+    double turns = angle_rad / (2.0 * PI);
+    return (turns - rint(turns)) * 2.0 * PI;
+}
 
 /* The heads are as far apart as they should be, the other way round: each sees what the other
    should. Not where both ways are the same. */

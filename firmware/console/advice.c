@@ -36,6 +36,8 @@ static const struct {
      "head 2 is where head 1 should be: exchange the plugs of the two heads, or A "
      "and B of both if they count down counter-clockwise; if neither is so, set "
      "separation_deg to 360 less its value. No turn is used until then"},
+    {"heads_elsewhere", "a head is 0.25 degrees from separation_deg, head3_deg or head4_deg"},
+    {"no_mean", "the heads' places give no mean, or one noisier than a head: move a head"},
     {"singular", "the fit has no answer: set less orders; is separation_deg right?"},
     {"not_converged", "the fit does not end: set less orders; is separation_deg right?"},
     {"not_finite", "the fit has no answer: set less orders; is separation_deg right?"},

@@ -12,7 +12,8 @@ enum {
     DEGREE_DECIMALS = 9,
     TEMPERATURE_DECIMALS = 2,
     TABLE_DECIMALS = 3,
-    PARITY_DECIMALS = 3
+    PARITY_DECIMALS = 3,
+    LIST_DECIMALS = 6
 };
 /* s19.11 counts. */
 #define PARITY_ONE 2048.0
@@ -154,9 +155,9 @@ static void estimate_part(const struct text_sink *sink, const struct application
          estimate->separation_choice == SEPARATION_MEASURED ? "measured" : "nominal");
     fixed(sink, "residual_arcsec", estimate->residual_rms_arcsec);
     fixed(sink, "noise_arcsec", estimate->noise_arcsec);
-    /* Both are of head 1. What the lanes leave of a mean needs more than two heads' algebra: it is not known here. */
+    /* The estimate is of head 1 or of the device's own mean; what a loaded mean leaves it does not say. */
     const struct coefficients *active = state_active(application);
-    if (active == NULL || active->mean.heads == 0) {
+    if (active == NULL || active->mean.heads == 0 || application->found.geometry.heads != 0) {
         fixed(sink, "active_arcsec", application->report.prediction.active_arcsec);
         fixed(sink, "candidate_arcsec", application->report.prediction.candidate_arcsec);
     }
@@ -208,6 +209,38 @@ static void followed_part(const struct text_sink *sink, const struct turn_report
         text_word(sink, "]");
     }
     text_word(sink, "]");
+}
+
+static void list(const struct text_sink *sink, const char *name, const double *value,
+                 uint32_t number) {
+    key(sink, name);
+    for (uint32_t place = 0; place < number; place++) {
+        text_word(sink, place == 0 ? "[" : ",");
+        text_fixed(sink, value[place], LIST_DECIMALS);
+    }
+    text_word(sink, "]");
+}
+
+/* What the turn says of the heads and the axis, where the device calibrates the mean; or why it does not. */
+static void found_part(const struct text_sink *sink, const struct application *application) {
+    const struct heads_found *found = &application->found;
+    double place_deg[HEADS_MOST];
+    uint32_t heads = found->geometry.heads;
+    if (application->report.mean_reason != NOT_REFUSED) {
+        word(sink, "no_mean", refusal_name(application->report.mean_reason));
+    }
+    if (heads == 0) {
+        return;
+    }
+    for (uint32_t head = 0; head < heads; head++) {
+        place_deg[head] =
+            (found->geometry.offset_rad[head] + found->geometry.late_rad[head]) * 180.0 / PI;
+    }
+    list(sink, "places_deg", place_deg, heads);
+    list(sink, "u_places_arcsec", found->u_late_arcsec, heads);
+    list(sink, "head_residual_arcsec", found->residual_arcsec, heads);
+    list(sink, "axis_forward_arcsec", found->forward_arcsec, CIRCLE_ORDERS);
+    list(sink, "axis_backward_arcsec", found->backward_arcsec, CIRCLE_ORDERS);
 }
 
 static void mean_part(const struct text_sink *sink, const struct application *application) {
@@ -278,6 +311,7 @@ static void line(const struct text_sink *sink, const struct application *applica
     if (report->result != TURN_REFUSED) {
         estimate_part(sink, application);
         mean_part(sink, application);
+        found_part(sink, application);
         loaded_part(sink, application);
         followed_part(sink, report);
         harmonics_part(sink, application);

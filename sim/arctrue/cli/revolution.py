@@ -29,6 +29,13 @@ FULL_SAMPLES = 12000
 @click.command(short_help="One revolution at the paper's size, on the compiled gateware.")
 @lanes_option(FULL_LANES)
 @click.option(
+    "--heads",
+    type=click.Choice(["2", "4"]),
+    default="2",
+    show_default=True,
+    help="4: the firmware calibrates the mean of four heads.",
+)
+@click.option(
     "--lines",
     type=click.IntRange(LEAST_LINES, FULL_LINES),
     default=FULL_LINES,
@@ -51,7 +58,13 @@ FULL_SAMPLES = 12000
 )
 @for_people
 def revolution(
-    lanes: int, lines: int, samples: int, seed: int, json_file: Path | None, picture: Path | None
+    lanes: int,
+    heads: str,
+    lines: int,
+    samples: int,
+    seed: int,
+    json_file: Path | None,
+    picture: Path | None,
 ) -> None:
     """Capture a turn, calibrate with the firmware's C, swap the coefficients, score the next turn.
 
@@ -61,7 +74,9 @@ def revolution(
     """
     from arctrue.studies.revolution import RevolutionSettings, run_revolution
 
-    settings = RevolutionSettings(lines=lines, lanes=lanes, samples=samples, seed=seed)
+    settings = RevolutionSettings(
+        heads=int(heads), lines=lines, lanes=lanes, samples=samples, seed=seed
+    )
     with on_the_instrument() as shown:
         result = run_revolution(settings, report_run=shown.progress, report_step=shown.say)
     _print(result)
@@ -78,6 +93,13 @@ def revolution(
         raise SystemExit(1)
 
 
+def _heads_of(result: RevolutionResult) -> str:
+    settings = result.settings
+    if settings.heads == 2:
+        return f"heads {settings.alpha_error_arcsec:g}″ off 33°"
+    return f"mean of {result.telemetry.get('mean_of_heads', 1)} heads up to 50″ off their places"
+
+
 def _print(result: RevolutionResult) -> None:
     from arctrue.studies.revolution import PAPER_AFTER_ARCSEC, PAPER_BEFORE_ARCSEC
 
@@ -85,7 +107,8 @@ def _print(result: RevolutionResult) -> None:
     console.print(
         f"\n{settings.counts_per_rev:,} counts a turn ({settings.arcsec_per_count:.4f}″), "
         f"{result.telemetry['samples']:,} samples, {settings.lanes} lanes, "
-        f"{result.applied_orders} orders applied; heads {settings.alpha_error_arcsec:g}″ off 33°, "
+        f"{result.applied_orders} orders applied; "
+        f"{_heads_of(result)}, "
         f"noise {settings.noise_arcsec:g}″\n"
     )
     errors = table("Error against the true angle, ″", words(), *map(number, ("min", "max", "RMS")))

@@ -107,10 +107,14 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
         (bytes.fromhex("a5de"), "assertion"),
         # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped there.
         (bytes.fromhex("4ff050400068"), "data_abort"),
-        # mov.w r0, #0x1C000; str r0, [r0]: the page below the stack.
-        (bytes.fromhex("4ff4e0300060"), "stack_overflow"),
-        # mov.w r0, #0x1E000; bx r0: data are not executed.
-        (bytes.fromhex("4ff4f0300047"), "prefetch_abort"),
+        # mov.w r0, #0x31000; str r0, [r0]: the page below the stack.
+        (bytes.fromhex("4ff444300060"), "stack_overflow"),
+        # mov.w r0, #0x1C000; str r0, [r0]: texts are read only.
+        (bytes.fromhex("4ff4e0300060"), "data_abort"),
+        # mov.w r0, #0x1C000; bx r0: texts are not executed.
+        (bytes.fromhex("4ff4e0300047"), "prefetch_abort"),
+        # mov.w r0, #0x22000; bx r0: nor are data.
+        (bytes.fromhex("4ff408300047"), "prefetch_abort"),
     ],
 )
 def test_faults_leave_the_core_and_begin_anew(

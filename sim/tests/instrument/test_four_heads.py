@@ -6,6 +6,7 @@ The table has 2¹⁸ counts a turn, 4.94″ each, so that a turn is simulated in
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -98,6 +99,47 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert abs(after.line(1) - before.line(1)) < LINE_ARCSEC
     change = abs(head1_after.line(1) - head1_before.line(1))
     assert change == pytest.approx(hub_arcsec, abs=LINE_ARCSEC), "what head 1 sees of it"
+
+
+@pytest.mark.slow
+def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
+    """No host: the firmware fits, weighs, writes and swaps; fresh turns against the true angle."""
+    balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
+    device.calibrate_alone()
+    device.firmware.send("forget")
+    device.turn_before(*AXIS)
+    first = device.accepted_turn()
+    assert (first["result"], first["mean_of_heads"], first["carrier"]) == ("applied", 4, 1)
+    # Its own standard uncertainty, which is that of the mounting and the index marks.
+    assert first["places_deg"] == pytest.approx(PLACES_DEG, abs=20.0 / 3600.0)
+    # A ball pass of 4.37 a turn is in each head; the axis' own order 3 is 0.19″ in one direction,
+    # and the balls leak 0.95″ / (pi · 1.37) into it.
+    assert first["axis_forward_arcsec"][2] == pytest.approx(0.19, abs=0.25)
+    assert first["residual_arcsec"] < 1.6, "the parity has the rounding of one reading, 1.43″"
+    next_turn = device.accepted_turn()
+    assert next_turn["mean_off_arcsec"] < 1.0
+    assert next_turn["active_arcsec"] < LINE_ARCSEC
+    mean, head1 = device.record()
+    assert abs(head1.line(BALLS.order)) == pytest.approx(balls_arcsec, abs=LINE_ARCSEC)
+    for order in (BALLS.order, *range(1, 9)):
+        assert abs(mean.line(order)) < LINE_ARCSEC, order
+    assert abs(head1.line(1)) > 100.0
+
+    # Saved and confirmed by a turn after the power was off, with the same words.
+    records = re.compile(r"saved_record (\d+)")
+    before = records.findall(device.firmware.send("status"))
+    device.firmware.send("save")
+    device.run_until(lambda: records.findall(device.firmware.send("status")) not in ([], before))
+    flash = device.firmware.flash
+    device.attach(*AXIS, HUB)
+    device.instrument.reset()
+    device.firmware.power_on(flash)
+    assert device.accepted_turn()["mean_of_heads"] == 4
+    assert "saved confirmed" in device.firmware.send("status")
+    moved, _ = device.record()
+    assert abs(moved.line(1) - mean.line(1)) < LINE_ARCSEC, "the hub has moved by 7.6″"
+    device.calibrate_alone(on=False)
+    device.firmware.send("forget")
 
 
 def mean_of(**changes: Any) -> Coefficients:

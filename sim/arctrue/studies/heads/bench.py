@@ -18,6 +18,7 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.studies.revolution import (
     ECCENTRICITY_DIRECTION_RAD,
     ECCENTRICITY_M,
+    FOUR_PLACES_DEG,
     GRADUATION_ARCSEC,
     GRADUATION_ORDERS,
     GRADUATION_PHASES_RAD,
@@ -36,8 +37,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 COUNTS_PER_REV = 1 << 24
-PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Any one head may fail: ``arctrue alpha --heads 4``."""
+PLACES_DEG = FOUR_PLACES_DEG
 TWO_DEG = (0.0, 33.0)
 SPEED_RAD_S = float(np.radians(30.0))
 MOST_ORDER = 40

@@ -112,6 +112,11 @@ class HeadsDevice:
         ):
             self.firmware.set(name, value)
 
+    def calibrate_alone(self, *, on: bool = True) -> None:
+        """Give the firmware the places of heads 3 and 4, with which it calibrates the mean."""
+        for name, place in zip(("head3_deg", "head4_deg"), PLACES_DEG[2:], strict=True):
+            self.firmware.set(name, place if on else 0.0)
+
     def __enter__(self) -> Self:
         """The device itself."""
         return self

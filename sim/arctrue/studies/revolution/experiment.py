@@ -120,6 +120,7 @@ def run_revolution(
         settings.lanes,
         settings.capture_depth,
         clock_hz=settings.clock_hz,
+        generics={"HEADS": settings.heads} if settings.heads > 2 else None,
         report_run=report_run,
         report_step=report_step,
     ) as instrument:
@@ -129,7 +130,7 @@ def run_revolution(
         poll = settings.poll_clocks
         firmware.run(
             until=lambda f: f.phase == "capture",
-            stage="to the index of both heads",
+            stage="to the index of all heads",
             poll_clocks=poll,
         )
 
@@ -198,6 +199,7 @@ def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
         *settings.ramp_parameters.items(),
         ("output_spacing", 1),
         ("orders", settings.orders),
+        *zip(("separation_deg", "head3_deg", "head4_deg"), settings.places_deg[1:], strict=False),
     ):
         firmware.set(name, value)
     firmware.calculation_clocks = round(settings.calculation_s * settings.clock_hz)
@@ -248,7 +250,7 @@ def _with_faults(
         )
     if illegal:
         found.append(f"A and B of the output changed together in {illegal} clocks")
-    for head in ("head1", "head2"):
+    for head in ("head1", "head2", "head3", "head4")[: result.settings.heads]:
         flags = instrument.read_fields(f"{head}.flags")
         raised = [name for name in ("index_error", "illegal", "overspeed") if flags[name]]
         if raised:

@@ -19,6 +19,7 @@ from arctrue.table import (
     GraduationHarmonics,
     Motion,
     RotaryTable,
+    heads_at,
     two_heads,
 )
 
@@ -47,6 +48,11 @@ DEPTH_STEP = 512
 """Half a degree: 23,302 edges at 2²⁴, in which noise averages out and slow errors do not."""
 
 
+FOUR_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
+"""After head 1; any one head may fail: ``arctrue alpha --heads 4``."""
+FURTHER_OFF_ARCSEC = (-30.0, 40.0)
+"""How far heads 3 and 4 are from the places that the firmware assumes, within ± 50″."""
+
 LARGEST_RAMP_ARCSEC_S = 1e9
 LARGEST_RAMP_ARCSEC_S2 = 1e12
 """Largest value that the firmware's parameters accept: firmware/application/parameters.c."""
@@ -56,6 +62,8 @@ LARGEST_RAMP_ARCSEC_S2 = 1e12
 class RevolutionSettings:
     """The paper's conditions; tests use smaller ones."""
 
+    heads: int = 2
+    """Two, or four whose mean the firmware calibrates."""
     lines: int = 16384
     """Lines of the disc."""
     interpolation: int = 1024
@@ -84,6 +92,11 @@ class RevolutionSettings:
     """Permitted error of the corrected output at the paper's size, arcseconds."""
     seed: int = 1
     """Seed of the noise."""
+
+    @property
+    def places_deg(self) -> tuple[float, ...]:
+        """Places of four heads that the firmware assumes; for two it knows 33°."""
+        return FOUR_PLACES_DEG[: self.heads] if self.heads > 2 else ()
 
     @property
     def capture_depth(self) -> int:
@@ -171,21 +184,26 @@ class RevolutionSettings:
                 ReadingNoise(self.noise_arcsec * RAD_PER_ARCSEC, correlation_s, self.seed)
             )
         separation = HEAD_SEPARATION_RAD + self.alpha_error_arcsec * RAD_PER_ARCSEC
+        off = np.array((0.0, self.alpha_error_arcsec, *FURTHER_OFF_ARCSEC)) * RAD_PER_ARCSEC
+        places = np.radians(self.places_deg) + off[: len(self.places_deg)]
         return RotaryTable(
-            heads=two_heads(separation_rad=separation),
+            heads=two_heads(separation_rad=separation)
+            if self.heads == 2
+            else heads_at(places.tolist()),
             causes=tuple(effects),
             counts_per_rev=self.counts_per_rev,
         )
 
     def motion(self) -> Motion:
-        """Make the motion: from rest over both indices and two and a half turns at one speed.
+        """Make the motion: from rest over all indices, head 1's last, and two and a half turns.
 
         Returns
         -------
         Motion
-            With a ripple of ``ripple_rad``.
+            At one speed, with a ripple of ``ripple_rad``.
         """
-        start = -HEAD_SEPARATION_RAD - 2 * _RUN_UP_RAD
+        before_rad = float(np.radians(max(self.places_deg, default=0.0))) or HEAD_SEPARATION_RAD
+        start = -before_rad - 2 * _RUN_UP_RAD
         travel = -start + 2 * TURN_RAD + self._between_turns_rad()
         ramp_s = 2 * _RUN_UP_RAD / self.speed_rad_s
         return Motion.steady(
@@ -204,5 +222,5 @@ class RevolutionSettings:
         rate, acceleration = self.ramp_rate * 2.0**-35, self.ramp_acceleration * 2.0**-59
         gathering = rate / acceleration if acceleration else 0.0
         ramp_s = (largest_counts / rate + gathering) / self.clock_hz
-        read_s = 2 * self.samples * _CLOCKS_A_READ / self.clock_hz
+        read_s = self.heads * self.samples * _CLOCKS_A_READ / self.clock_hz
         return (ramp_s + read_s + self.calculation_s) * self.speed_rad_s + 2 * _SPARE_RAD

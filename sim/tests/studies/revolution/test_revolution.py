@@ -87,3 +87,24 @@ def test_command(tmp_path: Path) -> None:
     assert told["after"]["rms_arcsec"] == pytest.approx(9.89 / np.sqrt(12), rel=0.15)
     assert "<svg" in picture.read_text(encoding="utf-8")
     assert "the paper (24 faces)" in done.output
+
+
+@pytest.mark.slow
+def test_four_heads(tmp_path: Path) -> None:
+    """``arctrue revolution --heads 4``: the firmware calibrates the mean from the first turn.
+
+    Counts of 4.94″: a line of the mean is known to 0.13″ (sim/tests/instrument/test_four_heads.py),
+    here twice that. The compiled instrument is that of those tests.
+    """
+    written = tmp_path / "turn.json"
+    size = ["--lines", "256", "--lanes", "4", "--samples", "1600", "--json", str(written)]
+    done = CliRunner().invoke(main, ["revolution", "--heads", "4", *size])
+    assert done.exit_code == 0, done.output
+    told = json.loads(written.read_text(encoding="utf-8"))
+    assert told["telemetry"]["mean_of_heads"] == 4
+    assert told["telemetry"]["result"] == "applied"
+    before, after = (np.array(told[turn]["amplitude_arcsec"]) for turn in ("before", "after"))
+    assert before[0] == pytest.approx(144.0, abs=0.5)
+    assert after[:4].max() < 0.26
+    # The output has whole counts: 1/√12 of one where they do not average.
+    assert told["after"]["rms_arcsec"] < 4.94 / np.sqrt(12)

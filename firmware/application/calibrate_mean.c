@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "calibrate_mean.h"
+
+#include <math.h>
+
+#include "assertion.h"
+#include "units.h"
+
+/* +-0.1 mm on the paper's radius of 53.975 mm, rectangular. */
+#define U_RADIUS (0.1 / 1.7320508075688772 / 53.975)
+/* Share of a motion of the axis in the mean from which on its weights are worked out anew. */
+#define LEAK_LIMIT 1e-3
+/* Of u24.4 counts. */
+#define OFFSET_ONE 16.0
+
+static double place_deg(const struct application *application, uint32_t head) {
+    const struct parameters *parameters = &application->parameters;
+    ASSERT(head < HEADS_MOST);
+    const double places[HEADS_MOST] = {0.0, parameters->separation_deg, parameters->head3_deg,
+                                       parameters->head4_deg};
+    return places[head];
+}
+
+bool calibrate_mean_wanted(const struct application *application) {
+    uint32_t heads = application->capture.heads;
+    const struct load *load = &application->load;
+    bool waits = application->saved_state == SAVED_WAITING || load->whole ||
+                 load->loaded_state == LOADED_PENDING;
+    bool wanted =
+        application->configuration.has_mean && heads > 2 && !waits && load_at_work(load) == NULL;
+    for (uint32_t head = 2; head < heads; head++) {
+        wanted = wanted && place_deg(application, head) != 0.0;
+    }
+    return wanted;
+}
+
+static void offset_words(struct mean_set *mean, const struct heads_geometry *geometry,
+                         uint32_t counts_per_rev) {
+    for (uint32_t head = 0; head < geometry->heads; head++) {
+        double turns = geometry->offset_rad[head] / (2.0 * PI);
+        double word = rint((turns - floor(turns)) * OFFSET_ONE * counts_per_rev);
+        mean->offset[head] = word < OFFSET_ONE * counts_per_rev ? (uint32_t)word : 0;
+    }
+}
+
+/* The device's own mean goes on with its words. */
+static bool mean_goes_on(const struct application *application, const struct heads_found *found,
+                         struct mean_set *mean) {
+    const struct coefficients *active = state_active(application);
+    bool same = active != NULL && active->mean.heads == found->geometry.heads &&
+                active->mean.delays == (uint32_t)application->parameters.head_delays;
+    *mean = same ? active->mean : (struct mean_set){0};
+    return same && heads_leak(&found->geometry, mean->weight) <= LEAK_LIMIT;
+}
+
+enum refusal calibrate_mean_estimate(struct application *application, const struct turn *turn,
+                                     struct mean_set *mean) {
+    const struct parameters *parameters = &application->parameters;
+    const struct capture *capture = &application->capture;
+    struct heads_workspace *workspace = &application->workspace.heads;
+    struct heads_found *found = &application->found;
+    struct heads_settings settings = {
+        .u_place_arcsec = SEPARATION_TOLERANCE_U_ARCSEC,
+        .u_index_arcsec = parameters->index_detection_arcsec,
+        .u_radius = U_RADIUS,
+        .orders = (uint32_t)parameters->orders,
+    };
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        settings.place_rad[head] = place_deg(application, head) * PI / 180.0;
+    }
+    enum refusal reason = capture_verify_further(capture, turn, &application->report.fault);
+    if (reason == NOT_REFUSED) {
+        reason = heads_estimate(workspace, capture, turn, &settings, found, &application->measured);
+    }
+    if (reason == NOT_REFUSED && !mean_goes_on(application, found, mean)) {
+        bool first = mean->heads == 0;
+        mean->heads = found->geometry.heads;
+        mean->used = (1U << mean->heads) - 1U;
+        mean->delays = (uint32_t)parameters->head_delays;
+        if (first) {
+            offset_words(mean, &found->geometry, capture->counts_per_rev);
+        }
+        reason = heads_weights(&found->geometry, mean->weight) ? NOT_REFUSED : REFUSED_NO_MEAN;
+    }
+    if (reason == NOT_REFUSED) {
+        heads_estimate_of_mean(workspace, found, capture->counts_per_rev, mean,
+                               &application->measured);
+        bool valid = mean_set_is_valid(mean, mean->heads, capture->counts_per_rev);
+        reason =
+            valid && estimate_is_finite(&application->measured) ? NOT_REFUSED : REFUSED_AMPLITUDE;
+    }
+    if (reason != NOT_REFUSED) {
+        found->geometry.heads = 0;
+    }
+    application->report.mean_reason = reason;
+    return reason;
+}

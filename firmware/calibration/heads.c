@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "heads.h"
+
+#include <math.h>
+
+#include "arctrue_number_formats.h"
+#include "assertion.h"
+#include "cholesky.h"
+
+#define WEIGHT_ONE ((double)(1 << ARCTRUE_COSINE_FRACTION))
+#define WEIGHT_LIMIT (1 << (ARCTRUE_COSINE_WIDTH - 1))
+/* Length of the parity's vector, four triangles of the heads, from which on the places differ. */
+#define LEAST_PARITY 1e-6
+/* From this gain on an order counts as not seen. */
+#define UNSEEN_GAIN 1e3
+/* Words within this distance of each weight are tried. */
+enum { WORD_REACH = 2, WORD_CHOICES = 2 * WORD_REACH + 1, CONDITIONS = 3 };
+
+struct vector heads_sight(const struct heads_geometry *geometry, uint32_t head) {
+    double place = geometry->offset_rad[head] + geometry->late_rad[head];
+    return vector_scaled(vector_unit(place), geometry->ratio[head]);
+}
+
+/* Twice the area of a triangle. */
+static double triangle(struct vector a, struct vector b, struct vector c) {
+    struct vector ab = vector_difference(b, a);
+    struct vector ac = vector_difference(c, a);
+    return ab.re * ac.im - ac.re * ab.im;
+}
+
+/* Orthogonal to ones and to both components of the sight: each element is the triangle of the other heads. */
+static bool parity_of(const struct heads_geometry *geometry, double parity[HEADS_MOST]) {
+    struct vector sight[HEADS_MOST];
+    double square = 0.0;
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        sight[head] = heads_sight(geometry, head);
+    }
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        double area = triangle(sight[head == 0 ? 1 : 0], sight[head <= 1 ? 2 : 1],
+                               sight[head == HEADS_MOST - 1 ? 2 : 3]);
+        parity[head] = head % 2 != 0 ? -area : area;
+        square += area * area;
+    }
+    double length = sqrt(square);
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        parity[head] /= length;
+    }
+    return length > LEAST_PARITY;
+}
+
+uint32_t heads_combinations(const struct heads_geometry *geometry,
+                            double combination[COMBINATIONS_MOST][HEADS_MOST]) {
+    uint32_t heads = geometry->heads;
+    ASSERT(heads >= 2 && heads <= HEADS_MOST);
+    if (heads == HEADS_MOST) {
+        return parity_of(geometry, combination[0]) ? 1 : 0;
+    }
+    /* Helmert's: each head against the mean of those before it. */
+    for (uint32_t row = 0; row + 1 < heads; row++) {
+        double before = row + 1;
+        double scale = 1.0 / sqrt(before * (before + 1.0));
+        for (uint32_t head = 0; head < HEADS_MOST; head++) {
+            double of_head = head == row + 1 ? before : 0.0;
+            combination[row][head] = (head <= row ? -1.0 : of_head) * scale;
+        }
+    }
+    return heads - 1;
+}
+
+double heads_gain(const struct heads_geometry *geometry, uint32_t order) {
+    double combination[COMBINATIONS_MOST][HEADS_MOST];
+    uint32_t number = heads_combinations(geometry, combination);
+    double square = 0.0;
+    for (uint32_t row = 0; row < number; row++) {
+        struct vector seen = {0.0, 0.0};
+        for (uint32_t head = 0; head < geometry->heads; head++) {
+            double place = geometry->offset_rad[head] + geometry->late_rad[head];
+            seen =
+                vector_sum(seen, vector_scaled(vector_unit(order * place), combination[row][head]));
+        }
+        square += vector_square(seen);
+    }
+    double gain = 1.0 / sqrt(square);
+    return gain < UNSEEN_GAIN ? gain : (double)INFINITY;
+}
+
+/* w = A^T (A A^T)^-1 e with the rows ones, Re and Im of the sight: the shortest solution of A w = e = (1, 0, 0). */
+static bool shortest_weights(const struct heads_geometry *geometry, double weight[HEADS_MOST]) {
+    double row[CONDITIONS][HEADS_MOST];
+    double packed[CONDITIONS * (CONDITIONS + 1) / 2] = {0.0};
+    double right[CONDITIONS] = {1.0, 0.0, 0.0};
+    for (uint32_t head = 0; head < geometry->heads; head++) {
+        struct vector sight = heads_sight(geometry, head);
+        row[0][head] = 1.0;
+        row[1][head] = sight.re;
+        row[2][head] = sight.im;
+        for (uint32_t i = 0; i < CONDITIONS; i++) {
+            for (uint32_t j = 0; j <= i; j++) {
+                packed[packed_place(i, j)] += row[i][head] * row[j][head];
+            }
+        }
+    }
+    if (!cholesky_factor(packed, CONDITIONS)) {
+        return false;
+    }
+    cholesky_solve(packed, CONDITIONS, right);
+    double square = 0.0;
+    for (uint32_t head = 0; head < geometry->heads; head++) {
+        weight[head] = right[0] + right[1] * row[1][head] + right[2] * row[2][head];
+        square += weight[head] * weight[head];
+    }
+    return square <= MEAN_NOISE_LIMIT * MEAN_NOISE_LIMIT;
+}
+
+double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HEADS_MOST]) {
+    struct vector leak = {0.0, 0.0};
+    for (uint32_t head = 0; head < geometry->heads; head++) {
+        leak =
+            vector_sum(leak, vector_scaled(heads_sight(geometry, head), weight[head] / WEIGHT_ONE));
+    }
+    return vector_length(leak);
+}
+
+/* The last word follows from the sum; it may be no further from its weight than half a step more. */
+bool heads_weights(const struct heads_geometry *geometry, int32_t weight[HEADS_MOST]) {
+    double exact[HEADS_MOST];
+    double least = (double)INFINITY;
+    uint32_t last = geometry->heads - 1;
+    uint32_t choices = 1;
+    ASSERT(geometry->heads > 2 && geometry->heads <= HEADS_MOST);
+    if (!shortest_weights(geometry, exact)) {
+        return false;
+    }
+    for (uint32_t head = 0; head < last; head++) {
+        choices *= WORD_CHOICES;
+    }
+    for (uint32_t choice = 0; choice < choices; choice++) {
+        int32_t words[HEADS_MOST] = {0};
+        int32_t left = (int32_t)WEIGHT_ONE;
+        bool fits = true;
+        for (uint32_t head = 0, code = choice; head <= last; head++, code /= WORD_CHOICES) {
+            int32_t near = (int32_t)rint(exact[head] * WEIGHT_ONE);
+            words[head] = head == last ? left : near + (int32_t)(code % WORD_CHOICES) - WORD_REACH;
+            left -= words[head];
+            fits = fits && words[head] >= -WEIGHT_LIMIT && words[head] < WEIGHT_LIMIT;
+        }
+        double leak = heads_leak(geometry, words);
+        if (fits && leak < least &&
+            fabs(words[last] - exact[last] * WEIGHT_ONE) <= WORD_REACH + 0.5) {
+            least = leak;
+            for (uint32_t head = 0; head < HEADS_MOST; head++) {
+                weight[head] = words[head];
+            }
+        }
+    }
+    return isfinite(least);
+}
