@@ -261,22 +261,22 @@ page_table:
     .word (page << 12) | PAGE_CODE
     .set page, page + 1
     .endr
-    .rept 0x1E - 0x1C
+    .rept 0x1F - 0x1C
     .word (page << 12) | PAGE_TEXTS
     .set page, page + 1
     .endr
-    .rept 0x20 - 0x1E               /* the stacks are seen further up */
+    .rept 0x21 - 0x1F               /* the stacks are seen further up */
     .word 0
     .endr
-    .set page, 0x20
-    .rept 0x30 - 0x20
+    .set page, 0x21
+    .rept 0x30 - 0x21
     .word (page << 12) | PAGE_DATA
     .set page, page + 1
     .endr
     .rept 0x32 - 0x30               /* below the stacks */
     .word 0
     .endr
-    .set page, 0x1E                 /* STACK_SEEN */
+    .set page, 0x1F                 /* STACK_SEEN */
     .rept 0x35 - 0x32
     .word (page << 12) | PAGE_DATA
     .set page, page + 1
