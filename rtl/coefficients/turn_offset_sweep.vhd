@@ -165,6 +165,8 @@ architecture rtl of turn_offset_sweep is
   signal copied_low  : word                                       := (others => '0');
   signal copied_high : high_word := (others => '0');
   signal to_lane     : u_unsigned(5 downto 0);
+  signal to_low      : word;
+  signal to_high     : high_word;
   signal read_bank   : std_ulogic;
   signal sweep_left  : natural range 0 to 2 * SWEEP_CLOCKS + TAIL_CLOCKS := 0;
 
@@ -175,6 +177,10 @@ begin
   copies    <= copying or copied;
   to_lane   <= copied_lane when copied = '1' else
                write_lane;
+  to_low    <= copied_low when copied = '1' else
+               write_word;
+  to_high   <= copied_high when copied = '1' else
+               write_word(high_word'range);
   -- Until they are copied the words of the active bank are those that the idle one will have.
   read_bank <= idle_bank xor (copying or copied);
   read_word <= std_ulogic_vector(resize(u_unsigned(read_high), 32)) when read_is_high = '1' else
@@ -192,16 +198,11 @@ begin
       read_high    <= steps_high(place(read_bank, read_address(6 downto 1)));
       read_is_high <= read_address(0);
 
-      if copied = '1' then
-        steps_low(place(idle_bank, to_lane))  <= copied_low;
-        steps_high(place(idle_bank, to_lane)) <= copied_high;
-      else
-        if write_low = '1' then
-          steps_low(place(idle_bank, to_lane)) <= write_word;
-        end if;
-        if write_high = '1' then
-          steps_high(place(idle_bank, to_lane)) <= write_word(high_word'range);
-        end if;
+      if (copied or write_low) = '1' then
+        steps_low(place(idle_bank, to_lane)) <= to_low;
+      end if;
+      if (copied or write_high) = '1' then
+        steps_high(place(idle_bank, to_lane)) <= to_high;
       end if;
 
       if write_offset = '1' then
