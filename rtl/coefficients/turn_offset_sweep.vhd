@@ -13,6 +13,9 @@
 -- since its angle. Up to the next wrap in the same direction the angle travels half a turn at least, even if the zero
 -- moves, at one count a clock at most: so 72 · LANES + 48 counts a turn are enough at every speed (REAL_ORDER_COUNTS_A_LANE).
 --
+-- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads (FAILOVER) hold no
+-- turn steps: the lanes of a set keep those of the idle bank.
+--
 -- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error adds up from turn to turn, and none depends on how the
 -- table came to turn m. The offset is rounded once, half up, to 24 bits.
 --
