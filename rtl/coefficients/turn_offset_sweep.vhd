@@ -11,17 +11,17 @@
 -- start as m, so that it writes three neighbours whatever the angle does meanwhile. While the angle goes to and fro over a wrap their
 -- offsets stay as they are. After a wrap the next turn's are complete within two sweeps, when 36 · LANES + 12 clocks have passed
 -- since its angle. Up to the next wrap in the same direction the angle travels half a turn at least, even if the zero
--- moves, at one count a clock at most: so 72 · LANES + 48 counts a turn are enough at every speed (REAL_ORDER_COUNTS_A_LANE).
+-- moves, at one count a clock at most: so 72 · LANES + 48 counts a turn are enough at every speed.
 --
--- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads (FAILOVER) hold no
--- turn steps: the lanes of a set keep those of the idle bank.
+-- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads
+-- (FAILOVER) hold no turn steps: the lanes of a set keep those of the idle bank.
 --
 -- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error adds up from turn to turn, and none depends on how the
 -- table came to turn m. The offset is rounded once, half up, to 24 bits.
 --
--- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of the idle bank are complete. After
--- a swap, `take_over` has the idle bank's turn steps filled with those of the active one; `copies` is high meanwhile,
--- 18 · LANES + 4 clocks: write no turn step then.
+-- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of
+-- the idle bank are complete. After a swap, `take_over` has the idle bank's turn steps filled with those of the active one;
+-- `copies` is high meanwhile, 18 · LANES + 4 clocks: write no turn step then.
 --
 -- **Latency.** 1 clock from `read_address` to `read_word`; 8 clocks from a step of the sweep to the memory that holds its offset.
 --
