@@ -1,30 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Turn number and angle together are one angle over many turns: from each angle that is taken to the next it moves by what
-// the angle moves, the shorter way round, at most half a turn, at a wrap as anywhere else. Any turn of 4 to 2^24 counts, any
-// sequence of angles, taken in any clocks. Source: the entity's header.
+// the angle moves, the shorter way round, at most half a turn, at a wrap as anywhere else. Any turn of 4 counts to 2 to the
+// power of the angle's bits, any sequence of angles, taken in any clocks. The bits are those of the proof's constants, see
+// scripts/formal_proofs.py. Source: the entity's header.
 
 module turn_counter_rules (
-    input clock, input reset, input take, input [23:0] angle
+    input clock, input reset, input take, input [11:0] angle
 );
 
-    (* anyconst *) wire [24:0] turn;
+    localparam ANGLE = 12;
+    localparam NUMBER = 8;
+
+    (* anyconst *) wire [ANGLE:0] turn;
     wire [1:0] turn_select;
-    wire signed [23:0] number;
+    wire signed [NUMBER - 1:0] number;
 
     turn_counter counter (
         .clock(clock), .reset(reset), .take(take), .angle(angle), .counts_per_rev(turn),
         .turn_select(turn_select), .turn(number)
     );
 
-    wire signed [25:0] probe_half, probe_lowest, probe_highest;
+    wire signed [ANGLE + 1:0] probe_half, probe_lowest, probe_highest;
     wire probe_up, probe_down;
 
     reg [2:0] running = 0;
     // The last angle that was taken, the one before it, and whether that was in the clock before, and before that.
-    reg [23:0] last = 0, before = 0, last_then = 0, before_then = 0;
+    reg [ANGLE - 1:0] last = 0, before = 0, last_then = 0, before_then = 0;
     reg taken = 0, taken_then = 0, reset_then = 1, reset_before = 1;
-    reg signed [23:0] number_then = 0;
+    reg signed [NUMBER - 1:0] number_then = 0;
     reg [1:0] select_then = 0;
     reg up_then = 0, down_then = 0;
 
@@ -45,19 +49,36 @@ module turn_counter_rules (
         reset_before <= reset_then;
     end
 
-    wire signed [27:0] around = $signed({3'd0, turn});
+    wire signed [ANGLE + 3:0] around = $signed({3'd0, turn});
     // What the angle before last made of its predecessor, by the turn numbers.
-    wire signed [23:0] wraps = number - number_then;
-    wire signed [27:0] without = $signed({4'd0, last_then}) - $signed({4'd0, before_then});
-    wire signed [27:0] moved = without + (wraps == 1 ? around : wraps == 0 ? 0 : -around);
-    wire signed [27:0] half = around >>> 1;
+    wire signed [NUMBER - 1:0] wraps = number - number_then;
+    wire signed [ANGLE + 3:0] without = $signed({4'd0, last_then}) - $signed({4'd0, before_then});
+    wire signed [ANGLE + 3:0] moved = without + (wraps == 1 ? around : wraps == 0 ? 0 : -around);
+    wire signed [ANGLE + 3:0] half = around >>> 1;
 
     always @* begin
-        assume (turn >= 4 && turn <= 25'h1000000);
+        assume (turn >= 4 && turn <= 1 << ANGLE);
         assume (angle < turn);
         // A reset takes an angle, and its turn number is that of the next.
         assume (running[2] || (reset && take));
+
+        // Lemmas: the limits are those of the last angle, what the comparisons of this clock and of the clock before found.
+        assert (last < turn && before < turn && last_then < turn && before_then < turn);
+        if (running[0]) assert (probe_half == $signed({2'd0, turn[ANGLE:1]}));
+        if (running[1]) begin
+            assert (probe_lowest == $signed({2'd0, last}) - probe_half);
+            assert (probe_highest == $signed({2'd0, last}) + probe_half);
+        end
         if (running[2]) begin
+            assert (probe_up == (!reset_then && taken && $signed({2'd0, last}) < $signed({2'd0, before}) - probe_half));
+            assert (probe_down == (!reset_then && taken && $signed({2'd0, last}) > $signed({2'd0, before}) + probe_half));
+            assert (!(probe_up && probe_down) && !(up_then && down_then));
+            if (!reset_then) assert (wraps == (up_then ? 1 : down_then ? -1 : 0));
+            if (!reset_then && !reset_before) begin
+                assert (up_then == (taken_then && without < -half));
+                assert (down_then == (taken_then && without > half));
+            end
+
             if (!reset_then) begin
                 one_turn_at_most: assert (wraps == 1 || wraps == 0 || wraps == -1);
                 only_with_an_angle: assert (taken_then || wraps == 0);
@@ -67,20 +88,6 @@ module turn_counter_rules (
             end else begin
                 reset_is_turn_0: assert (number == 0);
             end
-
-            // Lemmas: what the comparisons of the clock before found; the limits are those of the last angle.
-            assert (!(probe_up && probe_down) && !(up_then && down_then));
-            if (!reset_then) assert (wraps == (up_then ? 1 : down_then ? -1 : 0));
-            if (!reset_before) begin
-                assert (up_then == (taken_then && without < -half));
-                assert (down_then == (taken_then && without > half));
-            end
-            assert (last < turn && before < turn && last_then < turn && before_then < turn);
-            assert (probe_half == $signed({2'd0, turn[24:1]}));
-            assert (probe_lowest == $signed({2'd0, last}) - probe_half);
-            assert (probe_highest == $signed({2'd0, last}) + probe_half);
-            assert (probe_up == (!reset_then && taken && $signed({2'd0, last}) < $signed({2'd0, before}) - probe_half));
-            assert (probe_down == (!reset_then && taken && $signed({2'd0, last}) > $signed({2'd0, before}) + probe_half));
 
             cover (number == 2 && last == 3);
             cover (number == -2);

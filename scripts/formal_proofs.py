@@ -126,8 +126,8 @@ COEFFICIENT_MEMORY = (
             ),
             Break(
                 "a swap does not wait for a write under way",
-                "swap_allowed and is_quiet and not writing and swept;\n",
-                "swap_allowed and is_quiet and not (writing and filling) and swept;\n",
+                "is_quiet and not writing and swept and turns_swept;\n",
+                "is_quiet and not (writing and filling) and swept and turns_swept;\n",
             ),
             Break(
                 "amplitudes come a clock too late",
@@ -622,7 +622,8 @@ PROOFS = (
             "the select of an angle is its turn number modulo 4, a clock later",
         ),
         limits="angles below counts_per_rev, which stands still",
-        depth=4,
+        depth=3,
+        constants={"ANGLE_WIDTH": 12, "COUNTS_PER_REV_WIDTH": 13, "TURN_NUMBER_WIDTH": 8},
         cover_depth=12,
         probes={
             f"probe_{name}": f"counter.{name}"

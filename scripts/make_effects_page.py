@@ -124,7 +124,7 @@ def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
         "is taken out of every judgement of the table, and the export says so. The gear of",
         "`drive_gear_error` is off its centre: its lines beside the tooth count need the settings",
         "`below` and `above`. The same gear as `periodic_error` is one line at no whole order,",
-        "which no lane has.",
+        "which has a lane in a bitstream with `REAL_ORDERS`.",
         "",
     ]
     return lines

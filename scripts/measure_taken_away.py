@@ -7,7 +7,7 @@ was never measured: this error comes from the table's geometry and not from any 
 
 An effect whose file declares ``modulators`` is exported for a gateware with MODULATORS. Direction
 and speed are settled in each fresh turn, and the model of ``amplitude_sweep`` multiplies the
-amplitudes by them.
+amplitudes by them. The line of periodic_error is exported for one with REAL_ORDERS.
 
 Run ``python -m scripts.measure_taken_away``, some minutes; it writes docs/data/taken_away.json, of
 which ``python -m scripts.make_effects_page`` makes docs/effects.md.
@@ -170,6 +170,7 @@ def _left(
         temperature_c=None,
         conditions=ConditionSettings() if follows else None,
         with_local_table=effects[name].compensation == "local_table",
+        with_real_orders=name == "periodic_error",
     ).coefficients
     counts = made.table.reading_rad(0, fresh) / made.table.count_rad
     correction = _correction_counts(export, counts, fresh)

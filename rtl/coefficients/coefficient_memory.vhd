@@ -42,10 +42,10 @@
 -- (amplitude_sweep): `amplitudes` are the effective ones, read-back and fill the nominal ones. A swap waits further until a
 -- whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS clocks at the most.
 --
--- **Real orders.** With REAL_ORDERS a lane has a turn step too, by `write_turn_step` with `write_address` = lane * 2 + word: word 0 bits 31..0,
--- word 1 bits 47..32; `read_turn_step` reads them. The phase offsets are those that turn_offset_sweep has prepared for the turn that
--- `turn_select` says, a clock after the angle (turn_counter). A swap waits further until a whole sweep has followed the last write
--- or the fill, 36 · LANES + 12 clocks, and the turn steps add 18 · LANES clocks to the fill.
+-- **Real orders.** With REAL_ORDERS a lane has a turn step too, by `write_turn_step`: `write_address` = lane * 2 + word; word 0
+-- bits 31..0, word 1 bits 47..32; `read_turn_step` reads them. The phase offsets are those that turn_offset_sweep has
+-- prepared for the turn that `turn_select` says, a clock after the angle (turn_counter). A swap waits further until a whole sweep
+-- has followed the last write or the fill, 36 · LANES + 12 clocks, and the turn steps add 18 · LANES clocks to the fill.
 --
 -- **Reset.** `reset` drops a pending write; one that is being written ends, without an acknowledge. It keeps both
 -- banks and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
@@ -156,7 +156,8 @@ architecture rtl of coefficient_memory is
   -- A write that waits.
   signal pending_word   : std_ulogic   := '0';
   signal pending_offset : std_ulogic   := '0';
-  signal pending_turn   : std_ulogic   := '0';
+  signal pending_turn   : std_ulogic;
+  signal starts_turn    : std_ulogic;
   signal address        : word_address := (others => '0');
   signal data           : word         := (others => '0');
   signal write_now      : std_ulogic;
@@ -311,13 +312,11 @@ begin
       if write_now = '1' then
         pending_word   <= '0';
         pending_offset <= '0';
-        pending_turn   <= '0';
       end if;
 
-      if (write_enable or write_offset or write_turn_step) = '1' then
+      if (write_enable or write_offset or starts_turn) = '1' then
         pending_word   <= write_enable;
         pending_offset <= write_offset;
-        pending_turn   <= write_turn_step when REAL_ORDERS else '0';
         address        <= write_address;
         data           <= write_data;
       end if;
@@ -325,7 +324,6 @@ begin
       if reset = '1' then
         pending_word   <= '0';
         pending_offset <= '0';
-        pending_turn   <= '0';
       end if;
     end if;
 
@@ -462,6 +460,7 @@ begin
 
   real_orders_too : if REAL_ORDERS generate
 
+    signal waits          : std_ulogic := '0';
     signal written_lane   : u_unsigned(5 downto 0);
     signal is_built       : std_ulogic;
     signal turn_step_read : word;
@@ -505,10 +504,14 @@ begin
     is_built     <= '1' when written_place(6 downto 1) < LANES else
                     '0';
 
+    starts_turn  <= write_turn_step;
+    pending_turn <= waits;
+
     answer : process (clock) is
     begin
 
       if rising_edge(clock) then
+        waits          <= (write_turn_step or (waits and not write_now)) and not reset;
         read_turn_then <= read_turn_step;
         turn_step_then <= turn_step_read;
       end if;
@@ -531,6 +534,8 @@ begin
     offset_word   <= written(PHASE_WIDTH - 1 downto 0);
     turns_swept   <= '1';
     turns_copied  <= '0';
+    starts_turn   <= '0';
+    pending_turn  <= '0';
     read_data     <= of_coefficients;
   end generate real_orders_too;
 
@@ -577,7 +582,7 @@ begin
       assert not (write_enable = '1' and write_offset = '1')
         report "coefficient_memory: write_enable and write_offset in one clock"
         severity failure;
-      assert not ((write_enable or write_offset or write_turn_step) = '1'
+      assert not ((write_enable or write_offset or starts_turn) = '1'
                   and (pending_word or pending_offset or pending_turn) = '1')
         report "coefficient_memory: a write was started before the last one was acknowledged"
         severity failure;

@@ -11,14 +11,17 @@
 -- start as m, so that it writes three neighbours whatever the angle does meanwhile. While the angle goes to and fro over a wrap their
 -- offsets stay as they are. After a wrap the next turn's are complete within two sweeps, when 36 · LANES + 12 clocks have passed
 -- since its angle. Up to the next wrap in the same direction the angle travels half a turn at least, even if the zero
--- moves, at one count a clock at most: so 72 · LANES + 48 counts a turn are enough at every speed (REAL_ORDER_COUNTS_A_LANE).
+-- moves, at one count a clock at most: so 72 · LANES + 48 counts a turn are enough at every speed.
+--
+-- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads
+-- (FAILOVER) hold no turn steps: the lanes of a set keep those of the idle bank.
 --
 -- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error adds up from turn to turn, and none depends on how the
 -- table came to turn m. The offset is rounded once, half up, to 24 bits.
 --
--- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of the idle bank are complete. After
--- a swap, `take_over` has the idle bank's turn steps filled with those of the active one; `copies` is high meanwhile,
--- 18 · LANES + 4 clocks: write no turn step then.
+-- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of
+-- the idle bank are complete. After a swap, `take_over` has the idle bank's turn steps filled with those of the active one;
+-- `copies` is high meanwhile, 18 · LANES + 4 clocks: write no turn step then.
 --
 -- **Latency.** 1 clock from `read_address` to `read_word`; 8 clocks from a step of the sweep to the memory that holds its offset.
 --
@@ -165,6 +168,8 @@ architecture rtl of turn_offset_sweep is
   signal copied_low  : word                                       := (others => '0');
   signal copied_high : high_word := (others => '0');
   signal to_lane     : u_unsigned(5 downto 0);
+  signal to_low      : word;
+  signal to_high     : high_word;
   signal read_bank   : std_ulogic;
   signal sweep_left  : natural range 0 to 2 * SWEEP_CLOCKS + TAIL_CLOCKS := 0;
 
@@ -175,6 +180,10 @@ begin
   copies    <= copying or copied;
   to_lane   <= copied_lane when copied = '1' else
                write_lane;
+  to_low    <= copied_low when copied = '1' else
+               write_word;
+  to_high   <= copied_high when copied = '1' else
+               write_word(high_word'range);
   -- Until they are copied the words of the active bank are those that the idle one will have.
   read_bank <= idle_bank xor (copying or copied);
   read_word <= std_ulogic_vector(resize(u_unsigned(read_high), 32)) when read_is_high = '1' else
@@ -192,16 +201,11 @@ begin
       read_high    <= steps_high(place(read_bank, read_address(6 downto 1)));
       read_is_high <= read_address(0);
 
-      if copied = '1' then
-        steps_low(place(idle_bank, to_lane))  <= copied_low;
-        steps_high(place(idle_bank, to_lane)) <= copied_high;
-      else
-        if write_low = '1' then
-          steps_low(place(idle_bank, to_lane)) <= write_word;
-        end if;
-        if write_high = '1' then
-          steps_high(place(idle_bank, to_lane)) <= write_word(high_word'range);
-        end if;
+      if (copied or write_low) = '1' then
+        steps_low(place(idle_bank, to_lane)) <= to_low;
+      end if;
+      if (copied or write_high) = '1' then
+        steps_high(place(idle_bank, to_lane)) <= to_high;
       end if;
 
       if write_offset = '1' then

@@ -5,7 +5,8 @@
 -- Counts the turns of the angle. Each angle is taken as the continuation of the one before, the shorter way round: a wrap forwards
 -- adds a turn, a wrap backwards takes one off. An angle that jumps, because the zero moves or another head becomes
 -- the carrier, is continued the same way, and exactly half a turn counts as no wrap. Turn number and angle
--- together are the angle over many turns.
+-- together are the angle over many turns. If no count is lost, a rearm too keeps the number: the angle that begins at 0 and
+-- the next index, at 0 again, shift it to and fro by the same.
 --
 -- **Latency.** `turn_select`, the two low bits of an angle's turn number, is valid in the clock after its angle and stands until the
 -- clock after the next angle that is taken. `turn` follows a clock later.

@@ -5,10 +5,10 @@
 -- Says whose an access is: the generated register block's, a coefficient of a lane, the coefficient
 -- offset, a word of the mean, of the further heads, of a prepared set, of the conditions, of the local table, of the turns or of the
 -- capture; and refuses what is nobody's or illegal for this core's generics or state: a coefficient word of a lane that is not
--- built, a write of a coefficient, of the offset, of the mean, of a prepared set, of the local table or of a turn step without all four bytes, a
--- word of a head, of a prepared set, of the conditions, of the local table or of the turns that are not built, a capture word beyond the two
--- words of every sample of a bank, any capture word while no bank is ready, a write of a capture word, and what the register map
--- does not let a register's word be read or written.
+-- built, a write of a coefficient, of the offset, of the mean, of a prepared set, of the local table or of a turn step without
+-- all four bytes, a word of a head, of a prepared set, of the conditions, of the local table or of the turns that are not
+-- built, a capture word beyond the two words of every sample of a bank, any capture word while no bank is ready, a write of a
+-- capture word, and what the register map does not let a register's word be read or written.
 --
 -- **Latency.** 1 clock from `judge` to the verdict, of which one bit is high; it stands until the next. The pulse
 -- that asks the unit comes with it, for one clock.

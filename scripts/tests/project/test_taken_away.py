@@ -40,8 +40,8 @@ def test_what_can_be_taken_away_is() -> None:
 
     The floor is three standard uncertainties of the lanes' sum: some 0.01″, of a set with a sixth
     of the samples. The gear is off its centre: beside its tooth count there are lines that its
-    effect has with a setting of its own, a lane has the reading where the gear has the angle, and
-    one line alone is at no whole order.
+    effect has with a setting of its own, and a lane has the reading where the gear has the angle.
+    One line alone is at no whole order, and has a lane of that order.
     """
     for name, row in stored()["effects"].items():
         declared = built_in()[name].compensation
@@ -54,7 +54,8 @@ def test_what_can_be_taken_away_is() -> None:
             share = 0.25 if name == "drive_gear_error" else 0.05
             assert row["left_with_arcsec"] < max(share * row["part_arcsec"], 0.03), name
         elif name == "periodic_error":
-            assert by == "nothing"
+            assert by == "lanes of real orders"
+            assert row["left_with_arcsec"] < 0.25 * row["part_arcsec"]
         else:
             assert by == TAKERS[declared], name
 
