@@ -36,6 +36,9 @@ ONE_EFFECT_SHARE = 0.5
 """The same for a class of one effect: what is said must be the likelier of the two."""
 A_LITTLE = 1e-3
 """Of a probability, or of its logarithm: what is said stays ahead by so much, against rounding."""
+LEVEL = 0.01
+"""Share by which a rival of the first of a class may be behind, where the set cannot tell the two
+apart: the rules made them equal but for A_LITTLE, and they stay so."""
 LEAST_OF_A_NAME = 0.8
 """Probability from which on one name is said: a false name is taken to cost four times what it
 costs to name a class where one name would do."""
@@ -135,7 +138,8 @@ def stated(
     class, ``unknown`` or ``none`` gets it; ``none`` of an answer that cannot tell, as nothing that
     the set could show is then likeliest. What effects and ``none`` lose goes to ``unknown``, what
     ``unknown`` loses to the effects; what an answer gains comes from all others in proportion, so
-    that a class has at least as much as its first. No answer falls behind what it contradicts.
+    that a class has at least as much as its first. The first of a class gains nothing while a rival
+    is level with it. No answer falls behind what it contradicts.
     """
     if confidence is None or not found:
         return dict(found)
@@ -143,7 +147,10 @@ def stated(
     said = SAID.get(verdict, list(members))
     first = found[said[0]]
     if confidence >= first:
-        if first >= 1.0:
+        level = any(
+            value >= (1.0 - LEVEL) * first for name, value in found.items() if name != said[0]
+        )
+        if first >= 1.0 or (verdict == "ambiguous" and level):
             return dict(found)
         share = (1.0 - confidence) / (1.0 - first)
         return {
