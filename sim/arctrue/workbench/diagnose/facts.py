@@ -20,6 +20,7 @@ from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.distance import LEAST_P, distance, ways_unlike
 from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, posterior, stated
+from arctrue.workbench.diagnose.undetermined import WHOLE_TURNS, undetermined
 from arctrue.workbench.inference.left import Left
 
 
@@ -40,8 +41,16 @@ class Facts:
 
     @cached_property
     def blindness(self) -> Blindness | None:
-        """Why nothing found says nothing; None where something was found, or could have been."""
-        if self.said.verdict != "adequate" or self.case is None:
+        """Why nothing found says nothing; None where something was found, or could have been.
+
+        Beside a model that the rows do not determine, what was found says nothing either.
+        """
+        if self.case is None:
+            return None
+        why = undetermined(self.case.survey.base)
+        if why is not None:
+            return Blindness(why, WHOLE_TURNS)
+        if self.said.verdict != "adequate":
             return None
         survey = self.case.survey
         left = {channel: item.residual_rms_arcsec for channel, item in survey.channels.items()}

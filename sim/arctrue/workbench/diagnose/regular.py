@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
 from arctrue.workbench.inference.forward.of_solution import (
@@ -288,7 +289,12 @@ SIZE_OVER_RMS = 2.0 * np.sqrt(2.0)
 
 
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
-    """Search every record of a model's reference for regular lines."""
+    """Search every record of a model's reference for regular lines.
+
+    None where the rows do not determine the model: lines would only cancel its orders.
+    """
+    if undetermined(solution) is not None:
+        return Findings()
     expected = _expected(solution, effects)
     unknown = next((kind() for kind in effects.values() if kind.search_kind == "line"), None)
     if unknown is None:

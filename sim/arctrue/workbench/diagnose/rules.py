@@ -76,7 +76,9 @@ def unknown_noise(facts: Facts) -> Decision | None:
 
 
 def too_little_to_see(facts: Facts) -> Decision | None:
-    """Nothing is found, and little could be: slow noise, few rows, or effects that lack data."""
+    """Nothing is found, and little could be: slow noise, few rows, effects that lack data, or a
+    model that the rows do not determine.
+    """
     found = facts.blindness
     if found is None:
         return None

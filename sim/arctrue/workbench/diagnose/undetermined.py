@@ -1,0 +1,38 @@
+"""A model that the rows of a reference do not determine, and what would determine it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.inference.design_matrix import measured_arcsec
+from arctrue.workbench.inference.solution import Solution
+
+MOST_LEFT = 2.0
+"""Of the measured variance. Var(y) = Var(model) + Var(rest) + 2·cov: a model that leaves more than
+was measured has put in error itself; at twice as much, as much as there was."""
+WHOLE_TURN_DEG = 355.0
+"""For words alone: an arc of less lacks part of a turn."""
+WHOLE_TURNS = "a reference over whole turns, or a model of fewer orders"
+"""The next measurement."""
+
+
+def undetermined(solution: Solution) -> str | None:
+    """Why nothing can be said beside this model; None where the rows determine it.
+
+    Orders that a part of a turn does not separate are as large as the noise lets them be, and
+    cancel each other. A line beside them, or slow noise, then only cancels what they put in.
+    """
+    rows = solution.observations.reference
+    left = solution.reference_residual_arcsec()
+    if rows is None or left is None or solution.observations.capture is not None:
+        return None
+    measured = measured_arcsec(solution.observations, capture=False)
+    if float(np.var(left)) <= MOST_LEFT * float(np.var(measured)):
+        return None
+    arc_deg = float(np.degrees(np.ptp(rows.target_rad)))
+    over = f" over {arc_deg:.0f}°" if arc_deg < WHOLE_TURN_DEG else ""
+    return (
+        f"the rows{over} do not determine the model: it leaves {float(np.std(left)):.3g}″ RMS "
+        f"where {float(np.std(measured)):.3g}″ were measured, and what is beside it may only "
+        "cancel its orders"
+    )
