@@ -87,8 +87,9 @@ def versions() -> str:
 
 def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[str, int]) -> str:
     rules = proof.rules
+    netlists = (netlist, *(f"{entity}.v" for entity in proof.beside))
     script = [
-        f"read_verilog {netlist}",
+        *(f"read_verilog {name}" for name in netlists),
         f"read_verilog -sv -formal {rules}.sv",
         *(f"chparam -set {name} {value} {rules}" for name, value in generics.items()),
         f"hierarchy -check -top {rules}",
@@ -123,7 +124,7 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
             "[script]",
             *script,
             "[files]",
-            netlist,
+            *netlists,
             f"{rules}.sv",
             "",
         )
@@ -164,13 +165,23 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
     return found[1]
 
 
+def _write_netlists(
+    proof: Proof, folder: Path, generics: Mapping[str, int], sources: tuple[Path, ...]
+) -> None:
+    """Write the netlists of the proof's entity and of those beside it into ``folder``."""
+    write_netlist(proof.entity, folder, generics=generics, folders=sources)
+    for entity, names in proof.beside.items():
+        own = {name: generics[name] for name in names}
+        shutil.copy(write_netlist(entity, folder / "beside", generics=own, folders=sources), folder)
+
+
 def prove(proof: Proof, folder: Path) -> list[str]:
     """Prove the assertions and reach the cover statements; returns what did not succeed.
 
     Raises ToolError when the netlist cannot be made or a tool fails.
     """
     sources = sources_of_proof(proof, folder.with_suffix(".small"))
-    write_netlist(proof.entity, folder, generics=proof.generics, folders=sources)
+    _write_netlists(proof, folder, proof.generics, sources)
     faults = []
     verdict = _verdict(proof, "prove", proof.depth, folder, proof.generics)
     if verdict != "PASS":
@@ -178,7 +189,7 @@ def prove(proof: Proof, folder: Path) -> list[str]:
         faults.append(f"{proof.name} {kind}, see {folder}/prove/logfile.txt")
     example = folder / "cover" if proof.small else folder
     if proof.small:
-        write_netlist(proof.entity, example, generics=proof.small, folders=sources)
+        _write_netlists(proof, example, proof.small, sources)
     verdict = _verdict(proof, "cover", proof.cover_depth, example, proof.small or proof.generics)
     if verdict != "PASS":
         faults.append(
@@ -191,7 +202,7 @@ def notices(proof: Proof, fault: Break, folder: Path) -> bool:
     """Whether the broken VHDL has a counterexample within the proof's depth."""
     sources = broken_sources(proof, fault, folder.with_suffix(".vhdl"))
     generics = proof.small or proof.generics
-    write_netlist(proof.entity, folder, generics=generics, folders=sources)
+    _write_netlists(proof, folder, generics, sources)
     depth = max(proof.depth, proof.cover_depth)
     return _verdict(proof, "bmc", depth, folder, generics) == "FAIL"
 
@@ -265,7 +276,7 @@ def document(proofs: tuple[Proof, ...]) -> str:
         "|---|---|---|---:|---:|---:|",
     ]
     for proof in proofs:
-        entity = f"`{proof.entity}`"
+        entity = " and ".join(f"`{name}`" for name in (proof.entity, *proof.beside))
         smaller = {**proof.generics, **proof.constants}
         values = ", ".join(f"{name} = {value}" for name, value in smaller.items())
         assumed = "; ".join(part for part in (values, proof.limits) if part) or "nothing"

@@ -29,6 +29,8 @@ class Proof:
     limits: str = ""  # what the rules assume beyond the protocol, for the table
     # Of the entity, and parameters of the rules with the same names.
     generics: Mapping[str, int] = field(default_factory=dict)
+    # Further entities that the rules join to it, each with those of the generics that it has.
+    beside: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     # Others for the search for an example, which goes clock by clock and takes longer.
     small: Mapping[str, int] = field(default_factory=dict)
     # Wires of the rules, and the signals of the entity that they are joined to.
@@ -197,6 +199,151 @@ COEFFICIENT_MEMORY = (
                 "a word is written for another slot",
                 "to_unsigned(lane / BUILT, 3);\n",
                 "to_unsigned((lane + 1) / BUILT, 3);\n",
+            ),
+        ),
+    ),
+)
+
+_SETS_SIGNALS = (
+    *("now", "base", "ram_place", "place", "waiting", "in_flight", "ram_word", "own_write"),
+    "ram_writes",
+)
+
+FAILOVER = (
+    Proof(
+        name="prepared_sets",
+        entity="prepared_sets",
+        claims=(
+            "a prepared set is swapped whole: with its first angle every word of lanes, mean and "
+            "offset is that of the set",
+            "no swap, of a set or of the processor, takes place while the words may not be "
+            "activated, and the refusal is reported",
+            "each write of the processor reaches the bank unchanged before it is acknowledged, "
+            "whatever is loaded meanwhile",
+        ),
+        generics={"LANES": 1, "HEADS": 3},
+        limits="one access of the bus at a time; the banks acknowledge a write a clock or more "
+        "after its start, and none while a swap waits; one load at a time",
+        depth=4,
+        cover_depth=34,
+        quick=False,
+        cut_signals=("prepared_sets/w:ram_word",),
+        probes={f"probe_{signal}": f"sets.{signal}" for signal in _SETS_SIGNALS},
+        breaks=(
+            Break(
+                "a set is swapped before its last word is written",
+                "            if place = OFFSET_PLACE then\n              now        <= WRITTEN;\n",
+                "            if place = LANE_WORDS then\n              now        <= WRITTEN;\n",
+            ),
+            Break(
+                "a word is left out",
+                "            elsif place /= OFFSET_PLACE then\n              place <= place + 1;\n",
+                "            elsif place = 2 then\n              place <= 4;\n"
+                "            elsif place /= OFFSET_PLACE then\n              place <= place + 1;\n",
+            ),
+            Break(
+                "a word is handed over before the memory has read it",
+                "          if in_flight = NOTHING or acknowledged = '1' then\n"
+                "            own_write",
+                "          if in_flight = NOTHING or acknowledged = '1' or own_write = '1' then\n"
+                "            own_write",
+            ),
+            Break(
+                "a swap of the processor takes place while a set is written",
+                "              swap when now = IDLE else\n",
+                "              swap when now = IDLE or now = HAND_OVER else\n",
+            ),
+            Break(
+                "the processor writes into a set that is loaded",
+                "          if in_flight = NOTHING then\n            now <= HAND_OVER;\n",
+                "          if true then\n            now <= HAND_OVER;\n",
+            ),
+            Break(
+                "words are swapped that may not be activated",
+                "  swap_out <= wants and may_activate;\n",
+                "  swap_out <= wants;\n",
+            ),
+            Break(
+                "a set that was refused is told to be loaded",
+                "when (now = ASK_SWAP and may_activate = '1') or now = WAIT_FOR_SWAP else\n",
+                "when now = HAND_OVER or now = ASK_SWAP or now = WAIT_FOR_SWAP else\n",
+            ),
+        ),
+    ),
+    Proof(
+        name="head_failover",
+        entity="head_failover",
+        beside={"mean_words": ("HEADS",)},
+        claims=(
+            "a head that is left out has the weight 0 in the active words, is not used and does "
+            "not carry the output, whatever the processor or a prepared set writes",
+            "a head that is left out comes back only after it has seen its index again",
+            "a swap of words that use it is refused and reported; the words in force stay",
+        ),
+        generics={"LANES": 1, "HEADS": 3, "INTERVAL_BITS": 5},
+        limits="any head may fail in any clock; swaps as prepared_sets is proven to make them",
+        depth=4,
+        cover_depth=20,
+        cut=("head_watch*", "parity_sum*"),
+        probes={
+            "probe_pending": "words.pending",
+            "probe_wants_set": "decides.wants_set",
+            "probe_wanted_set": "decides.wanted_set",
+            "probe_swap_refused": "decides.swap_refused",
+        },
+        breaks=(
+            Break(
+                "a swap of the processor takes a head in again",
+                "      may_activate <= not (or (idle_used and barred))",
+                "      may_activate <= not (or (idle_used and barred and (barred'range => busy)))",
+            ),
+            Break(
+                "a set that uses the missing head is taken",
+                "      may_activate <= not (or (idle_used and barred))",
+                "      may_activate <= (busy or not (or (idle_used and barred)))",
+            ),
+            Break(
+                "a missing head carries the output",
+                " and (idle_carrier_used or not (busy or (or left_out)));\n",
+                ";\n",
+            ),
+            Break(
+                "a swap of the processor ends a failover",
+                "        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);\n      end if;\n\n",
+                "        set_in_force <= to_unsigned(WRITTEN_BY_HAND, 3);\n"
+                "        left_out     <= (others => '0');\n      end if;\n\n",
+            ),
+            Break(
+                "a set takes a head in before its index",
+                "          if uses_one(wanted_set, left_out) and has_index = '0' then\n",
+                "          if uses_one(wanted_set, left_out) and rearming /= 0 then\n",
+            ),
+            Break(
+                "a head comes back with the index of before",
+                "when rearming = 0 and (indices_seen and left_out) = left_out else",
+                "when (indices_seen and left_out) = left_out else",
+            ),
+            Break(
+                "a head comes back without its index",
+                "      may_return := '1' when (or left_out) = '1' and has_index = '1'\n",
+                "      may_return := '1' when (or left_out) = '1'\n",
+            ),
+            Break(
+                "a head that is not used keeps its weight",
+                "          if idle(USED_FIRST + head) = '0' then\n",
+                "          if idle(USED_FIRST + head) = '0' and head = 0 then\n",
+                entity="mean_words",
+            ),
+            Break(
+                "a word is written while a swap waits",
+                "pending and not hold_writes and not swap_comes and not reset;\n",
+                "pending and not swap_comes and not reset;\n",
+                entity="mean_words",
+            ),
+            Break(
+                "a refused swap is not reported",
+                " or refused or set_refused;\n",
+                " or set_refused;\n",
             ),
         ),
     ),
@@ -579,6 +726,7 @@ PROOFS = (
             ),
         ),
     ),
+    *FAILOVER,
     Proof(
         name="turn_difference",
         entity="turn_difference",
