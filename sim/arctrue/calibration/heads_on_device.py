@@ -133,7 +133,7 @@ class _Fit:
         if self.heads == 3:
             # Each head against the mean of those before it, for a power of the first row alone.
             return np.array([[-1.0, 1.0, 0.0], [-1.0, -1.0, 2.0]]) / np.sqrt([[2.0], [6.0]])
-        return np.array([[-1.0, 1.0]]) / np.sqrt(2.0)
+        return np.asarray(np.array([[-1.0, 1.0]]) / np.sqrt(2.0))
 
     def gains(self) -> Float:
         at = np.exp(1j * np.multiply.outer(self.orders, self.offsets + self.late))
@@ -232,7 +232,7 @@ class _Fit:
         self.late[1:] += late * RAD_PER_ARCSEC
         self.ratios[1:] += ratios
         geometry = size * (np.abs(late).max() * RAD_PER_ARCSEC + np.abs(ratios).max())
-        return max(change, float(np.abs(offsets).max()), float(np.abs(moved[:4]).max()), geometry)
+        return float(max(change, np.abs(offsets).max(), np.abs(moved[:4]).max(), geometry))
 
 
 def heads_on_device(
@@ -328,7 +328,7 @@ def mean_orders(
     disc = found.heads_on_disc
     places = offsets_rad + found.late_rad
     disc = HeadsOnDisc(disc.orders, disc.values, places, offsets_rad, found.ratios)
-    reading = np.arange(READINGS) * (2.0 * np.pi / READINGS)
+    reading = np.arange(READINGS, dtype=np.float64) * (2.0 * np.pi / READINGS)
     error = mean_error_arcsec(disc, weights, 0, reading)
     lines = np.fft.rfft(error) * (2.0 / READINGS)
     factor = np.abs(order_factor(weights, places, disc.orders, found.ratios))
