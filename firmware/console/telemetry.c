@@ -212,9 +212,9 @@ static void followed_part(const struct text_sink *sink, const struct turn_report
 }
 
 static void list(const struct text_sink *sink, const char *name, const double *value,
-                 uint32_t number) {
+                 uint32_t values) {
     key(sink, name);
-    for (uint32_t place = 0; place < number; place++) {
+    for (uint32_t place = 0; place < values; place++) {
         text_word(sink, place == 0 ? "[" : ",");
         text_fixed(sink, value[place], LIST_DECIMALS);
     }

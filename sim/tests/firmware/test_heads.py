@@ -211,7 +211,8 @@ def test_c_equals_numpy(world: World) -> None:
     assert residuals == pytest.approx(numpy.residuals_arcsec, abs=same)
     circles = np.array([[*c.found.forward_arcsec], [*c.found.backward_arcsec]]).T
     assert np.abs(circles - numpy.circles).max() < same
-    assert c.estimate.noise_arcsec == pytest.approx(numpy.noise_arcsec, rel=1e-8)
+    # Of the last pass, before the step that ends the fit.
+    assert c.estimate.noise_arcsec == pytest.approx(numpy.noise_arcsec, rel=1e-6)
     gains = per_order(c.estimate, "noise_gain")
     assert gains == pytest.approx(numpy.gain, rel=1e-5)
     found = np.array([per_order(c.estimate, f"variance_{name}") for name in ("cosine", "sine")])

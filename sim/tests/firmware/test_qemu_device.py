@@ -21,7 +21,6 @@ from sim.tests.firmware.emulator import (
     member_offset,
     running,
     symbol,
-    word,
 )
 from sim.tests.firmware.pin_model import QSPI_PINS, pin_address
 from sim.tests.firmware.test_estimates import counts_of
@@ -355,9 +354,11 @@ def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
         bad = assemble(tmp_path, "udf.w #0")
         original = machine_code(place, len(bad))
         # No section there: an abort of the load in QEMU, in place of the bus's error. Beginning
-        # anew forgets what the processor knows of the tables.
-        machine.write_memory(symbol("translation_table") + 4 * (CORE_BASE >> 20), word(0))
-        machine.write_memory(place, bad)
+        # anew forgets what the processor knows of the tables; the emulator may forget it earlier,
+        # so that the processor must not reach the core in between.
+        with machine.stopped_at(place) as write:
+            write(symbol("translation_table") + 4 * (CORE_BASE >> 20), 0)
+            write(place, int.from_bytes(bad, "little"))
         machine.wait_for("state 0x")
         machine.write_memory(place, original)
         machine.ask("status", "phase no_core")
