@@ -76,8 +76,9 @@ def unknown_noise(facts: Facts) -> Decision | None:
 
 
 def too_little_to_see(facts: Facts) -> Decision | None:
-    """Nothing is found, and little could be: slow noise, few rows, effects that lack data, or a
-    model that the rows do not determine.
+    """Nothing is found, and little could be, or the rows do not determine the model.
+
+    Slow noise, few rows, or effects that lack data hide what there may be.
     """
     found = facts.blindness
     if found is None:
