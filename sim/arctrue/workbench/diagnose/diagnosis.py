@@ -180,14 +180,14 @@ def _beside_the_found(
     An effect may show in the reference as a line at an alias, an oscillation or a step: these are
     no findings of their own. A regular cause is a finding itself and stays in the list; what its
     plain line misses, as a phase that depends on the direction, may have looked like a resonance.
-    So with a product of parts that describes all there is: an error that follows the speed jumps
-    from run to run.
+    What jumps only without the product of parts that describes all is no jump: an error that
+    follows the speed differs from run to run.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:
-        if findings.empty or found.description is None:
+        if not findings.steps:
             return findings
-        return findings.beside(found.description, findings_of(product.at_maximum, effects))
+        return replace(findings, steps=findings_of(product.at_maximum, effects).steps)
     if item is None or findings.empty or case.with_best is None:
         return findings
     if item.regular is None:

@@ -250,6 +250,11 @@ class Findings:
                 f"The same as {self.cause}, as the reference sees it: {'; '.join(self.same)}."
             )
         found += [words for _, words in sorted(self._by_size(), key=lambda item: -item[0])]
+        if self.slow is not None:
+            found.append(
+                f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
+                f"{self.slow.length:.4g} s, is most of what else is left in the reference."
+            )
         if self.oscillation is not None:
             found.append(f"In the noise: {self.oscillation.words()}.")
         return found
@@ -276,16 +281,6 @@ class Findings:
                 max(abs(step.size_arcsec) for step in self.steps) / 2.0,
                 f"Once, which no other part of the record can confirm: {words}.",
             )
-        if self.slow is not None:
-            yield (
-                self.slow.size_arcsec / SIZE_OVER_RMS,
-                f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
-                f"{self.slow.length:.4g} s, is most of what else is left in the reference.",
-            )
-
-
-SIZE_OVER_RMS = 2.0 * np.sqrt(2.0)
-"""Of a sine, lowest to highest over RMS: slow changes are compared with other causes by it."""
 
 
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:

@@ -149,6 +149,8 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
     """Of 1″ in the reference: 0.2″ are 4 % of the variance that went, 0.4″ are 19 %."""
     best = _item("hysteresis", 900.0)
     best.moved_arcsec = {"capture": 0.0, "reference": 1.0}
+    # Not one that only the offsets of the runs show.
+    best.evidence = None
     case = _case(best, beside=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}))
     fit = FitOfChannel(float(np.hypot(1.0, 0.1)), 0.1, None)
     case.survey.__dict__["channels"] = {"reference": fit}
