@@ -28,9 +28,8 @@ from arctrue.workbench.diagnose.calibrated import (
     Calibration,
     features,
 )
-from arctrue.workbench.diagnose.decision import RESTS_ON
 from arctrue.workbench.diagnose.distance import Distance
-from arctrue.workbench.diagnose.grounds import Grounds
+from arctrue.workbench.diagnose.grounds import RESTS_ON, Grounds
 from arctrue.workbench.diagnose.posterior import SAID
 
 Float = NDArray[np.float64]

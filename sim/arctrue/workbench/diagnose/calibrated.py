@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit
 
-from arctrue.workbench.diagnose.decision import RESTS_ON
-from arctrue.workbench.diagnose.grounds import Grounds
+from arctrue.workbench.diagnose.grounds import RESTS_ON, Grounds
 
 Float = NDArray[np.float64]
 

@@ -7,13 +7,11 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.grounds import RESTS_ON
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, Question
 from arctrue.workbench.inference.forward.oscillation import Oscillation
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data"]
-
-RESTS_ON = ("resembles", "described", "seen", "undescribed")
-"""An effect that is refused, a product of parts, a jump or an oscillation, or a lack of fit."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 
 from arctrue.workbench.diagnose.distance import Distance
 
+RESTS_ON = ("resembles", "described", "seen", "undescribed")
+"""What an ``unknown`` rests on: an effect that is refused, a product of parts, a jump or an
+oscillation, or a lack of fit."""
+
 
 @dataclass(frozen=True, slots=True)
 class Grounds:
@@ -28,4 +32,4 @@ class Grounds:
     """Ways in which the set is unlike the calibrated ones, counted."""
     distance: Distance
     rests_on: str = ""
-    """Of an ``unknown``: one of :data:`.decision.RESTS_ON`."""
+    """Of an ``unknown``: one of RESTS_ON."""
