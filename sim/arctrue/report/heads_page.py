@@ -31,8 +31,8 @@ FAULT_TABLE = (
     "| slips by 64 counts or more within 1.1 ms, up to any size | `step_limit`, 32 counts, against "
     "all others | 20 clocks and 5.6 µs after the first 64 counts | w · (64 counts and those "
     "of 6 µs), at most w · slip: 5″ for 4,000 counts at 4 clocks a count | "
-    "`a_head_that_steps_against_the_others_is_left_out`; 4,000 counts: "
-    "`sim/tests/instrument/test_failover.py` |",
+    "`a_head_that_steps_against_the_others_is_left_out` (80 counts); 4,000 counts, which may "
+    "also show as illegal steps: `sim/tests/instrument/test_failover.py` |",
     "| slips by less | its index, or the parity over its limit (alarm only) | one turn | w · 63 "
     "counts: 1.4″ | `a_small_slip_is_found_at_the_index`, `the_parity_shows_a_slip_at_once` |",
     "| slips by up to the `index_tolerance` | not found | – | w · tolerance | "
