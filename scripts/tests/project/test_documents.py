@@ -46,12 +46,14 @@ MADE_PAGES = frozenset(
 )
 """Pages of docs/ that a script or a command writes as a whole, in addition to docs/entities."""
 WORD = re.compile(r"\S*\w\S*")
+MADE_SECTION = re.compile(r"<!-- [^>]*(?:python -m|scripts/|make )[^>]*-->.*?<!-- end -->", re.S | re.I)
+"""Text that the command in its first line writes."""
 
 
 def words_by_hand() -> dict[Path, int]:
-    """Count the words of every hand-written page; a sign between cells is not a word."""
+    """Count the hand-written words of every page; a sign between cells is not a word."""
     return {
-        page: len(WORD.findall(page.read_text(encoding="utf-8")))
+        page: len(WORD.findall(MADE_SECTION.sub("", page.read_text(encoding="utf-8"))))
         for page in DOCUMENTS
         if page.stem not in MADE_PAGES
         and page.parent.name != "entities"
