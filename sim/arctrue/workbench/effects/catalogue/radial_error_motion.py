@@ -22,7 +22,6 @@ from arctrue.workbench.effects.base import (
     Parameter,
     paired_lanes,
 )
-from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.numeric.harmonics import harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
@@ -66,11 +65,6 @@ class RadialErrorMotion(Effect):
         if observations.reference is None and observations.heads < SEPARATING_HEADS:
             lacking.append("a reference run: two heads alone cannot tell it from graduation")
         return lacking
-
-    def variety(self, observations: Observations) -> list[str]:
-        """Two heads at one speed, beside stations: an order of the disc that grows with the speed
-        makes capture and reference disagree as well."""
-        return [] if observations.heads >= SEPARATING_HEADS else one_speed(observations)
 
     def column_names(self, observations: Observations) -> list[str]:
         orders = self.integers("orders")
