@@ -85,7 +85,7 @@ def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
 def table(rows: Sequence[Stated]) -> list[str]:
     """The scores by what the coefficients were fitted to, in Markdown."""
     found = [
-        "| Answers of | Number | Right | Calibration error | Log score above a constant, nats |",
+        "| Answers | Number | Right | Calibration error | Log score above a constant |",
         "|---|---|---|---|---|",
     ]
     groups = {name: [row for row in rows if row.generator == name] for name in GENERATORS}
@@ -93,16 +93,16 @@ def table(rows: Sequence[Stated]) -> list[str]:
         of_both = list(zip(across(rows), rows, strict=True))
         for name in GENERATORS:
             own = [pair for pair in of_both if pair[1].generator == name]
-            found.append(measured(f"{name}, fitted to the other generator", own))
-        found.append(measured("both, each fitted to the other", of_both))
+            found.append(measured(f"{name}, from the other", own))
+        found.append(measured("both, from the other", of_both))
     pairs = list(zip(without_their_world(rows), rows, strict=True))
     for name in GENERATORS:
         own = [pair for pair in pairs if pair[1].generator == name]
-        found.append(measured(f"{name}, fitted to all other worlds", own))
-    found.append(measured("both, fitted to all other worlds", pairs))
+        found.append(measured(f"{name}, from other worlds", own))
+    found.append(measured("both, from other worlds", pairs))
     for name, own_rows in groups.items():
         own = list(zip(within(own_rows), own_rows, strict=True))
-        found.append(measured(f"{name}, five folds within it", own))
+        found.append(measured(f"{name}, five folds", own))
     found.append(measured("both, as stated then", [(row.probability, row) for row in rows]))
     return found
 

@@ -25,8 +25,9 @@ written from the physics by somebody who had read neither the effects of the wor
 first generator, and imports nothing of them. Its noise is white, of Student's t, a relaxation, a
 random walk, 1/f by fractional integration, or a driven oscillator. A set states which answers are
 right: names that mean the same, verdicts that its design allows (where temperature rises with
-time, `ambiguous`: *left open, rightly*), and where a line lies: a name at another place is false.
-Its oracle projects each cause off 20 orders, the offsets of the runs and all other causes, and
+time, `ambiguous`: *left open, rightly*), and where a line lies: a name at another place is false. A
+damped oscillator in the noise counts as a cause that the catalogue lacks: `unknown` is right if its
+frequency is stated within the half width at half power. Its oracle projects each cause off 20 orders, the offsets of the runs and all other causes, and
 whitens by the noise drawn.
 
 | world | what is measured, and what may be hidden |
