@@ -46,7 +46,9 @@ MADE_PAGES = frozenset(
 )
 """Pages of docs/ that a script or a command writes as a whole, in addition to docs/entities."""
 WORD = re.compile(r"\S*\w\S*")
-MADE_SECTION = re.compile(r"<!-- [^>]*(?:python -m|scripts/|make )[^>]*-->.*?<!-- end -->", re.S | re.I)
+MADE_SECTION = re.compile(
+    r"<!-- [^>]*(?:python -m|scripts/|make )[^>]*-->.*?<!-- end -->", re.S | re.I
+)
 """Text that the command in its first line writes."""
 
 
