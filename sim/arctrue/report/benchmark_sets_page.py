@@ -27,8 +27,8 @@ random walk, 1/f by fractional integration, or a driven oscillator. A set states
 right: names that mean the same, verdicts that its design allows (where temperature rises with
 time, `ambiguous`: *left open, rightly*), and where a line lies: a name at another place is false. A
 damped oscillator in the noise counts as a cause that the catalogue lacks: `unknown` is right if its
-frequency is stated within the half width at half power. Its oracle projects each cause off 20 orders, the offsets of the runs and all other causes, and
-whitens by the noise drawn.
+frequency is stated within the half width at half power. Its oracle projects each cause off 20
+orders, the offsets of the runs and all other causes, and whitens by the noise drawn.
 
 | world | what is measured, and what may be hidden |
 |---|---|
