@@ -10,9 +10,9 @@
 #include "noise.h"
 #include "units.h"
 
-/* Passes over the turn: usual are 4 to 6. One of 12,000 samples, 40 orders and four heads is 34 million instructions
-   (counted in QEMU), 0.1 s at two cycles each: nine of them stay below half of the 2 s after which the firmware takes
-   itself for hung. */
+/* Passes over the turn: usual are 4 to 6. A pass over 12,000 samples with 40 orders and four heads takes an estimated
+   34 million instructions, or 0.1 s at two cycles each: nine passes stay below half of the 2 s after which the watchdog
+   takes the firmware for hung. */
 enum { PASSES_MOST = 32 };
 #define WORK_MOST (9U * 4U * 12000U * 40U)
 /* The normal matrix is made of every k-th sample: so many for each order, four a wave of the highest sum of two. */
