@@ -1,4 +1,4 @@
-"""What each effect would leave if it were added to the model, as ``arctrue add`` adds it."""
+"""What the model would leave with each effect added, as ``arctrue add`` adds it."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ class Adding:
 
     @cached_property
     def before(self) -> Left:
-        """What the model leaves without."""
+        """What the model leaves without a further effect."""
         return left_by(settled(self.base))
 
     def after(self, name: str) -> Left | None:
-        """What it leaves with the effect of this name; None where that cannot be added."""
+        """Return what the model leaves with the effect of this name; None where that cannot be
+        added."""
         if name not in self.found:
             kind = self.effects.get(name)
             solution = None if kind is None else added(kind(), self.base)

@@ -15,7 +15,7 @@ from arctrue.workbench.effects.registry import built_in
 
 
 class AdoptedProduct(ProductOfParts):
-    """The parts as class attributes, so that an effect file can say them."""
+    """A product of parts as class attributes, so that an effect file can state the parts."""
 
     condition_words: ClassVar[str] = ""
     time_constant_s: ClassVar[float | None] = None
@@ -30,7 +30,7 @@ class AdoptedProduct(ProductOfParts):
     defaults: ClassVar[dict[str, object]] = {}
 
     def __init_subclass__(cls, **keywords: Any) -> None:
-        """The attributes become the defaults of the settings."""
+        """Make the attributes the defaults of the settings."""
         super().__init_subclass__(**keywords)
         if "defaults" not in vars(cls):
             cls.defaults = {
@@ -46,10 +46,10 @@ class AdoptedProduct(ProductOfParts):
 
 
 def adopt(product: ProductOfParts, name: str, description: str, folder: Path) -> Path:
-    """Write the effect file of a product; returns its path.
+    """Write the effect file of a product and return its path.
 
-    Raises ValueError for a name that is taken or cannot be one, FileExistsError for a file that
-    is there already.
+    Raises ValueError for a name that is taken or cannot be one, FileExistsError for a file that is
+    there already.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
         raise ValueError(f"{name!r} cannot name an effect: small letters, digits, underscores")

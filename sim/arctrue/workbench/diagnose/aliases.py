@@ -15,28 +15,28 @@ from arctrue.workbench.inference.scan import (
 from arctrue.workbench.observations import Observations
 
 UNEVEN = 1e-3
-"""Of the distance of two stations: of 360 stations it turns the phase of the 360th order by 0.4°
-from one to the next, so that all orders look alike there."""
+"""Largest relative difference between distances of even stations: with 360 stations it turns the
+phase of the 360th order by 0.4° from one to the next, so that all orders look alike there."""
 HIGHEST_ORDER = DISC_BINS / 8.0
-"""Aliases above the orders that are searched are not listed."""
+"""Highest listed alias: orders above it are not searched."""
 
 
 def above_half_the_samples(item: Candidate, residuals: Residuals) -> bool:
-    """A searched order of the disc has fewer than two samples of the capture a period."""
+    """Tell whether a searched disc order has fewer than two samples of the capture a period."""
     if item.effect.search_kind != "disc_order" or residuals.observations.capture is None:
         return False
     return item.nonlinear["order"] > samples_a_turn(residuals) / 2.0
 
 
 def aliases(item: Candidate, observations: Observations) -> list[float]:
-    """Orders that the rows see as they see the order of an effect, the lowest first."""
+    """Return orders that the rows cannot distinguish from that of an effect, the lowest first."""
     if not in_capture(item, observations):
         return _of_stations(item, observations)
     return _of_samples(item)
 
 
 def in_capture(item: Candidate, observations: Observations) -> bool:
-    """It has columns in R₂ − R₁."""
+    """Tell whether the effect has columns in R₂ − R₁."""
     capture = observations.capture
     if capture is None:
         return False
@@ -45,10 +45,10 @@ def in_capture(item: Candidate, observations: Observations) -> bool:
 
 
 def _of_samples(item: Candidate) -> list[float]:
-    """The orders N ± ν, of N samples a turn, that explain all rows as well as ν does.
+    """Return the orders N ± ν, with N samples a turn, that explain all rows as well as ν does.
 
-    Each is scored on the rows themselves: runs that start at different angles, with other numbers
-    of samples a turn, or a reference exclude it. Of an effect that was not weighed there are none.
+    Each is scored on the rows themselves: runs that start at different angles or have other numbers
+    of samples a turn exclude it, and so does a reference. An effect that was not weighed has none.
     """
     order = item.nonlinear.get("order", 0.0)
     if order <= 0.0 or item.evidence is None:
@@ -69,9 +69,9 @@ def _of_samples(item: Candidate) -> list[float]:
 
 
 def _of_stations(item: Candidate, observations: Observations) -> list[float]:
-    """At even stations the orders k·N ± n; n has aliases below half the stations only.
+    """Return the aliases k·N ± n of an order at N even stations.
 
-    Empty too where the stations are uneven.
+    The list is empty for an order up to half the stations, and for uneven stations.
     """
     rows = observations.reference
     order = item.effect.declared_order(observations)

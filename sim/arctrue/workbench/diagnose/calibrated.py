@@ -1,13 +1,12 @@
-"""How often an answer of such a kind and such grounds is right: a logistic of few features.
+"""Probability that an answer of a given kind and grounds is right: a logistic of few features.
 
-Each kind of answer has a constant of its own, ``unknown`` one for each thing that it rests on; the
-features have one coefficient for all kinds. The
-coefficients are uncertain. An answer far from those that they were fitted to has an uncertain
-value, and what is stated is the mean over it, which is nearer to one half (MacKay, Neural Comput. 4
-(1992) 720). No answer is stated surer than answers of its kind have been counted (rule of
-succession). ``python -m scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv``
-of the benchmark, whose sets are of two generators, and prints how well those of one hold on the
-other.
+Each kind of answer has a constant of its own, and ``unknown`` one for each of its grounds; the
+features have one coefficient for all kinds. The coefficients are uncertain, so that an answer far
+from those that they were fitted to has an uncertain value; the mean over this uncertainty, which is
+nearer to one half, is stated (MacKay, Neural Comput. 4 (1992) 720). The number of counted answers
+of a kind limits how sure such an answer is stated (rule of succession). ``python -m
+scripts.calibrate_probabilities`` fits the coefficients to ``stated.csv`` of the benchmark, whose
+sets are of two generators, and prints how well the coefficients of one generator hold on the other.
 """
 
 from __future__ import annotations
@@ -28,37 +27,42 @@ Float = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("calibrated.json")
 KINDS = ("named", "ambiguous", "unknown", "adequate", "cannot_tell")
-"""Verdicts whose answers were counted. ``bad_data`` states what was probable beforehand."""
+"""Verdicts whose answers were counted. ``bad_data`` states the prior probabilities."""
 DISTANCES = ("untested", "left", "not_white", "few_repeats")
-"""How far a set is from the benchmark's usual one: with more of these no answer is surer."""
+"""Features that measure how far a set is from the benchmark's usual one: larger values make no
+answer surer."""
 FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
-"""Chosen by leave-one-world-out and across-generator scores of ``stated.csv``. The scores of the
-chosen ones are a little optimistic; only answers made afterwards measure them without bias."""
+"""Features of the logistic, chosen by leave-one-world-out and across-generator scores of
+``stated.csv``. The scores of the chosen features are a little optimistic; only answers made
+afterwards measure them without bias."""
 SUREST_EVIDENCE = 1e-2
-"""Evidence is taken no nearer to 0 or 1: likelihoods know no better whether a form is right."""
+"""Least distance of the evidence from 0 and 1: likelihoods do not know better whether a form is
+right."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
-"""Of the benchmark's usual set: its runs, and how often a station is visited."""
+"""Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
-"""RMS that is left, in noises of the repeats: what is farther off counts as so far."""
+"""Largest ratio of the RMS that is left to the noise of the repeats; larger ratios count as this
+one."""
 MOST_NOT_WHITE = 20.0
-"""−log₁₀ p of whiteness: the same."""
+"""Largest −log₁₀ p of whiteness; larger values count as this one."""
 LIKE_BENCHMARK = 2
-"""In fewer ways unlike the benchmark (:mod:`distance`), a set is not said to be unlike it."""
+"""Number of ways (:mod:`distance`) from which on a set is stated to be unlike the benchmark."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """The coefficients of FEATURES, (n,), their covariance, (n, n), and the answers by kind."""
+    """Coefficients of FEATURES, (n,), their covariance, (n, n), and the counted answers by kind."""
 
     coefficients: Float
     covariance: Float
     answers: Mapping[str, int]
 
     def confidence(self, verdict: str, row: Float) -> float:
-        """Mean of the logistic of a row (n,) of features over the uncertain coefficients.
+        """Return the mean of the logistic of a row (n,) of features over the uncertain
+        coefficients.
 
-        After n answers of a kind of which each one was right, the next one is with probability
-        (n + 1)/(n + 2) (Laplace); nothing is stated nearer to 0 or 1 than that.
+        After n answers of a kind that were all right, the next one is right with probability (n +
+        1)/(n + 2) (Laplace); nothing is stated nearer to 0 or 1 than that.
         """
         value = float(row @ self.coefficients)
         variance = float(row @ self.covariance @ row)
@@ -68,7 +72,8 @@ class Calibration:
 
 
 def features(verdict: str, grounds: Grounds) -> Float:
-    """The row of an answer, (n,): the evidence in log odds, distances from 0 upwards."""
+    """Return the features of an answer, (n,): the evidence in log odds, the distances from 0
+    upwards."""
     away = grounds.distance
     held = min(max(grounds.evidence, SUREST_EVIDENCE), 1.0 - SUREST_EVIDENCE)
     runs = away.runs / USUAL_RUNS if away.runs else 1.0
@@ -77,7 +82,7 @@ def features(verdict: str, grounds: Grounds) -> Float:
         "constant": 1.0,
         verdict: 1.0,
         grounds.rests_on: 1.0,
-        # What cannot be told has none.
+        # A set that cannot tell has no evidence.
         "evidence": 0.0 if verdict == "cannot_tell" else float(logit(held)),
         "untested": away.untested,
         "left": float(np.log(min(max(away.left, 1.0), MOST_LEFT))),
@@ -88,7 +93,7 @@ def features(verdict: str, grounds: Grounds) -> Float:
 
 
 def confidence(verdict: str, grounds: Grounds) -> float | None:
-    """Probability that such an answer is right; None for a verdict that was not counted."""
+    """Return the probability that such an answer is right; None for an uncounted verdict."""
     if verdict not in KINDS:
         return None
     return calibration().confidence(verdict, features(verdict, grounds))
@@ -96,7 +101,7 @@ def confidence(verdict: str, grounds: Grounds) -> float | None:
 
 @cache
 def calibration() -> Calibration:
-    """The one in use."""
+    """Read the calibration in use."""
     data = json.loads(FILE.read_text(encoding="utf-8"))
     return Calibration(
         np.array(data["coefficients"]), np.array(data["covariance"]), data["answers"]

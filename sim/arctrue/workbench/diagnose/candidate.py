@@ -1,4 +1,4 @@
-"""One effect tried against what a model leaves."""
+"""One effect, tested on the residuals of a model."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 
 ACTING_SHARE = 0.05
-"""An effect acts on the rows where it moves the prediction by this share of its largest move."""
+"""Share of its largest change of the prediction from which on an effect acts on a row."""
 MOVED_SHARE = 0.02
-"""A channel counts when it is moved by more than this share of its noise."""
+"""Share of its noise above which the change of a channel counts."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What the search, the fit and the statistics say of one effect."""
+    """Results of search, fit and statistics for one effect."""
 
     effect: Effect
     nonlinear: Nonlinear
@@ -35,25 +35,25 @@ class Candidate:
     trials: float
     solution: Solution
     delta_bic: float
-    """BIC before less BIC after, each place that was searched charged for: above 0 is better."""
+    """BIC before minus BIC after, with a charge for each searched place: above 0 is better."""
     size_arcsec: dict[str, float]
-    """RMS by which it moves the prediction where it acts, by channel."""
+    """RMS by which the effect changes the prediction where it acts, by channel."""
     p_corrected: float
     rows: int
-    """Rows of the channels that it moves: what its size is known from."""
+    """Number of rows of the channels that the effect changes: its size is known from these."""
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
-    """Places that its p pays for, where the level is not shared out evenly among them."""
+    """Number of places by which p is corrected, where they do not share the level evenly."""
     asked: Effect | None = None
-    """The effect before it was narrowed to what is there; None for a product of parts."""
+    """The effect before it was narrowed to the form that is there; None for a product of parts."""
     evidence: Evidence | None = None
-    """With the noise estimated anew; None where the first test tells enough."""
+    """Evidence with the noise estimated anew; None where the first test is enough."""
     regular: RegularCause | None = None
-    """The lines of a forward search that it explains; None: it was not found so."""
+    """Lines of a forward search that the effect explains; None where no search found it."""
     held_out: HeldOut | None = None
     improvement: dict[str, Improvement] = field(default_factory=dict)
     share: BlockShare | None = None
-    """Of its own error, what other blocks of the rows predict; None where that is not known."""
+    """Share of its own error that other blocks of the rows predict; None where it is not known."""
 
     @property
     def name(self) -> str:
@@ -67,12 +67,12 @@ class Candidate:
 
     @property
     def charged_trials(self) -> float:
-        """Places that its p pays for."""
+        """Number of places by which its p is corrected."""
         return self.trials if self.level_trials is None else self.level_trials
 
     @cached_property
     def moved_arcsec(self) -> dict[str, float]:
-        """RMS over every row by which it moves the prediction, by channel."""
+        """RMS over every row by which the effect changes the prediction, by channel."""
         if self.evidence is None:
             return self.size_arcsec
         before = self.evidence.base.solution
@@ -83,10 +83,10 @@ class Candidate:
 
     @cached_property
     def at_maximum(self) -> Solution:
-        """Its solution with the search parameters between the places that were tried.
+        """Its solution with the search parameters refined between the places that were tried.
 
-        For what is asked of a candidate once it is judged; its solution stays where it is. A line
-        beside its place leaves a rest that others would take.
+        It serves questions about a candidate that was judged; ``solution`` stays as it is. A line
+        that is a little off its place leaves a remainder that other effects would explain.
         """
         return refined(self.solution)
 
@@ -96,12 +96,13 @@ class Candidate:
         return Term(self.effect, self.nonlinear)
 
     def parameters(self) -> dict[str, Parameter]:
-        """The fitted parameters of this effect, the last term of its solution."""
+        """Return the fitted parameters of this effect, the last term of its solution."""
         return self.solution.parameters()[-1]
 
 
 def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.float64]]:
-    """Change of the prediction of every row, by channel; of the reference less its mean."""
+    """Return the change of the prediction of every row, by channel; for the reference without its
+    mean."""
     found: dict[str, NDArray[np.float64]] = {}
     if before.observations.capture is not None:
         found["capture"] = after.capture_prediction_arcsec(
@@ -114,7 +115,7 @@ def changes_arcsec(before: Solution, after: Solution) -> dict[str, NDArray[np.fl
 
 
 def sizes_arcsec(before: Solution, after: Solution) -> dict[str, float]:
-    """RMS of the change of the prediction over the rows where it changes, by channel."""
+    """Return the RMS of the change of the prediction over the rows where it changes, by channel."""
     return {
         channel: _acting_rms(change) for channel, change in changes_arcsec(before, after).items()
     }
@@ -129,10 +130,11 @@ def _acting_rms(change: NDArray[np.float64]) -> float:
 
 
 def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
-    """Rows of the channels that the effect moves: the others say nothing of it.
+    """Return the number of rows in channels that the effect changes: the others say nothing about
+    it.
 
-    A polygon's faces are known from the 480 reference rows, however long the capture. All rows
-    where it moves none.
+    A polygon's faces are known from the 480 reference rows, however long the capture is. If the
+    effect changes no channel, all rows count.
     """
     channels = (
         ("capture", base.observations.capture, base.capture_sigma_arcsec),
@@ -149,5 +151,6 @@ def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
 
 
 def delta_bic(gain: float, rank: int, trials: float, rows: int) -> float:
-    """Twice the gain in log likelihood, less log(rows) a coefficient and 2·log(places) a search."""
+    """Return twice the gain in log likelihood, minus log(rows) a coefficient and 2·log(places) a
+    search."""
     return float(gain - rank * np.log(rows) - 2.0 * np.log(max(trials, 1.0)))

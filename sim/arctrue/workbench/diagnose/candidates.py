@@ -1,7 +1,7 @@
-"""Every effect and every product of parts, tried on what one model leaves with the model's noise.
+"""Every effect and every product of parts, tested on the residuals of one model with its noise.
 
-The first stage after the faults of the data: searches and score tests. What comes near to a name
-is weighed with noise of its own by :mod:`arctrue.workbench.diagnose.evidence`.
+This is the first stage after the faults of the data: searches and score tests. What may be named is
+weighed with noise of its own by :mod:`arctrue.workbench.diagnose.evidence`.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from arctrue.workbench.observations import Observations
 def tried_effects(
     residuals: Residuals, effects: Mapping[str, type[Effect]], tests: int, progress: ReportStep
 ) -> tuple[list[Candidate], dict[str, list[str]]]:
-    """A candidate of every effect that the set can test, and what it lacks for the others.
+    """Return a candidate of every effect that the set can test, and what it lacks for the others.
 
-    ``tests``: candidates that each p pays for.
+    ``tests``: number of candidates by which each p is corrected.
     """
     found: list[Candidate] = []
     untestable: dict[str, list[str]] = {}
@@ -51,7 +51,7 @@ def tried_effects(
 def regular_candidates(
     residuals: Residuals, causes: Sequence[RegularCause], tests: int
 ) -> list[Candidate]:
-    """A candidate of the largest cause of each name that a forward search found."""
+    """Return a candidate of the largest cause of each name that a forward search found."""
     found: dict[str, Candidate] = {}
     for cause in causes:
         form, place = cause.effect.at_place(residuals, cause.nonlinear)
@@ -67,10 +67,10 @@ def regular_candidates(
 def with_regular(
     candidates: Sequence[Candidate], lines: Sequence[Candidate], found: Findings
 ) -> list[Candidate]:
-    """The candidates with those of a forward search in place of others of their name.
+    """Return the candidates, with those of a forward search in place of others of the same name.
 
-    A line where it looked and found none is left out: noise that drives a resonance, or half a
-    record. A line above its rates stays where it is the larger one.
+    A line is left out where the search looked and found none: it is noise that drives a resonance,
+    or a line of half a record. A line above the searched rates stays where it is the larger one.
     """
     larger = {
         item.name
@@ -97,7 +97,8 @@ def _is_line(item: Candidate) -> bool:
 
 
 def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
-    """Products of parts, best first; ``looks``: surveys that each p pays for."""
+    """Return products of parts, best first; ``looks``: number of surveys by which each p is
+    corrected."""
     found = []
     for item in best_parts(residuals):
         if item.rank > 0:
@@ -110,7 +111,7 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
 def looked_for(
     effect: Effect, residuals: Residuals
 ) -> tuple[Effect, dict[str, float], float] | None:
-    """The form and the place in which an effect fits best, and how many were tried."""
+    """Return the form and the place in which an effect fits best, and how many were tried."""
     form, trials = effect.narrowed(residuals)
     if not form.search:
         return form, {}, trials
@@ -142,9 +143,10 @@ def _candidate(
 
 
 def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
-    """What lacks to orders of which not one goes through a period on the arc of the reference.
+    """Return what the set lacks for orders that do not complete a period on the arc of the
+    reference.
 
-    They are then a slow curve, as a drift is, and say nothing of the disc.
+    Such orders are a slow curve, as a drift is, and say nothing about the disc.
     """
     rows = observations.reference
     if observations.capture is not None or rows is None or effect.search:

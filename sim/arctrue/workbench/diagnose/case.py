@@ -1,4 +1,4 @@
-"""What the rules ask of a survey, each worked out once, when it is first asked."""
+"""A survey with the quantities that the rules need, each calculated once, on first use."""
 
 from __future__ import annotations
 
@@ -35,53 +35,58 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE
 from arctrue.workbench.noise.whiteness import LAGS, autocorrelations, whiteness
 
 NEAR_TIE = 6.0
-"""BIC by which an effect must be ahead of a product of parts that could stand in for it: odds of
+"""ΔBIC by which an effect must be ahead of a product of parts that could stand in for it: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Two gains nearer than this are of the same columns, but for the last digits of a search."""
+"""Relative difference of two gains below which they are of the same columns, except for the last
+digits of a search."""
 LACK_OF_FIT = 1e-4
-"""A lack of fit with a smaller p is sure."""
+"""p below which a lack of fit is sure."""
 REFUSED_P = LACK_OF_FIT
-"""As sure as a lack of fit: an effect that is refused tells one."""
+"""p below which a refused effect shows a lack of fit: it is as sure as one."""
 LEAST_COLOUR = 0.02
-"""Sum of the squares of 20 autocorrelations: what many rows show of noise that the parts of its
-spectrum take but for a fiftieth of the variance changes no σ by more than 1 %."""
+"""Least sum of the squares of 20 autocorrelations that counts. Many rows also show noise that the
+parts of its spectrum describe except for a fiftieth of the variance, but this changes no σ by more
+than 1 %."""
 AGAIN = 3
-"""Events of one set that are a habit: two may be chance."""
+"""Number of events in one set that are a habit: two may be chance."""
 DEEPEST = 3
-"""So many effects are looked at one after the other, each beside those before it."""
+"""Largest number of effects that are looked at one after another, each with those before it in the
+model."""
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A survey with what the rules ask of it, each worked out once."""
+    """A survey with the quantities that the rules need, each calculated once."""
 
     survey: Survey
     effects: Mapping[str, type[Effect]]
     with_first: Callable[[Survey, Candidate], Survey]
-    """The survey beside the model with one effect more."""
+    """Function that makes the survey with one more effect in the model."""
     decided: Callable[[Case], Decision]
-    """What the rules say of a case."""
+    """Function that applies the rules to a case."""
     depth: int = 1
     adding: Adding | None = None
-    """The model with effects added as a command adds them; None: that of the survey."""
+    """The model with effects added as a command adds them; None: the model of the survey."""
 
     @cached_property
     def decision(self) -> Decision:
-        """What the rules say of it."""
+        """The decision of the rules on this case."""
         return self.decided(self)
 
     @cached_property
     def seen(self) -> list[Candidate]:
-        """Significant, large enough, in held-out rows and on every pass."""
+        """Candidates that are significant, large enough, and shown by held-out rows and on every
+        pass."""
         return [item for item in self.survey.significant() if self.survey.confirmed(item)]
 
     @cached_property
     def at_every_speed(self) -> list[Candidate]:
-        """Of those, what shows at every speed at which it would, and is no alias of a better one.
+        """Those in ``seen`` that show at every speed at which they would and are no alias of a
+        better one.
 
-        An order of the disc above half the samples a turn that is behind another cause may be the
-        alias of that one in some of the runs.
+        If another cause is ahead of an order of the disc above half the samples a turn, that order
+        may be the alias of that cause in some of the runs.
         """
         return [item for item in self.seen if at_other_speeds(item) and not self._behind(item)]
 
@@ -94,15 +99,16 @@ class Case:
 
     @cached_property
     def real(self) -> list[Candidate]:
-        """Of those, a cause rather than the line that it is."""
+        """Those in ``at_every_speed`` that are causes, without lines that only describe a cause."""
         causes = {item.name for item in without_unspecific(self.seen)}
         return [item for item in self.at_every_speed if item.name in causes]
 
     @cached_property
     def refused(self) -> Candidate | None:
-        """The first that fits and matters, and that held-out rows, passes or speeds speak against.
+        """The first effect that fits and matters, but that held-out rows, passes or speeds
+        contradict.
 
-        Something like it is there, and it is not this.
+        Something like it is there, but not this effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -116,10 +122,10 @@ class Case:
 
     @cached_property
     def best(self) -> Candidate | None:
-        """The first, or a larger one around it that adds what is more than chance.
+        """The first of ``real``, or a larger one around it that adds more than chance.
 
-        A regular cause that takes more error away comes before it, and before drifts and events:
-        blocks cannot judge what happens once.
+        A regular cause that explains more error comes before it. A regular cause also comes before
+        drifts and events: blocks cannot judge what happens once.
         """
         found, regular = _large_enough(self.real), self.regular
         if found is None or regular is None or found is regular:
@@ -129,22 +135,22 @@ class Case:
 
     @cached_property
     def regular(self) -> Candidate | None:
-        """The regular cause that takes most error away."""
+        """The regular cause that explains most error."""
         found = [item for item in self.real if item.regular is not None]
         return max(found, key=_taken_arcsec, default=None)
 
     @cached_property
     def product(self) -> Candidate | None:
-        """The product of parts that is as real as an effect is asked to be.
+        """The product of parts that is as real as an effect must be.
 
-        Its p has paid for all places: no ΔBIC above 0 is asked for as well, which would charge
-        for them twice.
+        Its p is corrected for all places; a ΔBIC above 0 is not required as well, since that would
+        charge for the places twice.
         """
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
         if self.best is not None and _contains(self.best, found):
-            # More than the product, and all of it: a polygon's faces beside one of their orders.
+            # The best explains the whole product and more, as polygon faces do one of their orders.
             return None
         best = self.best
         if best is not None and best is self.regular and _is_smaller(found, best):
@@ -153,22 +159,22 @@ class Case:
 
     @property
     def ahead(self) -> float:
-        """ΔBIC of the product over the best effect."""
+        """ΔBIC by which the product is ahead of the best effect."""
         if self.product is None or self.best is None:
             return float("inf")
         return self.product.delta_bic - self.best.delta_bic
 
     @cached_property
     def others(self) -> dict[str, Candidate]:
-        """Every other effect by its name."""
+        """Every other candidate by its name."""
         return {item.name: item for item in self.survey.candidates if item is not self.best}
 
     @cached_property
     def oscillation(self) -> Oscillation | None:
         """A damped oscillation in the noise, larger than what is negligible.
 
-        In a capture it is looked for where the whitened residuals are not white, or something
-        seems to follow time or angle in it.
+        In a capture it is looked for where the whitened residuals are not white, or where an effect
+        was found or refused.
         """
         residuals = self.survey.residuals
         found, values = self.survey.findings.oscillation, residuals.capture_whitened
@@ -183,9 +189,9 @@ class Case:
 
     @property
     def not_white(self) -> list[str]:
-        """Channels whose whitened residuals are not white, beside any noise that was fitted.
+        """Channels whose whitened residuals are not white, with the noise that was fitted.
 
-        A dense log has the test of its forward search in place of this.
+        In a dense log, the test of its forward search replaces this test.
         """
         residuals, findings = self.survey.residuals, self.survey.findings
         found = []
@@ -203,7 +209,7 @@ class Case:
 
     @cached_property
     def similar(self) -> Similar:
-        """What this data cannot tell from the best.
+        """Candidates that this data cannot distinguish from the best.
 
         An order of the disc above half the samples a turn may be the alias of a line of any order.
         """
@@ -214,7 +220,8 @@ class Case:
 
     @cached_property
     def rivals(self) -> list[Candidate]:
-        """Of those, all of equal freedom, and the larger ones that are as likely."""
+        """Candidates in ``similar``: all with no more coefficients, and the larger ones that are as
+        likely."""
         best, similar = self.best, self.similar
         assert best is not None
         larger = [self.others[name] for name in similar.larger]
@@ -223,8 +230,8 @@ class Case:
 
     @cached_property
     def look_alikes(self) -> dict[str, list[str]]:
-        """Effects that this set cannot test and that would look like the best, with what it
-        lacks."""
+        """Effects that this set cannot test and that would look like the best, each with what the
+        set lacks."""
         best, survey = self.best, self.survey
         if best is None or best.effect.unspecific:
             return {}
@@ -232,12 +239,13 @@ class Case:
 
     @cached_property
     def confounded(self) -> Candidate | None:
-        """The best growing with another condition, which these rows cannot tell from its own."""
+        """The best effect growing with another condition, where these rows cannot distinguish the
+        two."""
         return None if self.best is None else confounded_with(self.best, NEAR_TIE)
 
     @cached_property
     def stand_in(self) -> Candidate | None:
-        """A product of parts that explains what the best explains, and is none of its class."""
+        """A product of parts that explains what the best explains and is no member of its class."""
         best, product = self.best, self.product
         assert best is not None
         if product is None or not stands_in(best, product):
@@ -246,7 +254,7 @@ class Case:
         return None if any(_same(item, product) for item in members) else product
 
     def with_it(self, item: Candidate | None) -> Case | None:
-        """The case with one effect more in the model; None where that is not asked."""
+        """Return the case with one more effect in the model; None where that is not asked."""
         if item is None or self.depth >= DEEPEST:
             return None
         if self.best is item:
@@ -257,7 +265,7 @@ class Case:
 
     @cached_property
     def with_best(self) -> Case | None:
-        """The case with the best in the model."""
+        """The case with the best effect in the model; None where that is not asked."""
         if self.best is None or self.depth >= DEEPEST:
             return None
         return replace(
@@ -266,7 +274,7 @@ class Case:
 
     @cached_property
     def beside(self) -> Decision | None:
-        """What is said with the best in the model."""
+        """The decision with the best effect in the model."""
         return None if self.with_best is None else self.with_best.decision
 
     @cached_property
@@ -275,20 +283,21 @@ class Case:
 
     @property
     def before(self) -> Left:
-        """What is left without the best."""
+        """What the model without the best effect leaves."""
         return self._added.before
 
     @cached_property
     def before_and_after(self) -> tuple[Left, Left] | None:
-        """The same, and with the best added; None where it cannot be added."""
+        """What the model leaves without and with the best effect; None where it cannot be added."""
         after = None if self.best is None else self._added.after(self.best.name)
         return None if after is None else (self.before, after)
 
     def once_more(self, event: Candidate) -> Candidate | None:
-        """The event once more, at another instant, and about as large.
+        """Return the same event at another instant and about as large, if there is one.
 
-        Slow noise of its neighbours may tell of a row left out after a step, so that such rows do
-        not show it; where it is as sure as a lack of fit, it counts all the same.
+        Slow noise may predict a row that is left out after a step from its neighbours, so that
+        held-out rows do not show the step; it counts nevertheless where it is as sure as a lack of
+        fit.
         """
         return next(
             (
@@ -304,7 +313,7 @@ class Case:
 
     @cached_property
     def negligible(self) -> list[Candidate]:
-        """Significant, seen on every pass, and too small to matter."""
+        """Effects that are significant and seen on every pass, but too small to matter."""
         survey = self.survey
         return without_unspecific(
             [
@@ -316,7 +325,7 @@ class Case:
 
     @cached_property
     def excluded(self) -> frozenset[str]:
-        """Effects that fit, and that held-out rows, passes or speeds speak against."""
+        """Effects that fit, but that held-out rows, passes or speeds contradict."""
         survey = self.survey
         kept = {item.name for item in self.at_every_speed}
         if self.decision.resembles is not None:
@@ -330,7 +339,7 @@ class Case:
 
     @cached_property
     def ranked(self) -> list[Candidate]:
-        """The candidates with the one that is spoken of first, whatever negligible ones fit as
+        """The candidates, first the one that the decision states, even where negligible ones fit as
         well."""
         first = self.decision.spoken_of
         others = [item for item in self.survey.candidates if item is not first]
@@ -339,26 +348,26 @@ class Case:
 
 LOOK_ALIKE = 0.5
 """Canonical correlation above which two effects compete for the same error (issue 26): ΔBIC and the
-classes then decide which it is, not the size."""
+classes then decide between them, not the size."""
 ONCE = frozenset({"time", "settling"})
-"""Parts of what goes one way with time."""
+"""Parts of effects that change in one direction with time."""
 
 
 def _apart(item: Candidate) -> bool:
-    """A drift or a single event, which is listed apart from what repeats."""
+    """Tell whether it is a drift or a single event, which are listed apart from what repeats."""
     parts = set(item.effect.in_parts) | set(item.effect.parts)
     return item.effect.step_at is not None or bool(parts & ONCE)
 
 
 def _taken_arcsec(item: Candidate) -> float:
-    """RMS of the error that it takes away in the channel that it moves most."""
+    """Return the RMS of the error that it explains in the channel that it moves most."""
     if item.regular is not None:
         return item.regular.taken_arcsec
     return max(item.size_arcsec.values(), default=0.0)
 
 
 def _is_smaller(item: Candidate, regular: Candidate) -> bool:
-    """It is listed apart, or takes less than a regular cause."""
+    """Tell whether it is listed apart or explains less than a regular cause."""
     return _apart(item) or _taken_arcsec(item) < _taken_arcsec(regular)
 
 
@@ -368,12 +377,12 @@ def _look_alike(survey: Survey, one: Candidate, other: Candidate) -> bool:
 
 
 def _is_sure(item: Candidate) -> bool:
-    """With the noise free on both sides, as sure as a lack of fit has to be."""
+    """Tell whether it is as sure as a lack of fit must be, with the noise free on both sides."""
     return item.evidence is not None and item.p_corrected < REFUSED_P
 
 
 def _same(best: Candidate, product: Candidate) -> bool:
-    """The product is the effect itself in other words, and not only on this poor set."""
+    """Tell whether the product is the effect in other words, and not only on this poor set."""
     if best.effect.unspecific and product.effect.unconditional_orders:
         return True
     if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
@@ -387,7 +396,7 @@ def _contains(best: Candidate, product: Candidate) -> bool:
 
 
 def _large_enough(real: list[Candidate]) -> Candidate | None:
-    """The first of ``real``, or a larger one around it that adds what is more than chance."""
+    """Return the first of ``real``, or a larger one around it that adds more than chance."""
     if not real:
         return None
     best, rest = real[0], list(real[1:])

@@ -1,4 +1,4 @@
-"""Candidates that this data cannot tell from the best one."""
+"""Candidates that this data cannot distinguish from the best one."""
 
 from __future__ import annotations
 
@@ -15,35 +15,38 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 LEAST_SHARE = 0.5
-"""A candidate that takes less than this share of the best one's gain cannot stand in for it."""
+"""Least share of the best candidate's gain that a candidate must have to stand in for it."""
 NOTHING_LEFT_P = 0.001
-"""Beside the other, an effect adds nothing when its gain, for all places that it looked at, is no
-rarer than this."""
+"""Least p, corrected for all places that were searched, of an effect that adds nothing with the
+other in the model."""
 OF_THE_SAME_KIND = 0.1
-"""Share of the first effect's gain and of its mean square: what is left beside it and is larger, a
-third of its size, may be its own shape, that the catalogue does not have. Smaller, it is a matter
-of its own."""
+"""Share of the first effect's gain and of its mean square. What is left with that effect in the
+model and is larger, a third of its size, may be part of its own shape that the catalogue lacks;
+what is smaller is a separate matter."""
 FAR = 30.0
-"""Of the logarithm of a variance, to either side of that at which noise and effect are alike."""
+"""Half width of the searched range of a log variance, around that at which noise and effect are
+equal."""
 
 
 @dataclass
 class Similar:
-    """Names of candidates like the best: those of equal freedom, and larger ones around it."""
+    """Names of candidates like the best: those with no more coefficients, and larger ones around
+    it."""
 
     equals: list[str] = field(default_factory=list)
     larger: list[str] = field(default_factory=list)
 
     @property
     def all_names(self) -> list[str]:
-        """Both lists."""
+        """Names of both lists."""
         return [*self.equals, *self.larger]
 
 
 def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = False) -> Similar:
-    """Candidates whose columns explain what the best one explains.
+    """Find the candidates whose columns explain what the best one explains.
 
-    ``unspecific``: those count too that only say what is seen, where the best says why.
+    ``unspecific``: also include those that only describe what is seen, where the best one names a
+    cause.
     """
     similar = Similar()
     for other in others:
@@ -61,10 +64,10 @@ def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = Fa
 
 
 def adds(item: Candidate, other: Candidate) -> bool:
-    """With the other in the model, the first still takes more than chance gives at its place.
+    """Tell whether the first still gains more than chance gives, with the other in the model.
 
-    Both with the same noise: that beside the first, or beside the other where the first was not
-    weighed with a noise of its own.
+    Both have the same noise: that estimated with the first in the model, or with the other where
+    the first has no noise of its own.
     """
     known = item.evidence or other.evidence
     solution, share = other.solution, 1.0
@@ -72,7 +75,7 @@ def adds(item: Candidate, other: Candidate) -> bool:
         score = known.base.score(other.effect, other.nonlinear)
         solution = known.base.solution_with(other.effect, other.nonlinear, score)
         alone = known.base.score(item.effect, item.nonlinear).gain
-        # On the scale of the likelihoods with the noise free on both sides.
+        # Scale the gain to the likelihoods with the noise free on both sides.
         share = item.gain / max(alone, 1e-300)
     left = Residuals(solution).score(item.effect, item.nonlinear)
     freedom = min(item.freedom, other.freedom)
@@ -81,10 +84,12 @@ def adds(item: Candidate, other: Candidate) -> bool:
 
 
 def lead(item: Candidate, other: Candidate) -> float:
-    """By how much the first is ahead of the other, as twice the log of their evidences' ratio.
+    """Return by how much the first is ahead of the other, as twice the log of their evidences'
+    ratio.
 
-    Both with the same noise, and each a family of coefficients of one size (:func:`family_gain`):
-    a BIC would charge the 23 faces of a polygon as if each had a size of its own.
+    Both have the same noise, and each is a family of coefficients of one size
+    (:func:`family_gain`): a BIC would charge the 23 faces of a polygon as if each had a size of its
+    own.
     """
     known = item.evidence or other.evidence
     if known is None:
@@ -97,11 +102,10 @@ def lead(item: Candidate, other: Candidate) -> float:
 
 
 def family_gain(score: Score) -> float:
-    """Twice the log of the largest evidence with coefficients b ~ N(0, s²·1), s free.
+    """Return twice the log of the largest evidence with coefficients b ~ N(0, s²·1), s free.
 
-    In the directions of the information, of eigenvalues λ, with z² the gain along each:
-    Σ s²λ·z²/(1 + s²λ) − log(1 + s²λ) (random effects; Harville, J. Am. Stat. Assoc. 72 (1977)
-    320).
+    Along the eigenvectors of the information, with eigenvalues λ and gains z², it is Σ s²λ·z²/(1 +
+    s²λ) − log(1 + s²λ) (random effects; Harville, J. Am. Stat. Assoc. 72 (1977) 320).
     """
     values, vectors = np.linalg.eigh(score.information)
     told = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
@@ -120,12 +124,13 @@ def family_gain(score: Score) -> float:
 
 
 def stands_in(best: Candidate, other: Candidate) -> bool:
-    """With the other in the model, the best one adds nothing more than its own search may find."""
+    """Tell whether the best, with the other in the model, adds no more than its search finds by
+    chance."""
     return not adds(best, other)
 
 
 def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
-    """Without effects that only say what is seen, where one that says why takes as much."""
+    """Leave out effects that only describe what is seen, where a cause explains as much."""
     specific = [item for item in found if not item.effect.unspecific]
     return [
         item
@@ -139,11 +144,12 @@ def _explained(line: Candidate, other: Candidate) -> bool:
 
 
 def of_its_order(line: Candidate, other: Candidate) -> bool:
-    """The line is at the order of the disc that the other effect searched, which takes most of it.
+    """Tell whether the other effect searched the disc order at which the line is, and explains most
+    of it.
 
-    A line has a size and a phase for each head, so that it also takes what moves an order of the
-    disc by a little: an eccentric disc of 80″ moves the phase of order 120 by 0.05. At the whole
-    order the line must take as much as at its own, or the orders differ.
+    A line has a size and a phase for each head, so that it also fits small changes of an order of
+    the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The line must gain as
+    much at the whole order as at its own order; otherwise the orders differ.
     """
     if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):
         return False

@@ -1,7 +1,7 @@
-"""Conditions that went together: what grows with one of them grows with the other as well.
+"""Conditions that changed together: an error that grows with one also grows with the other.
 
-A run that warms evenly cannot tell what the temperature does from what the time does, however sure
-it is that something drifts.
+A run that warms evenly cannot distinguish the influence of temperature from that of time, however
+sure it is that something drifts.
 """
 
 from __future__ import annotations
@@ -21,16 +21,18 @@ from arctrue.workbench.inference.canonical_correlation import canonical_correlat
 from arctrue.workbench.inference.design_matrix import Term
 
 ALIKE = 0.98
-"""Canonical correlation of the columns, the model projected out: 4 % of the gain of the one would
-be left beside the other, so that only a gain above 150 could tell by it at a near tie of 6."""
+"""Least canonical correlation of the columns, the model projected out: with the one in the model, 4
+% of the gain of the other would be left, so that only a gain above 150 could decide at a near tie
+of 6."""
 FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "reference")
 
 
 def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
-    """The same error growing with another condition of the set, where the rows show both alike.
+    """Return the same error growing with another condition of the set, where the rows show both
+    alike.
 
-    None where ``best`` does not say its parts, or where the rows tell: its twice log likelihood is
-    ``near_tie`` or more ahead. The likeliest of several.
+    The likeliest of several is returned. It is None where ``best`` does not state its parts, or
+    where the rows decide: twice the log likelihood of ``best`` is ``near_tie`` or more ahead.
     """
     evidence, parts = best.evidence, best.effect.in_parts
     frame = next((name for name in FRAMES if name in parts), None)

@@ -1,4 +1,4 @@
-"""What a verdict covers: sizes that would have been found, and what the set cannot test."""
+"""What a verdict covers: sizes that would have been found, and effects that the set cannot test."""
 
 from __future__ import annotations
 
@@ -27,39 +27,41 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import Observations
 
 MOST_UNTESTED = 0.5
-"""Where more of the catalogue than this cannot be tested, a set cannot say that nothing lacks.
+"""Largest share of untestable effects with which a set may still say that nothing is missing.
 
-From the priors of :mod:`probabilities`: with half of the catalogue unseen the odds that nothing
-lacks are 0.5 : (0.4/2 + 0.01), 2.4 to 1; above 3 to 1 evidence is "positive" (Kass and Raftery,
-J. Am. Stat. Assoc. 90 (1995) 773).
+With half of the catalogue unseen, the priors of :mod:`probabilities` give odds of 0.5 : (0.4/2 +
+0.01), 2.4 to 1, that nothing is missing; above 3 to 1 evidence is "positive" (Kass and Raftery, J.
+Am. Stat. Assoc. 90 (1995) 773).
 """
 COLOURED_SHARE = 0.99
-"""Of a row's variance. The rows then show the slow noise ten times as well as a single reading
-scatters: any effect as slow as it would have been taken for it."""
+"""Share of slow noise in a row's variance above which the set is blind to slow effects. The slow
+noise is then ten times the scatter of a single reading, and any effect that changes as slowly would
+have been taken for noise."""
 UNSEEN_SHARE = 0.5
-"""Of the generic effects, so many may need more than the whole residual to be found: then most of
-what may lack is out of sight. Chosen, not calibrated."""
+"""Largest share of the generic effects that may need more than the whole residual to be found;
+above it, most of what may be missing is out of sight. Chosen, not calibrated."""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
-"""Orders of the angle that stand for all: slow and fast, whole and half; None: no wave."""
+"""Orders of the angle that stand for all others: slow and fast, whole and half; None: no wave."""
 HIGHEST_BLIND_ORDER = 1000
-"""Orders that are listed; a thousand have 8 blind ones at 33°. Shown, it decides nothing."""
+"""Highest order up to which blind orders are listed; at 33° there are 8 of them. The list is only
+shown and decides nothing."""
 
 
 @dataclass(frozen=True)
 class Coverage:
-    """What was tested and how small it could have been."""
+    """Effects that were tested, and the smallest size at which each would have been found."""
 
     smallest: dict[str, Detectable] = field(default_factory=dict)
-    """Of each effect that was tested."""
+    """Smallest detectable size of each effect that was tested."""
     untestable: dict[str, list[str]] = field(default_factory=dict)
-    """What the set lacks for the others."""
+    """Conditions that the set lacks, for each effect that was not tested."""
     blind_orders: list[int] = field(default_factory=list)
-    """Disc orders that two heads with this separation see alike, and nothing else shows."""
+    """Disc orders that two heads at this separation see alike and that nothing else shows."""
 
 
 @dataclass(frozen=True)
 class Blindness:
-    """Why a set cannot say that the model is adequate, and what would."""
+    """Why a set cannot say that the model is adequate, and which measurement could."""
 
     reason: str
     next_measurement: str
@@ -73,9 +75,9 @@ def coverage(
     absent: int,
     refused: Refused,
 ) -> Coverage:
-    """Of every candidate: an effect with a search at the best place that it found.
+    """Return the coverage of every candidate; an effect with a search counts at its best place.
 
-    ``refused``: how sure one must be that rows left out do not show, to be said all the same.
+    ``refused``: how sure an effect must be to be stated although held-out rows do not show it.
     """
     smallest = {}
     for item in candidates:
@@ -92,8 +94,10 @@ def coverage(
 
 
 def blind_orders(residuals: Residuals) -> list[int]:
-    """Orders with |e^{jnα} − 1| near 0, up to half the samples a turn; none beside a reference
-    that reads single angles."""
+    """Return the orders with |e^{jnα} − 1| near 0, up to half the samples a turn.
+
+    Orders up to half the stations of a reference, which reads single angles, are left out.
+    """
     rows = residuals.observations.capture
     if rows is None:
         return []
@@ -111,7 +115,7 @@ def blind_orders(residuals: Residuals) -> list[int]:
 def blindness(
     residuals: Residuals, found: Coverage, residual_rms_arcsec: Mapping[str, float], matters: float
 ) -> Blindness | None:
-    """Why "adequate" would say too much; None where it does not."""
+    """Return why "adequate" would say too much; None where it does not."""
     return (
         _little_testable(found)
         or _slow_noise(residuals, matters)
@@ -122,11 +126,12 @@ def blindness(
 def effect_or_noise(
     candidates: Sequence[Candidate], tests: int, matters: float
 ) -> Blindness | None:
-    """An effect that matters, and slow noise, make the rows alike; None where there is none such.
+    """Return the effects that matter and explain the rows as well as slow noise does; None without
+    any.
 
-    With the noise that is left beside it the effect is significant; with the larger slow noise of
-    the model without it, it is not, and the likelihoods do not tell the two apart. ``tests``:
-    candidates that its p pays for.
+    Such an effect is significant with the noise that is left with it in the model, but not with the
+    larger slow noise of the model without it, and the likelihoods cannot distinguish the two.
+    ``tests``: number of candidates by which its p is corrected.
     """
     alike = [
         item.name
@@ -148,7 +153,7 @@ def effect_or_noise(
 
 
 def _p_beside_it(item: Candidate, score: Score, tests: int) -> float:
-    """Of an effect beside the noise that it leaves, as well as the rows tell that."""
+    """Return p of an effect with the noise that it leaves, at that noise's degrees of freedom."""
     return corrected_p_value(score.gain, score.rank, item.trials, tests, item.freedom)
 
 
@@ -189,7 +194,7 @@ def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
 def _residual_unseen(
     residuals: Residuals, residual_rms_arcsec: Mapping[str, float]
 ) -> Blindness | None:
-    """Generic effects as large as all that is left would not have been found, most of them."""
+    """Return a reason where most generic effects as large as the residual would be missed."""
     tried = unseen = 0
     generic = [
         ProductOfParts.of(condition, () if order is None else (order,), frame)

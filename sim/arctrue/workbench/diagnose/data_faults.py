@@ -1,8 +1,8 @@
-"""Faults of the data themselves, looked for before any effect is.
+"""Faults of the data themselves, which are looked for before any effect.
 
-What a table does stays (a slip, a settling), comes again with the angle (a scratch) or goes on
-everywhere (a vibration). A value that leaves its neighbours by far, for a row or a few, and takes
-up again where it was, was written down wrong.
+What a table does stays (a slip, a settling), comes again at the same angle (a scratch) or goes on
+everywhere (a vibration). A value that is far from its neighbours for a row or a few, after which
+the record goes on as before, was written down wrong.
 """
 
 from __future__ import annotations
@@ -27,29 +27,33 @@ Boolean = NDArray[np.bool_]
 STEP_TOLERANCE = 0.1
 """A step is plausible within 10 % of the steps around it."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""A run whose turns are nearer than this to a whole number was meant to be whole turns."""
+"""A run whose number of turns is nearer than this to a whole number was meant to be whole turns."""
 LEAST_GAP_STEPS = 3.0
-"""A step of more usual ones is rows that are missing, and no change of speed."""
+"""A step longer than this many usual steps means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
-"""Of the noise of a step, which in dense rows of few counts is more than that tenth."""
+"""Least deviation of an implausible step, in standard deviations of the noise of a step; in dense
+rows of few counts this is more than the 10 %."""
 MOST_SLIPS = 8
-"""A head that goes wrong more often than this in a run has not slipped: it does not follow."""
+"""Largest number of slips of a head in a run: a head that goes wrong more often does not follow."""
 TEMPERATURES_C = (-60.0, 200.0)
-"""Chosen: no table stands in colder or warmer places, and a broken sensor reads its limits."""
+"""Plausible temperatures. Chosen: no table stands in colder or warmer places, and a broken sensor
+reads one of its limits."""
 TEMPERATURE_JUMP_K = 3.0
-"""No sensor on a table goes so far and back within three rows."""
+"""Smallest spike that is a fault: no sensor on a table goes so far and back within three rows."""
 SEPARATION_DEG = 0.5
-"""Half a millimetre at the disc; what a bracket is mounted off by is an effect."""
+"""Smallest error of the stated head separation that is a fault: half a millimetre at the disc. A
+smaller error of the mounting is an effect."""
 MOST_FOR_MEDIANS = 100_000
-"""Rows, evenly spread, that a median over a long capture is taken of."""
+"""Number of evenly spread rows from which a median over a long capture is calculated."""
 AROUND_ROWS = 31
-"""Rows that the usual step is taken from: a speed may change, but not from row to row."""
+"""Number of rows from which the usual step is calculated: a speed may change, but not from row to
+row."""
 
 
 def data_faults(observations: Observations) -> list[str]:
-    """What is wrong with the rows, in words: file, run, row, expected, found."""
+    """Return what is wrong with the rows, in words: file, run, row, expected value, found value."""
     found: list[str] = []
-    # Of a long capture all rows, not only the part that the statistics work on.
+    # All rows of a long capture are examined, not only those that the statistics use.
     for rows in observations.pairs():
         found += _separation_fault(rows)
         spans = run_spans(rows.run)
@@ -58,7 +62,7 @@ def data_faults(observations: Observations) -> list[str]:
         if rows.head == 2:
             found += _cut_runs(rows, spans)
             found += _temperature_faults("capture", rows.temperature_c, observations.sample_line)
-    # What is wrong with head 1 or with the time stamps is found with each of the other heads.
+    # A fault of head 1 or of the time stamps is found once with each of the other heads.
     found = list(dict.fromkeys(found))
     stations = observations.every_reference_row
     if stations is not None:
@@ -75,7 +79,8 @@ def data_faults(observations: Observations) -> list[str]:
 
 
 def _separation_fault(rows: CaptureRows | StoredCapture) -> list[str]:
-    """Heads that stand elsewhere than the description says, by more than a mounting can be off."""
+    """Return the fault of a head that is further from its stated place than a mounting error
+    allows."""
     thin = slice(None, None, max(rows.run.size // MOST_FOR_MEDIANS, 1))
     if isinstance(rows, StoredCapture):
         difference = rows.difference_rad(thin)
@@ -128,8 +133,8 @@ def _step_faults(
             f"{expected[first] * in_counts:.0f} (within 10 %) from the rows around it and the time "
             f"stamps; {int(lost.sum())} such steps in this run"
         )
-    # One head alone may slip: a step that stays is an effect. A head that goes wrong again and
-    # again is not.
+    # A single head may slip: a step that stays is an effect. A head that goes wrong many times
+    # is faulty.
     for head, bad in zip((1, rows.head), wrong, strict=True):
         alone = np.flatnonzero(bad & ~lost)
         if alone.size > MOST_SLIPS:
@@ -144,7 +149,8 @@ def _step_faults(
 
 
 def _expected_step(step: Float, passed_s: Float | None) -> Float:
-    """Step of each row from the rows around it; with ``passed_s`` from their speed and the time."""
+    """Return the expected step of each row: the median of the steps around it; with ``passed_s``,
+    the median speed around it times the time."""
     if passed_s is None:
         return np.asarray(median_filter(step, size=AROUND_ROWS, mode="nearest"))
     usual_s = float(np.median(passed_s[passed_s > 0.0]))
@@ -161,13 +167,15 @@ def _row(line: int) -> str:
 
 
 def _implausible(step: Float, passed_s: Float) -> Boolean:
-    """True where a step fits neither the steps around it nor their speed and the time passed.
+    """Return True where a step fits neither the steps around it nor their speed times the time
+    passed.
 
-    Time stamps may be coarser than the rows, and rows may be missing: one of the two is enough.
+    Time stamps may be coarser than the rows, and rows may be missing, so that agreement with one of
+    the two is enough.
     """
     lowest, highest = float(step.min()), float(step.max())
     if highest - lowest <= STEP_TOLERANCE * min(abs(lowest), abs(highest)) and lowest * highest > 0:
-        # A median of these lies among them: none is further from it than the tolerance.
+        # Every median of these steps lies among them, so that no step exceeds the tolerance.
         return np.zeros(step.size, dtype=bool)
     noise = LOST_SIGMA * step_scatter(step)
     wrong = np.ones(step.size, dtype=bool)
@@ -225,13 +233,13 @@ def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -
 
 
 def _turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
-    """Of a run, its last step included."""
+    """Return the turns of a run, its last step included."""
     angle_rad = abs(float(rows.angle_rad[end - 1] - rows.angle_rad[start]))
     return angle_rad / (2.0 * np.pi) * (end - start) / max(end - start - 1, 1)
 
 
 def _longest_gap_turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
-    """The longest step between the rows of a run that is a gap; 0 where no rows are missing."""
+    """Return the longest gap between the rows of a run, in turns; 0 where no rows are missing."""
     step = np.abs(np.diff(rows.angle_rad[start:end]))
     if step.size == 0:
         return 0.0

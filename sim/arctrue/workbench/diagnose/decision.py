@@ -1,4 +1,4 @@
-"""What is said of a set, and what it rests on."""
+"""The decision on a set: its verdict and what the verdict rests on."""
 
 from __future__ import annotations
 
@@ -24,36 +24,40 @@ class Decision:
     effect_class: Sequence[str] = ()
     class_correlation: Mapping[str, float] = field(default_factory=dict)
     described: Candidate | None = None
-    """The product of parts that explains what no known effect does."""
+    """The product of parts that explains an error which no known effect explains."""
     confounded: bool = False
-    """``described`` is the first growing with another condition, which the rows cannot tell."""
+    """True where ``described`` is the first effect growing with another condition, and the rows
+    cannot distinguish the two."""
     unconfirmed: str | None = None
     """Why an effect that fits, and has no rival, is not named."""
     look_alikes: Mapping[str, list[str]] = field(default_factory=dict)
     resembles: Candidate | None = None
     """The effect of the catalogue that an unknown one looks like."""
     unlike: str | None = None
-    """Why it is not that one."""
+    """Why the unknown effect is not the one that it resembles."""
     undescribed_arcsec: Mapping[str, float] = field(default_factory=dict)
-    """RMS beyond the noise, by channel, where neither an effect nor a product of parts takes it."""
+    """RMS beyond the noise, by channel, where neither an effect nor a product of parts explains it.
+    """
     seen: str | None = None
-    """What takes more than any effect and is none, in words: a jump, a damped oscillation."""
+    """Something that explains more than any effect and is no effect, in words: a jump, a damped
+    oscillation."""
     oscillation: Oscillation | None = None
-    """The damped oscillation that is ``seen``."""
+    """The damped oscillation that ``seen`` states."""
     faults: tuple[str, ...] = ()
-    """Of the data themselves, a sentence each."""
+    """Faults of the data themselves, a sentence each."""
     cannot_tell: str | None = None
-    """Why nothing found says nothing."""
+    """Why the set cannot tell whether something is missing."""
     question: Question | None = None
-    """What the next measurement has to split, where that is tried on paper."""
+    """Effects that the next measurement has to distinguish, where plans are tried by calculation.
+    """
     next: NextMeasurement | None = None
-    """What to measure, where the rule knows it."""
+    """The next measurement, where the rule itself knows it."""
     beside: Decision | None = None
-    """What would be said with the first in the model; None where that was not asked."""
+    """The decision with the first effect in the model; None where that was not asked."""
 
     @property
     def rests_on(self) -> str:
-        """What an ``unknown`` rests on: one of RESTS_ON; empty for another verdict."""
+        """Ground of an ``unknown``: one of RESTS_ON; empty for another verdict."""
         if self.verdict != "unknown":
             return ""
         found = (self.resembles, self.described, self.seen, True)
@@ -61,5 +65,6 @@ class Decision:
 
     @property
     def spoken_of(self) -> Candidate | None:
-        """The effect that is named, or that stands first in the class, or that it resembles."""
+        """The effect that is named or first in the class, or else the one that the unknown
+        resembles."""
         return self.first or self.resembles

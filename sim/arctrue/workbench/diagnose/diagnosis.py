@@ -1,6 +1,6 @@
-"""Which physical effect is missing, or that the data cannot tell, or that none of these fits.
+"""The diagnosis: which physical effect is missing, or that the data cannot tell, or that none fits.
 
-A diagnosis goes one way, and each stage gives a frozen record to the next: faults of the data →
+A diagnosis goes through stages, and each gives a frozen record to the next: faults of the data →
 candidates → evidence → probabilities → rules → next measurement.
 """
 
@@ -49,20 +49,20 @@ class Diagnosis:
     base: Solution | None
     decision: Decision
     probability: Mapping[str, float]
-    """Of every effect that was tested, ``none`` and ``unknown``; the sum is 1."""
+    """Probability of every tested effect, of ``none`` and of ``unknown``; the sum is 1."""
     measurement: NextMeasurement | None
-    """What to measure next."""
+    """The next measurement to make."""
     candidates: Sequence[Candidate] = ()
-    """The one that is spoken of first, then best first."""
+    """The candidate that the decision states, then the others, best first."""
     negligible: Sequence[Candidate] = ()
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     """What the set lacks for each effect that it cannot test."""
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
-    """With their lack of fit, as the rules see them."""
+    """Fit of each channel with its lack of fit, as the rules use it."""
     before: Left | None = None
     """What the model leaves."""
     left: Mapping[str, Left] = field(default_factory=dict)
-    """What it leaves with the effect that is spoken of, or with one that looks like it, added."""
+    """What the model leaves with the stated effect, or with one that looks like it, added."""
     unlike: tuple[str, ...] = ()
     """Ways in which the set is unlike those that the probabilities were calibrated on."""
     grounds: Grounds | None = None
@@ -75,43 +75,44 @@ class Diagnosis:
 
     @property
     def verdict(self) -> Verdict:
-        """What is said of the model."""
+        """The verdict on the model."""
         return self.decision.verdict
 
     @property
     def named(self) -> Candidate | None:
-        """The effect that is missing, where it has a name."""
+        """The missing effect, where the verdict is a name."""
         return self.decision.first if self.verdict == "named" else None
 
     @property
     def effect_class(self) -> list[str]:
-        """Every effect that this data cannot tell from the first, itself included."""
+        """Every effect that this data cannot distinguish from the first, the first included."""
         return list(self.decision.effect_class)
 
     @property
     def described(self) -> Candidate | None:
-        """The product of parts that explains what no known effect does."""
+        """The product of parts that explains an error which no known effect explains."""
         return self.decision.described
 
     @property
     def description(self) -> str | None:
-        """The same in words."""
+        """That product of parts in words."""
         found = self.described
         return None if found is None else found.effect.describe(found.parameters())
 
     @property
     def next_measurement(self) -> str | None:
-        """What to measure next, for people."""
+        """The next measurement in words, for people."""
         return None if self.measurement is None else self.measurement.words
 
     @property
     def next_measurement_kind(self) -> str | None:
-        """Its short name, for programs: one of ``arctrue simulate --further``."""
+        """The short name of the next measurement, for programs: one of ``arctrue simulate
+        --further``."""
         return None if self.measurement is None else self.measurement.kind
 
     @property
     def beside(self) -> list[Candidate]:
-        """What would be named, one after the other, with the first in the model."""
+        """Effects that would be named, one after another, with the first in the model."""
         names: list[Candidate] = []
         further = self.decision.beside if self.verdict == "named" else None
         while further is not None and further.verdict == "named" and further.first is not None:
@@ -129,9 +130,10 @@ def diagnose(
     progress: ReportStep = lambda text: None,
     given: Adding | None = None,
 ) -> Diagnosis:
-    """Judge every effect that ``terms`` lacks; nothing is drawn: same inputs, same result.
+    """Judge every effect that ``terms`` lacks; nothing is random, so equal inputs give equal
+    results.
 
-    ``given``: the model on the rows that a command uses, where ``observations`` has less.
+    ``given``: the model on the rows that a command uses, where ``observations`` has fewer.
     """
     faults = data_faults(observations)
     if faults:
@@ -175,13 +177,13 @@ def diagnose(
 def _beside_the_found(
     findings: Findings, found: Diagnosis, case: Case, effects: Mapping[str, type[Effect]]
 ) -> Findings:
-    """The findings that remain with the named effect in the model.
+    """Return the findings that remain with the named effect in the model.
 
-    An effect may show in the reference as a line at an alias, an oscillation or a step: these are
+    An effect may show in the reference as a line at an alias, an oscillation or a step; these are
     no findings of their own. A regular cause is a finding itself and stays in the list; what its
-    plain line misses, as a phase that depends on the direction, may have looked like a resonance.
-    What jumps only without the product of parts that describes all is no jump: an error that
-    follows the speed differs from run to run.
+    plain line misses, such as a phase that depends on the direction, may have looked like a
+    resonance. A jump that vanishes with the product of parts that describes everything is no jump:
+    an error that follows the speed differs from run to run.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:
@@ -198,18 +200,18 @@ def _beside_the_found(
 
 
 def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
-    """What is left with the named effect, and with those that would be named beside it."""
+    """Return what is left with the named effect; None where a further effect would be named."""
     assert found.first is not None
     further = found.beside
     if found.first.name not in left or (further is not None and further.verdict == "named"):
-        # Another name stands beside it.
+        # A further effect would be named.
         return None
     after = left[found.first.name]
     product = None if further is None else further.described
     words = None if product is None else product.effect.describe(product.parameters())
     unknown = further is not None and further.verdict == "unknown"
     if unknown and further is not None and product is None and further.seen is None:
-        # What has neither a form nor a size is a matter of the noise, whose tests the JSON has.
+        # A remainder without a form or a size belongs to the noise, whose tests the JSON has.
         unknown = any(
             rms**2 > (1.0 + LEAST_EXCESS**2) * after.noise_arcsec[channel] ** 2
             for channel, rms in after.rms_arcsec.items()
@@ -224,10 +226,10 @@ def _case_of(
     matters_counts: float,
     progress: ReportStep,
 ) -> Case:
-    """Candidates with their evidence, and what the rules ask of them."""
+    """Collect the candidates with their evidence, and what the rules need of them."""
     effects = adding.effects
     if adding.base is not base:
-        # Without single wrong rows, which would hide what an effect takes away.
+        # This fit is without single wrong rows, which would hide what an effect explains.
         adding = Adding(base, effects)
     count = base.observations.count_arcsec
     matters = 0.0 if count is None else matters_counts * count
@@ -252,9 +254,10 @@ def _case_of(
 
 
 def _deepest(found: Decision, base: Solution) -> Solution:
-    """The solution with most of what is spoken of: it leaves what no effect explains.
+    """Return the solution with most of the stated effects: it leaves what no effect explains.
 
-    A defect of a few rows is not taken off: it may be a wrong row, and on every turn it is none.
+    A defect of a few rows is not included, since it may be a wrong row; a defect on every turn is
+    none.
     """
     further: Decision | None = found
     while further is not None:
@@ -267,7 +270,7 @@ def _deepest(found: Decision, base: Solution) -> Solution:
 
 
 def _stated(observations: Observations, base: Solution | None, facts: Facts) -> Diagnosis:
-    """The verdict of the rules, with its probabilities and the next measurement."""
+    """State the verdict of the rules with its probabilities and the next measurement."""
     found = decide(facts)
     case, probability = facts.case, facts.probability(found)
     measurement = found.next or measurement_for(found.question, found.described)
@@ -296,6 +299,6 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
 
 
 def _sharpened(item: Candidate) -> Candidate:
-    """What a verdict rests on: search parameters refined, and fitted to every row."""
+    """Return what a verdict rests on with refined search parameters, fitted to every row."""
     solution = on_every_row(refined(item.solution))
     return replace(item, solution=solution, nonlinear=solution.terms[-1].nonlinear)

@@ -1,7 +1,7 @@
-"""In how many ways a set is unlike those on which the probabilities were calibrated.
+"""Ways in which a set is unlike those on which the probabilities were calibrated.
 
-A share of wrong answers that was counted on one kind of sets says nothing of another kind. Each way
-is one that the simulated sets of the benchmark do not have, or have seldom.
+A share of wrong answers that was counted on one kind of sets says nothing about another kind. The
+simulated sets of the benchmark have none of these ways, or have them seldom.
 """
 
 from __future__ import annotations
@@ -17,21 +17,28 @@ from arctrue.workbench.noise.whiteness import whiteness
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Runs of a capture, or visits of a station: with fewer, nothing says which one is off."""
+"""Least number of runs of a capture, or of visits of a station: fewer do not show which one is off.
+"""
 NOT_WHITE_P = 1e-4
-"""As sure as a lack of fit: the noise is of a kind that the model of the noise does not have."""
+"""p of whiteness, as sure as a lack of fit: below it, the noise is of a kind that the noise model
+does not have."""
 MUCH_LEFT = 1.5
-"""RMS that is left, in noises of the repeats: more than the noise again is not explained."""
+"""Ratio of the RMS that is left to the noise of the repeats: above it, more than the noise again is
+not explained."""
 LEAST_P = 1e-300
 """Smaller p values underflow in float64."""
 MOST_UNTESTED = 1.0 / 3.0
-"""Of the effects, those that the set cannot test: the usual set of the benchmark tests all."""
+"""Largest share of effects that the set cannot test: the usual set of the benchmark tests all."""
 
 
 def ways_unlike(
     observations: Observations, left: Left, untestable: Mapping[str, object], tested: int
 ) -> tuple[str, ...]:
-    """The ways in words. ``left``: of the model with what is spoken of; ``tested``: effects."""
+    """Return the ways in words.
+
+    ``left``: what the model with the stated effect leaves; ``tested``: number of effects that were
+    tested.
+    """
     found = []
     capture, reference = observations.capture, observations.reference
     if capture is None:
@@ -65,11 +72,11 @@ class Distance:
     untested: float
     """Share of the effects that the set cannot test."""
     runs: int
-    """Of the capture; 0 without one."""
+    """Number of runs of the capture; 0 without one."""
     visits: float
-    """Of the median station; 0 without a reference."""
+    """Number of visits of the median station; 0 without a reference."""
     left: float
-    """Largest RMS that is left, in noises of the repeats, over the channels."""
+    """Largest ratio of the RMS that is left to the noise of the repeats, over the channels."""
     not_white: float
     """−log₁₀ of the smallest p value of whiteness over the channels."""
 
@@ -77,7 +84,7 @@ class Distance:
 def distance(
     observations: Observations, left: Left, untestable: Mapping[str, object], tested: int
 ) -> Distance:
-    """The numbers behind :func:`ways_unlike`."""
+    """Return the numbers behind :func:`ways_unlike`."""
     reference = observations.reference
     residuals = Residuals(left.solution)
     ratios, least = [0.0], 1.0
@@ -99,7 +106,7 @@ def distance(
 
 
 def _visits(target_rad: np.ndarray) -> float:
-    """Of the station in the middle, how often it was visited."""
+    """Return how often the median station was visited."""
     station = np.round(np.mod(np.round(target_rad / (2.0 * np.pi), 9), 1.0), 6)
     _, counts = np.unique(station, return_counts=True)
     return float(np.median(counts))

@@ -1,7 +1,8 @@
-"""Whether an effect is there on every turn, in every run and at every speed that would show it.
+"""Tests whether an effect is there on every turn, in every run and at every speed that would show
+it.
 
-It tells an effect, which repeats, from a disturbance that was there once; an oscillation in time,
-which is there at every speed, from an order of the angle that one run shows.
+The tests distinguish an effect, which repeats, from a disturbance that was there once, and an
+oscillation in time, which is there at every speed, from an order of the angle that one run shows.
 """
 
 from __future__ import annotations
@@ -12,20 +13,22 @@ from arctrue.workbench.diagnose.candidate import ACTING_SHARE, Candidate
 from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
-"""Of the gain that the other turns, runs or speeds would give if it were as large there."""
+"""Least share of the gain that the other turns, runs or speeds would give if the effect were as
+large there."""
 SAME_SPEED = 1.2
-"""Speeds within this ratio are one."""
+"""Largest ratio of speeds that count as one."""
 WOULD_SHOW = 16.0
-"""χ² that the strongest gives, and that the others would: below it, the strongest may be noise, or
-noise may hide it in the others."""
+"""Least χ² of the strongest turn or run, and of what the others would show: below it, the strongest
+may be noise, or noise may hide the effect in the others."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:
-    """False for an effect that one turn, or one run, shows and the others do not.
+    """Return False for an effect that one turn, or one run, shows and the others do not.
 
-    Of an effect that acts on few rows of a turn the turns are asked, of others the runs: an order
-    of the disc that is there at one speed only is a line in time, or its alias. Both solutions are
-    with the noise that the effect was weighed with: another one moves the model's own orders too.
+    An effect that acts on few rows of a turn is tested over the turns, another one over the runs:
+    an order of the disc that is there at one speed only is a line in time, or its alias. Both
+    solutions have the noise that the effect was weighed with: other noise would change the model's
+    own orders too.
     """
     if item.evidence is not None:
         base = item.evidence.base.solution
@@ -36,7 +39,7 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
     if before is None:
         return True
     change = item.solution.capture_prediction_arcsec(False) - base.capture_prediction_arcsec(False)
-    # The offset of a run takes what is constant in it: of that no row of the run can tell.
+    # The offset of a run absorbs what is constant in the run: no row of the run can show that.
     rows_of_run = np.maximum(np.bincount(rows.run, minlength=rows.runs), 1)
     change -= (np.bincount(rows.run, weights=change, minlength=rows.runs) / rows_of_run)[rows.run]
     local = item.effect.local_on_disc
@@ -59,8 +62,11 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
 
 
 def _acts_on_capture(item: Candidate) -> bool:
-    """It has columns in the capture: what only the reference shows moves the capture's prediction
-    by what it returns to the graduation, which is in every run as far as noise lets it."""
+    """Tell whether the effect has columns in the capture.
+
+    An effect that only the reference shows changes the capture's prediction by what it returns to
+    the graduation, which is in every run as far as noise allows.
+    """
     columns = item.solution.observations.capture
     assert columns is not None
     probe = columns.part(slice(0, 2)).of_head(2)
@@ -68,11 +74,11 @@ def _acts_on_capture(item: Candidate) -> bool:
 
 
 def at_other_speeds(item: Candidate) -> bool:
-    """False for an effect that is free in each run and shows at one of several speeds only.
+    """Return False for an effect that is free in each run and shows at one of several speeds only.
 
-    What has a size and phase of its own in every run can take the place of any order in a single
-    run: warmth, for instance, that makes an order in the warm run. A frequency would be seen at
-    the other speeds too.
+    An effect with a size and phase of its own in every run can fit any order in a single run, for
+    instance one that warmth causes in the warm run. A frequency would be seen at the other speeds
+    too.
     """
     rows = item.solution.observations.capture
     if rows is None:

@@ -1,7 +1,8 @@
-"""Evidence of what comes near to a name: noise free on both sides, and rows that were left out.
+"""Evidence of effects that may be named: likelihoods with free noise on both sides, and held-out
+rows.
 
-The second stage of a diagnosis: :func:`survey` tries everything (:mod:`candidates`), weighs what
-may be named, and gives one frozen record to the rules.
+This is the second stage of a diagnosis: :func:`survey` tries everything (:mod:`candidates`), weighs
+what may be named, and gives one frozen record to the rules.
 """
 
 from __future__ import annotations
@@ -47,21 +48,23 @@ from arctrue.workbench.inference.significance import (
 from arctrue.workbench.inference.solution import Solution
 
 NEAR_P = 0.3
-"""A first p below this is near to a name: the noise is estimated anew beside it."""
+"""First p below which an effect may be named: the noise is then estimated anew with it in the
+model."""
 MOST_LEFT = 0.5
-"""Of the variance of a channel's residual: what leaves less is weighed, however much of it the
-noise of the model without it has taken."""
+"""Share of the variance of a channel's residual: an effect that leaves less is weighed, even
+where the noise of the model without it has absorbed most of the effect."""
 OF_ITS_SIZE = 0.2
-"""Noise that has taken an effect is about as large as it: the effect is then a standard uncertainty
-of such noise or more, which chance makes with this probability or less."""
+"""Largest first p of an effect that slow noise may have absorbed. Such noise is about as large as
+the effect, which is then one standard uncertainty of it or more; chance reaches that with this
+probability or less."""
 MOST_WEIGHED = 6
-"""So many candidates at most are weighed with the noise free on both sides."""
+"""Largest number of candidates that are weighed with the noise free on both sides."""
 FAR_BEHIND = 60.0
-"""BIC by which a candidate that is not weighed yet cannot come before one that is real."""
+"""ΔBIC by which a candidate that is not weighed yet is too far behind to come before a real one."""
 SAME_BLOCK = 1e-6
-"""Of a gain, and of a canonical correlation: rounding of the same columns."""
+"""Relative tolerance of a gain and of a canonical correlation, for rounding of the same columns."""
 AS_GOOD = 6.0
-"""BIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
+"""ΔBIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
 
 
 def survey(
@@ -74,12 +77,13 @@ def survey(
     looks: int = 1,
     findings: Findings | None = None,
 ) -> Survey:
-    """Try everything beside the model of ``residuals``.
+    """Try every effect and every product of parts with the model of ``residuals``.
 
-    Without ``negligible`` what is far too small to matter is not weighed: no verdict rests on it.
-    An effect with a search is tried again beside itself: it may be there at another place.
-    ``looks``: surveys of this kind that the diagnosis makes. ``findings``: what a forward
-    search found beside this model, in place of where an effect of that name would be looked for.
+    Without ``negligible``, effects that are far too small to matter are not weighed: no verdict
+    rests on them. An effect with a search is tried again even if the model has it: it may be there
+    at another place. ``looks``: number of such surveys that the diagnosis makes. ``findings``:
+    results of a forward search with this model; they replace the search for an effect of the same
+    name.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present, residuals.observations)
@@ -109,10 +113,10 @@ def survey(
 
 
 def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
-    """The survey with evidence, the noise free on both sides, of whatever may be named.
+    """Return the survey with evidence, the noise free on both sides, of whatever may be named.
 
-    That is the catalogue's candidates, best first, until those that follow have no chance to come
-    before one that is real, and the product of parts that stands first if it has.
+    These are the candidates of the catalogue, best first, until those that follow cannot come
+    before a real one, and the first product of parts if it can.
     """
     null = restricted_likelihood(tried.residuals)
     waiting = _near_to_a_name(tried)
@@ -150,7 +154,7 @@ def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
 
 
 def _near_to_a_name(tried: Survey) -> list[Candidate]:
-    """What may be named once the noise is estimated beside it, best first."""
+    """Return the effects that may be named once the noise is estimated with each, best first."""
     ranked = sorted(tried.candidates, key=lambda item: -item.delta_bic)
     near = {
         item.name
@@ -160,19 +164,20 @@ def _near_to_a_name(tried: Survey) -> list[Candidate]:
     others = [item for item in ranked if item.name not in near]
     near |= {item.name for item in taken_by_noise(others, tried)}
     near |= {item.name for item in ranked if item.regular is not None}
-    # Noise estimated without it may have taken a line: what a forward search found is weighed.
+    # Noise estimated without a line may have absorbed it: every line of a search is weighed.
     return sorted(
         (item for item in ranked if item.name in near), key=lambda item: item.regular is None
     )
 
 
 def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
-    """Those of ``items`` that would be significant if there were no slow noise.
+    """Return those of ``items`` that would be significant without slow noise.
 
-    Nor offsets of the runs beyond the index, which one warm run makes where a head drifts.
-    No estimate of the noise beside an effect leaves less of it than none, so that what is not
-    significant beside none is so beside no estimate. An effect with a search is left out, whose
-    place was found in the slow noise.
+    Offsets of the runs beyond the index repeatability are disregarded as well, if the effect
+    explains them: one warm run causes them where a head drifts. No estimate of the noise with an
+    effect leaves less noise than none, so that an effect which is not significant here is
+    significant with no estimate. An effect with a search is left out, because its place was found
+    in the slow noise.
     """
     fixed = [
         item
@@ -193,7 +198,7 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
 
 
 def _seen_beside(white: Residuals, items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
-    """Those that are significant beside this noise."""
+    """Return those of ``items`` that are significant with this noise."""
     scores = white.scores([(item.effect, item.nonlinear) for item in items])
     tests = tried.absent * tried.looks
     return [
@@ -204,10 +209,10 @@ def _seen_beside(white: Residuals, items: Sequence[Candidate], tried: Survey) ->
 
 
 def takes_most(grown: Solution, base: Solution) -> bool:
-    """With the effect in the model, less than half of a channel's residual variance is left.
+    """Tell whether the effect leaves less than half of a channel's residual variance.
 
-    A slow effect far above the scatter of the rows is taken for slow noise where it is not in the
-    model, whole, so that its gain with that noise says nothing.
+    Slow noise absorbs a slow effect far above the scatter of the rows completely while the effect
+    is not in the model, so that its gain with that noise says nothing.
     """
     return any(
         float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2))
@@ -220,29 +225,31 @@ def takes_most(grown: Solution, base: Solution) -> bool:
 
 
 def _score_beside(items: Sequence[Candidate], real: Candidate) -> None:
-    """All of them at once, for :func:`_gain_beside`."""
+    """Score all of them at once, for :func:`_gain_beside`."""
     assert real.evidence is not None
     real.evidence.base.scores([(item.effect, item.nonlinear) for item in items])
 
 
 def _gain_beside(item: Candidate, real: Candidate) -> float:
-    """Gain with the noise of one that is real, on the scale of that one's likelihoods."""
+    """Return the gain with the noise of a real effect, on the scale of its likelihoods."""
     assert real.evidence is not None
     scale = real.gain / max(real.evidence.score.gain, 1e-300)
     return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
 
 
 def _bic_beside(item: Candidate, real: Candidate) -> float:
-    """By how much an effect is ahead of one that is real, both with that one's noise."""
+    """Return the BIC by which an effect is ahead of a real one, both with the noise of the real
+    one."""
     assert real.evidence is not None
     rows = rows_moved(item.size_arcsec, real.evidence.base.solution)
     return delta_bic(_gain_beside(item, real), item.rank, item.trials, rows) - real.delta_bic
 
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Those not far behind, or that take more: they may be the larger effect around the other.
+    """Return those that are not far behind or gain more: they may be a larger effect around the
+    other.
 
-    The order of the disc at which a line was found is weighed however far it is behind the line.
+    The disc order at which a line was found is weighed however far it is behind the line.
     """
     _score_beside(items, real)
     return [
@@ -260,7 +267,7 @@ def _best_beside(items: Sequence[Candidate], real: Candidate) -> list[Candidate]
 
 
 def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """What was not weighed for itself is compared with the noise of the one that is real."""
+    """Give candidates without evidence of their own the gain with the noise of the real effect."""
     assert real.evidence is not None
     base = real.evidence.base
     _score_beside([item for item in items if item.evidence is None], real)
@@ -284,7 +291,8 @@ def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidat
 def _judged(
     item: Candidate, tried: Survey, null: float, candidates: int, progress: ReportStep
 ) -> Candidate:
-    """With its evidence, and with rows that the fit never saw if it is significant and matters."""
+    """Return the candidate with its evidence, and with held-out rows if it is significant and
+    matters."""
     residuals = tried.residuals
     progress(f"the noise beside {item.name}")
     found = evidence(residuals, null, item.effect, item.nonlinear)
@@ -293,7 +301,7 @@ def _judged(
     item = _settled(item, found, tried, candidates)
     of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
     if item.regular is not None:
-        # Its prediction from whole blocks has passed; neighbours would tell less.
+        # It has passed the prediction from whole blocks; neighbours would test less.
         return item
     if item.p_corrected < SIGNIFICANCE and tried.matters(item) and of_rows:
         progress(f"held-out rows for {item.name}")
@@ -301,7 +309,7 @@ def _judged(
         before, after = held_out_with(
             base.terms, item.term, base.observations, base.context, base.noise
         )
-        # A product of parts says what is seen, and is no name.
+        # A product of parts describes what is seen and is no name.
         named = item.asked is not None
         share = block_share(found.base, item.effect, item.nonlinear) if named else None
         improvement = falls(before, after, base.noise)
@@ -310,9 +318,10 @@ def _judged(
 
 
 def _largest_sure(item: Candidate, tried: Survey, null: float, progress: ReportStep) -> Candidate:
-    """The candidate judged; of regular causes of one name the largest that is significant.
+    """Return the judged candidate; of regular causes of one name, the largest that is significant.
 
-    Slow noise may explain a slow line, and does not hide a fast one. None is: the largest.
+    Slow noise may explain a slow line but does not hide a fast one. If none is significant, the
+    largest is returned.
     """
     judged = _judged(item, tried, null, tried.absent, progress)
     if item.regular is None or judged.p_corrected < SIGNIFICANCE:
@@ -330,10 +339,11 @@ def _largest_sure(item: Candidate, tried: Survey, null: float, progress: ReportS
 def _in_less_noise(
     item: Candidate, found: Evidence, residuals: Residuals, null: float
 ) -> tuple[Candidate, Evidence]:
-    """The form and the place that fit best with the noise beside the effect, and their evidence.
+    """Return the form and the place that fit best with the noise beside the effect, and their
+    evidence.
 
-    Without it the noise holds the effect itself, and hides what is smaller: the lines beside a
-    gear's tooth count, or by how little an order is not whole.
+    Without the effect in the model, the noise contains it and hides what is smaller: the lines
+    beside a gear's tooth count, or the small difference of an order from a whole number.
     """
     best = None if item.asked is None else looked_for(item.asked, found.base)
     if best is None:
@@ -356,7 +366,7 @@ def _in_less_noise(
 def _judged_product(
     item: Candidate, real: Candidate | None, tried: Survey, null: float, progress: ReportStep
 ) -> Candidate:
-    """A product of parts with its evidence, where it is near to a description."""
+    """Return a product of parts with its evidence, where it may become a description."""
     ahead = real is None or _bic_beside(item, real) > -FAR_BEHIND
     if item.p_corrected >= NEAR_P or not ahead:
         return item
@@ -369,7 +379,8 @@ def _judged_product(
 
 
 def _same_columns(item: Candidate, real: Candidate) -> bool:
-    """Both are the same block in other words: a warm centre, and order 1 times the temperature."""
+    """Tell whether both are the same block of columns in other words, as a warm centre and order 1
+    times the temperature are."""
     assert real.evidence is not None
     if real.effect.search or item.rank != real.rank:
         return False
@@ -382,7 +393,7 @@ def _same_columns(item: Candidate, real: Candidate) -> bool:
 
 
 def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -> Candidate:
-    """The candidate with what its evidence says of it."""
+    """Return the candidate with the figures that its evidence gives."""
     solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
     size_arcsec = sizes_arcsec(found.base.solution, solution)
     rank, rows = found.score.rank, rows_moved(size_arcsec, tried.base)

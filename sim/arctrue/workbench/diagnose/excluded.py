@@ -14,7 +14,7 @@ from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.residuals import Residuals
 
 LIKE = 0.95
-"""Canonical correlation of every direction of the best effect with the other's columns."""
+"""Least canonical correlation of every direction of the best effect with the other's columns."""
 
 
 def look_alikes(
@@ -23,10 +23,11 @@ def look_alikes(
     untestable: Mapping[str, list[str]],
     effects: Mapping[str, type[Effect]],
 ) -> dict[str, list[str]]:
-    """Names with what the set lacks, of effects without a search that would look like ``best``.
+    """Return effects without a search that would look like ``best``, with what the set lacks for
+    each.
 
-    On the rows there are their columns contain those of ``best``, the model projected out, and
-    take at least half of its gain.
+    On the rows of the set, with the model projected out, the columns of such an effect contain
+    those of ``best`` and give at least half of its gain.
     """
     found = {}
     for name, lacking in untestable.items():
@@ -44,9 +45,9 @@ def look_alikes(
 
 
 def _has_columns(effect: Effect, residuals: Residuals) -> bool:
-    """Its columns can be written on these rows: what they need is there.
+    """Tell whether the columns of the effect can be calculated on these rows.
 
-    An effect, possibly a user's own, may raise anything where a column that it asked for is not.
+    An effect, possibly a user's own, may raise anything where a column that it needs is missing.
     """
     try:
         columns = residuals.whitened_columns(effect, {})

@@ -1,4 +1,4 @@
-"""What the stages of a diagnosis found of one set, for the rules of the verdict."""
+"""Results of the stages of a diagnosis for one set, which the rules of the verdict need."""
 
 from __future__ import annotations
 
@@ -26,24 +26,25 @@ from arctrue.workbench.inference.left import Left
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """Faults, the survey with what the rules ask of it, and what it covers."""
+    """Faults, the survey with the quantities that the rules need, and its coverage."""
 
     faults: Sequence[str] = ()
     case: Case | None = None
-    """None where the rows are faulty, or too few to show their noise."""
+    """The survey's case; None where the rows are faulty, or too few to show their noise."""
     covers: Coverage = field(default_factory=Coverage)
 
     @property
     def said(self) -> Decision:
-        """What the rules of the survey say."""
+        """The decision of the rules of the survey."""
         assert self.case is not None
         return self.case.decision
 
     @cached_property
     def blindness(self) -> Blindness | None:
-        """Why nothing found says nothing; None where something was found, or could have been.
+        """Why an empty result says nothing; None where something was found, or could have been
+        found.
 
-        Beside a model that the rows do not determine, what was found says nothing either.
+        With a model that the rows do not determine, what was found says nothing either.
         """
         if self.case is None:
             return None
@@ -62,7 +63,7 @@ class Facts:
     def _posterior(self) -> dict[str, float]:
         """The probabilities, as far as the rules of the survey leave them open."""
         if self.case is None:
-            # Nothing was tested: as beforehand.
+            # Nothing was tested: the prior probabilities remain.
             return posterior(
                 "cannot_tell", [], 1, effect_class=[], look_alikes=[], product=None,
                 excluded=frozenset(), lack_of_fit_p=1.0, near_tie=NEAR_TIE,
@@ -88,7 +89,7 @@ class Facts:
 
     @cached_property
     def _left(self) -> Left | None:
-        """What the model leaves with what is spoken of."""
+        """What the model leaves with the best effect added, where it can be added."""
         if self.case is None:
             return None
         found = self.case.before_and_after
@@ -106,7 +107,7 @@ class Facts:
         )
 
     def grounds(self, decision: Decision) -> Grounds | None:
-        """What the probability of a decision rests on; None where nothing was tested."""
+        """Return what the probability of a decision rests on; None where nothing was tested."""
         case, left = self.case, self._left
         if case is None or left is None:
             return None
@@ -134,11 +135,12 @@ class Facts:
 
     @property
     def offered(self) -> Mapping[str, float]:
-        """What decides what is said, not how sure it is: the evidence, under the rules."""
+        """Probabilities that select the decision: the evidence under the rules, without its
+        calibration."""
         return self._posterior
 
     def probability(self, decision: Decision) -> dict[str, float]:
-        """The probabilities that are stated with a decision; the sum is 1."""
+        """Return the probabilities that are stated with a decision; the sum is 1."""
         grounds = self.grounds(decision)
         sure = None if grounds is None else confidence(decision.verdict, grounds)
         return stated(self._posterior, decision.verdict, list(decision.effect_class), sure)

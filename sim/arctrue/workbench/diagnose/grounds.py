@@ -16,20 +16,20 @@ class Grounds:
     """What an answer rests on, and how unlike the calibrated sets its set is."""
 
     evidence: float
-    """Probability of what is said, by likelihoods, priors and rules alone."""
+    """Probability of the answer from likelihoods, priors and rules alone."""
     log_p: float
     """log₁₀ of the corrected p value of the best candidate; 0 without one."""
     delta_bic: float
-    """Of the best candidate; 0 without one."""
+    """ΔBIC of the best candidate; 0 without one."""
     lead: float
-    """ΔBIC of the best candidate less that of the best one outside the class."""
+    """ΔBIC of the best candidate minus that of the best one outside the class."""
     block_share: float | None
-    """Share of its own error that other blocks predict; None where that is not known."""
+    """Share of the effect's own error that other blocks predict; None where it is not known."""
     lack_of_fit_log_p: float
     """log₁₀ of the smallest p value of the lack of fit over the channels."""
     class_size: int
     ways: int
-    """Ways in which the set is unlike the calibrated ones, counted."""
+    """Number of ways in which the set is unlike the calibrated ones."""
     distance: Distance
     rests_on: str = ""
     """Ground of an ``unknown``, one of RESTS_ON; empty for another verdict."""

@@ -1,4 +1,4 @@
-"""Does the model fit at all? Whitened residuals against the scatter of their own repeats."""
+"""Tests of lack of fit: whitened residuals against the scatter of their own repeats."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ANGLE_BINS = 120
-"""3° each: six a period of the paper's 20th order."""
+"""Bins of 3°: six for each period of the paper's 20th order."""
 ELECTRICAL_BINS = 24
-"""15° each: six a period of the fourth harmonic, the highest that interpolation makes."""
+"""Bins of 15°: six for each period of the fourth harmonic, the highest that interpolation causes.
+"""
 LEAST_ROWS_A_GROUP = 3
-"""One scatter needs two rows; the third says whether one of them is off."""
+"""Least number of rows in a group: a scatter needs two, and the third shows which one is off."""
 LEAST_ROWS_A_PERIODOGRAM = 64
-"""32 frequencies: with fewer, Fisher's test sees only lines that the means by angle show."""
+"""Least number of rows, 32 frequencies: with fewer, Fisher's test sees only lines that the means by
+angle show."""
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:
-    """p of the F test that the groups' means differ by no more than their own scatter says."""
+    """Return p of the F test that the means of groups differ no more than their scatter says."""
     _, group = np.unique(group, return_inverse=True)
     counts = np.bincount(group)
     kept = counts >= LEAST_ROWS_A_GROUP
@@ -48,7 +50,7 @@ def analysis_of_variance(values: Float, group: Integer) -> float:
 
 
 def line_in_time(rows: CaptureRows, residual: Float) -> float:
-    """p of Fisher's test for one line in the periodogram of any run."""
+    """Return p of Fisher's test for one line in the periodogram of any run."""
     smallest, runs = 1.0, max(rows.runs, 1)
     for run in range(rows.runs):
         smallest = min(smallest, fisher_p(residual[rows.run == run]))
@@ -56,7 +58,7 @@ def line_in_time(rows: CaptureRows, residual: Float) -> float:
 
 
 def fisher_p(values: Float) -> float:
-    """p of Fisher's test for one line in the periodogram; 1 for too few values."""
+    """Return p of Fisher's test for one line in the periodogram; 1 for too few values."""
     if values.size < LEAST_ROWS_A_PERIODOGRAM:
         return 1.0
     power = np.abs(np.fft.rfft(values - values.mean())[1:-1]) ** 2
@@ -67,10 +69,10 @@ def fisher_p(values: Float) -> float:
 
 
 def line_in_angle(rows: ReferenceRows, residual: Float) -> float:
-    """p of Fisher's test along dense stations, each run and direction for itself.
+    """Return p of Fisher's test along dense stations, for each run and direction separately.
 
     Stations that never repeat have no scatter of repeats; a line in their order spectrum still
-    tells a lack of fit. A polygon's few stations are left to the analysis of variance.
+    shows a lack of fit. A polygon has too few stations; the analysis of variance judges them.
     """
     side = np.zeros(rows.run.size) if rows.direction is None else rows.direction
     passes = np.cumsum(np.diff(rows.run, prepend=rows.run[0]) != 0) * 2 + (side > 0)
@@ -108,7 +110,7 @@ def _reference_groupings(rows: ReferenceRows) -> Iterator[Integer]:
 
 
 def capture_lack_of_fit(residuals: Residuals) -> float | None:
-    """Smallest p of all groupings, times their number; None without a capture."""
+    """Return the smallest p of all groupings, times their number; None without a capture."""
     rows, residual = residuals.observations.capture, residuals.capture_whitened
     if rows is None or residual is None:
         return None
@@ -118,7 +120,7 @@ def capture_lack_of_fit(residuals: Residuals) -> float | None:
 
 
 def reference_lack_of_fit(residuals: Residuals) -> float | None:
-    """Smallest p of all groupings, times their number; None without a reference."""
+    """Return the smallest p of all groupings, times their number; None without a reference."""
     rows, residual = residuals.observations.reference, residuals.reference_whitened
     if rows is None or residual is None:
         return None

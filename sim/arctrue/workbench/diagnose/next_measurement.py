@@ -1,8 +1,8 @@
-"""The measurement that would split two effects which this data cannot tell apart.
+"""The measurement that would distinguish two effects which this data cannot tell apart.
 
-Each plan is tried on paper: one effect is taken for the truth, with the size that was found; what
-it would show in the planned rows too is given to the other effect to explain. What the other one
-leaves, as χ² with the noise of this set, says how well the plan would split the two.
+Each plan is tried by calculation: one effect is taken as the truth, with the size that was found,
+and the other effect is fitted to what the first would show in the measured and planned rows. The χ²
+that the other effect leaves, with the noise of this set, says how well the plan distinguishes them.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from arctrue.workbench.observations import Observations
 
 SPLITS_CHI_SQUARE = 50.0
 """χ² that the wrong effect must leave: 7 standard deviations, so that a diagnosis with all its
-corrections sees it."""
+corrections finds it."""
 MOST_ROWS = 300_000
-"""Sets with more rows are not planned for by trial; the effect's own words stand in."""
+"""Largest number of rows with which plans are tried; above it, the effect's own words are used."""
 OF_PARTS = {
     "temperature": (
         "warm",
@@ -48,9 +48,9 @@ OF_PARTS = {
         "or it does not",
     ),
 }
-"""Kind and words of the measurement that puts a condition to the test."""
+"""Kind and words of the measurement that tests a condition."""
 ANOTHER_SPEED = 1.5
-"""Speeds further apart than this are two: what grows with the speed has then been seen to."""
+"""Ratio above which two speeds differ: the set then shows already what grows with the speed."""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
@@ -60,17 +60,18 @@ REINDEX = (
 
 @dataclass(frozen=True)
 class NextMeasurement:
-    """What to measure: for people, and its kind for programs."""
+    """A measurement to make: words for people, and its kind for programs."""
 
     words: str
     kind: str | None
     chi_square: float | None = None
-    """That the wrong one of the pair would leave there."""
+    """χ² that the wrong effect of the pair would leave in this measurement."""
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What the next measurement has to split, or what the first effect lacks for its name."""
+    """Effects that the next measurement has to distinguish, or an effect that lacks something to be
+    named."""
 
     best: Candidate
     rivals: Sequence[Candidate]
@@ -98,7 +99,8 @@ LOOK_AT_THE_STAND = NextMeasurement(
 def measurement_for(
     question: Question | None, described: Candidate | None
 ) -> NextMeasurement | None:
-    """What answers the question of a decision, or puts its description by parts to the test."""
+    """Return the measurement that answers the question of a decision or tests its description by
+    parts."""
     if question is not None:
         found = next_measurement(question.best, question.rivals)
         lacks = question.best.lacking_variety
@@ -110,7 +112,8 @@ def measurement_for(
 
 
 def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:
-    """For a class: the first plan that splits the best one from all, or from the first."""
+    """Return the first plan that distinguishes the best effect from all rivals, or else from one of
+    them."""
     own = NextMeasurement(best.effect.next_measurement, None)
     observations = best.solution.observations
     if not rivals or observations.rows > MOST_ROWS:
@@ -140,14 +143,14 @@ def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasur
 
 
 def _called(item: Candidate) -> str:
-    """Its name; of a product of parts what it is."""
+    """Return the name of an effect, or the parts of a product of parts."""
     if isinstance(item.effect, ProductOfParts):
         return f"{' × '.join(item.effect.parts)}"
     return item.name
 
 
 def measurement_for_variety(best: Candidate) -> NextMeasurement:
-    """The first plan with which the set no longer lacks what this effect needs to be named."""
+    """Return the first plan with which the set lacks nothing that this effect's name needs."""
     observations = best.solution.observations
     lacking = "; ".join(best.effect.variety(observations))
     for plan in PLANS:
@@ -158,7 +161,7 @@ def measurement_for_variety(best: Candidate) -> NextMeasurement:
 
 
 def has_already(part: str, observations: Observations) -> bool:
-    """The set holds the measurement that :data:`OF_PARTS` has for a part."""
+    """Tell whether the set contains the measurement that :data:`OF_PARTS` has for a part."""
     channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
     if part == "direction":
         return any(
@@ -175,7 +178,8 @@ def has_already(part: str, observations: Observations) -> bool:
 
 
 def measurement_for_parts(product: ProductOfParts, observations: Observations) -> NextMeasurement:
-    """What puts a description by parts to the test: a condition that the set lacks is changed."""
+    """Return the measurement that tests a description by parts: it changes a condition that is
+    constant in the set."""
     temperature_known = observations.has_temperature
     for part in product.parts:
         if part in OF_PARTS and not has_already(part, observations):
@@ -220,7 +224,7 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
 
 
 def _split(first: Candidate, second: Candidate, there: Observations) -> float:
-    """χ² that the wrong one leaves, the smaller of both cases."""
+    """Return the χ² that the wrong effect leaves, the smaller of both cases."""
     return min(_left_over(first, second, there), _left_over(second, first, there))
 
 
@@ -242,7 +246,7 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
 
     places: list[Nonlinear] = [other.nonlinear]
     if other.effect.search:
-        # It may have been found a little beside its place: look again.
+        # The place that was found may be slightly off: search again.
         places += [
             place.nonlinear for place in places_of(other.effect, Residuals(solved(base_terms)))[:1]
         ]
@@ -250,13 +254,14 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
 
 
 def _showing(truth: Candidate, there: Observations) -> Observations:
-    """The planned set with what the model with ``truth`` predicts as its measured values."""
+    """Return the planned set with the prediction of the model with ``truth`` as its measured
+    values."""
     solution = truth.solution
     coefficients = []
     for index, term in enumerate(solution.terms):
         fitted = solution.coefficients[solution.part(index)]
         known = dict(zip(term.effect.column_names(solution.observations), fitted, strict=True))
-        # What is free in each run goes on as it was in the first.
+        # A coefficient that is free in each run keeps its value of the first run.
         runs = term.effect.column_runs(solution.observations)
         of_first = [value for value, run in zip(fitted, runs, strict=True) if run == 0]
         again = of_first or list(known.values())

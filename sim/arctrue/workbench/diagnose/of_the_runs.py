@@ -1,4 +1,4 @@
-"""What is known from run to run only, beside an index as good as it is known beforehand."""
+"""Effects that are known from run to run only, judged with the index as known beforehand."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 
 LEAST_OFFSETS = 2
-"""Offsets of runs, beyond the columns of the effect, that must agree with the known index. A single
-one agrees whenever two runs were moved alike, as by a head that was knocked in both."""
+"""Least number of offsets of runs, beyond the columns of the effect, that must agree with the known
+index. A single one agrees whenever two runs were moved alike, as by a head that was knocked in
+both."""
 
 
 def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> bool:
-    """With the effect in the model, the offsets of the runs scatter as the index is known to.
+    """Tell whether the offsets of the runs, with the effect in the model, scatter as the known
+    index.
 
-    Else the index itself is worse than that, and one offset of few fits any effect.
+    If they scatter more, the index itself is worse than known, and one offset of few fits any
+    effect.
     """
     score = known.score(effect, nonlinear)
     offsets = known.solution_with(effect, nonlinear, score).run_offsets_arcsec
@@ -28,11 +31,12 @@ def leaves_the_index(known: Residuals, effect: Effect, nonlinear: Nonlinear) -> 
 
 
 def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> float:
-    """p of an effect whose sample is the runs, where the index is worse than it is known to be; 0
-    where the index is as good as that, or too few offsets remain to tell.
+    """Return p of an effect whose sample is the runs, where the index is worse than it is known to
+    be.
 
-    The F test of the offsets of the runs with and without the effect: what was known beforehand of
-    the index does not count, since the offsets that remain with the effect contradict it.
+    It is 0 where the index is as good as known, or too few offsets remain to decide. The F test
+    compares the offsets of the runs with and without the effect; the prior knowledge of the index
+    does not count, since the offsets that remain with the effect contradict it.
     """
     known = with_index_as_known(residuals)
     score = known.score(effect, nonlinear)
@@ -49,10 +53,11 @@ def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear)
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:
-    """The condition with which the offsets of the runs go, beside a model; None where none is sure.
+    """Return the condition that the offsets of the runs follow, beside a model; None where none is
+    sure.
 
-    p below SIGNIFICANCE over all conditions, of an index variance that is known from as many runs
-    as the knowledge beforehand is worth.
+    p must be below SIGNIFICANCE over all conditions; the index variance has the degrees of freedom
+    of its prior knowledge.
     """
     if residuals.observations.runs == 0:
         return None

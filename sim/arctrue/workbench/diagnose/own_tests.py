@@ -1,4 +1,4 @@
-"""Tests of a name by what it says itself: one order, a constant, an error of the angle."""
+"""Tests of a named effect by what its name states: one order, a constant, an error of the angle."""
 
 from __future__ import annotations
 
@@ -14,23 +14,25 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import ReferenceRows
 
 SEVERAL = 3
-"""Orders, each beside those before it: as many as a diagnosis looks at."""
+"""Number of orders that make a pattern: as many as a diagnosis looks at, each with those before it
+in the model."""
 LEAST_COMMON, LEAST_OF_TWO = 3, 5
-"""Least common divisor of the orders of a pattern, and of two with a local defect: three orders by
-chance have one of 3 or more with the probability Σ_{d≥3} d⁻³ = 0.08, two of 5 or more with 0.22,
-and that is asked only where all of them, or both and the defect, have passed every test."""
+"""Least common divisor of the orders of a pattern, and of two orders with a local defect. Three
+random orders have a common divisor of 3 or more with the probability Σ_{d≥3} d⁻³ = 0.08, two random
+orders one of 5 or more with 0.22; the test is made only where all orders, or both and the defect,
+have passed every other test."""
 
 
 SURE_P = 1e-4
-"""As sure as a lack of fit: no candidate of the catalogue has paid for it."""
+"""Largest p of a sure result, as for a lack of fit; it has no correction for the catalogue."""
 
 
 def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
-    """Why several orders of the disc are one shape that repeats, in words; None where they may be
-    orders by themselves.
+    """Return in words why several orders of the disc are one shape that repeats; None where they
+    may be separate orders.
 
-    ``places``: local defects of the disc that were named after them; the rest of the harmonics
-    looks like one.
+    ``places``: number of local defects of the disc that were named after these orders; the
+    harmonics that are left look like one.
     """
     whole = sorted({round(order) for order in orders})
     if len(whole) < 2 or len(whole) + places < SEVERAL:
@@ -46,33 +48,34 @@ def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
 
 
 class BentScale(Effect):
-    """Square and cube of the reading of the reference: its scale is bent."""
+    """Square and cube of the reading of the reference, as a bent scale gives them."""
 
     name = "bent_scale"
     depends_on_model = True
 
     def column_names(self, observations: object) -> list[str]:
-        """Square and cube."""
+        """Return the names of the square and the cube."""
         return ["square", "cube"]
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        """Of the error that the reference reads, over its largest."""
+        """Return square and cube of the error that the reference reads, relative to its largest
+        value."""
         error: NDArray[np.float64] = context.error_arcsec(rows.angle_rad)
         share = error / max(float(np.max(np.abs(error))), 1e-12)
         return np.stack([share**2, share**3], axis=1)
 
 
 def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) -> bool:
-    """A bent scale of the reference explains the rows as well as the best, and is sure by itself.
+    """Tell whether a bent scale of the reference is sure and explains the rows as well as the best.
 
-    Both beside the same noise, within ``near_tie`` of ΔBIC; of an effect that is in proportion to
-    the reading, as far ahead.
+    Both are scored with the same noise. ΔBIC of the bent scale may be up to ``near_tie`` behind; if
+    the best is itself proportional to the reading, the bent scale must be ``near_tie`` ahead.
     """
     rows = residuals.observations.reference
     if rows is None or residuals.observations.capture is None or best.regular is not None:
-        # Without a capture nothing tells the true size of the error.
+        # Without a capture the true size of the error is not known.
         return False
     bent = residuals.score(BentScale(), {})
     own = residuals.score(best.effect, best.nonlinear)

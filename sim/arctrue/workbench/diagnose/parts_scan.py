@@ -28,19 +28,20 @@ from arctrue.workbench.observations.polygon_faces import keep_to_faces
 Float = NDArray[np.float64]
 
 HIGHEST_ORDER = 30
-"""Orders of the angle, in halves, that the parts are tried with."""
+"""Highest order of the angle that the parts are tried with; the orders are halves and wholes."""
 ELECTRICAL_MULTIPLES = (1.0, 2.0)
 """First and second harmonic of the signal period: offset, and gain or phase, of sine and cosine."""
 SHORTLIST = 8
-"""For cost: so many products are fitted with the noise free; the first of them decides."""
+"""Number of products that are fitted with the noise free, to limit cost; the first of them decides.
+"""
 LEAST_ARC_RAD = 1.5 * np.pi
-"""A reference run over less than this does not go round the table."""
+"""Least arc of a reference run that goes round the table."""
 SETTLING_STEP = 1.6
-"""A time constant is refined between this many times less and more."""
+"""Ratio by which the refinement of a time constant may go up and down."""
 SETTLING_ROUNDS = 12
-"""Most steps of the search of a time constant; it bounds cost."""
+"""Largest number of steps in the search of a time constant, to limit cost."""
 FRAME_MARGIN = 6.0
-"""BIC by which a frame must beat a more natural one: odds of 20 to 1."""
+"""ΔBIC by which a frame must beat a more natural one: odds of 20 to 1."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class PartsCandidate:
     rank: int
     trials: float
     level_trials: float
-    """Places that its p pays for: see :func:`level_share`."""
+    """Number of places by which its p is corrected: see :func:`level_share`."""
 
 
 def _half_orders() -> Float:
@@ -60,10 +61,11 @@ def _half_orders() -> Float:
 
 
 def level_share(order: float | None) -> float:
-    """Share of one condition's false alarms that is spent on an order; None: on no order.
+    """Return the share of one condition's false alarms that is spent on an order; None: on no
+    order.
 
-    As many on each octave of orders, and on no order at all as on one half: discs, bearings and
-    belts bend in a few waves. The shares do not depend on the set, and add up to 1.
+    Each octave of orders has as many, and no order at all has as many as one half: discs, bearings
+    and belts bend in a few waves. The shares do not depend on the set, and add up to 1.
     """
     orders = _half_orders()
     total = 1.0 + float(np.sum(orders[0] / orders))
@@ -71,9 +73,9 @@ def level_share(order: float | None) -> float:
 
 
 def condition_shares(found: Sequence[Condition]) -> list[float]:
-    """Share of the false alarms that is spent on each condition; they add up to 1.
+    """Return the share of the false alarms that is spent on each condition; they add up to 1.
 
-    As many on each kind: all time constants of a settling have one share among them.
+    Each kind of condition has as many: all time constants of a settling share one kind.
     """
     kinds = [
         ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")
@@ -84,7 +86,7 @@ def condition_shares(found: Sequence[Condition]) -> list[float]:
 
 
 def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> tuple[Float, Float]:
-    """Approximate gain of every (condition, half order), and of (condition, constant)."""
+    """Return the approximate gain of each (condition, half order) and (condition, constant)."""
     observations, noise = residuals.observations, residuals.solution.noise
     rows = observations.capture if capture else observations.reference
     precise = residuals.capture_precise if capture else residuals.reference_precise
@@ -135,13 +137,13 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
         power[:, orders > rows.faces / 2.0] = 0.0
     arc = float(np.ptp(rows.target_rad))
     if arc < LEAST_ARC_RAD:
-        # On an arc, what is less than a period is a slow curve and no order.
+        # On an arc, an order that does not complete a period is only a slow curve.
         power[:, orders * arc < 2.0 * np.pi] = 0.0
     return power, constants
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
-    """Frames worth a try, the most natural first: it wins when the data cannot tell."""
+    """Return the frames to try, the most natural first: it wins where the data cannot decide."""
     frames: list[Frame] = []
     if observations.capture is not None and not in_reference:
         further = [FRAME_OF_HEAD[head] for head in range(3, observations.heads + 1)]
@@ -163,14 +165,14 @@ def _frames(order: float | None, observations: Observations, in_reference: bool)
 def _scored(
     residuals: Residuals, effect: ProductOfParts, tried: float, share: float
 ) -> PartsCandidate:
-    """``share`` of the false alarms is spent on the condition of ``effect`` in its channel."""
+    """Score a product; ``share`` of the false alarms is spent on its condition in its channel."""
     score = residuals.score(effect, {})
     share *= level_share(effect.orders[0] if effect.orders else None)
     return PartsCandidate(effect, score.gain, score.rank, tried, 1.0 / share)
 
 
 def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
-    """The first frame that is about as good as the best: the data must speak for another."""
+    """Return the first frame that is about as good as the best: the data must speak for another."""
     worth = [item.gain - item.rank * np.log(rows) for item in frames]
     return next(
         item for item, value in zip(frames, worth, strict=True) if value > max(worth) - FRAME_MARGIN
@@ -178,7 +180,7 @@ def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
 
 
 def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[PartsCandidate]:
-    """The products of parts with the largest gains, best first.
+    """Return the products of parts with the largest gains, best first.
 
     ``look_alikes`` keeps those that a simpler condition describes about as well.
     """
@@ -215,7 +217,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
                 for k in best
                 if orders[index, k] > 0.0
             ]
-            # A constant of the runs is not in the residuals, which are less their offsets: it is
+            # A constant of the runs is not in the residuals, whose offsets were subtracted: it is
             # always scored exactly.
             certain.append((float(constants[index]), condition, None, in_reference))
     places.sort(key=lambda place: -place[0])
@@ -259,7 +261,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
 
 
 def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
-    """The best frame and time constant of every condition and wave, best first."""
+    """Return the best frame and time constant of every condition and wave, best first."""
     best: dict[tuple[str, ...], PartsCandidate] = {}
     for item in sorted(scored, key=lambda item: -(item.gain - 2.0 * item.rank)):
         best.setdefault(tuple(item.effect.parts[:-1]), item)
@@ -267,9 +269,9 @@ def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
 
 
 def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
-    """A settling with its time constant moved to the largest gain (in log τ).
+    """Return a settling with its time constant moved to the largest gain (in log τ).
 
-    It stays where it is if the rows cannot show it at that time constant.
+    The time constant stays where it is if the rows cannot show the settling at the new one.
     """
     constant = item.effect.condition.time_constant_s
     if constant is None:
@@ -294,9 +296,9 @@ def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandid
 def _without_idle_conditions(
     scored: Sequence[PartsCandidate], order: Sequence[Condition], rows: int
 ) -> list[PartsCandidate]:
-    """Without those that a simpler condition describes about as well: the same wave.
+    """Leave out products that a simpler condition describes about as well, with the same wave.
 
-    A settling of an hour is, within a run of a minute, no condition at all.
+    Within a run of a minute, a settling of an hour is no condition at all.
     """
 
     def worth(item: PartsCandidate) -> float:

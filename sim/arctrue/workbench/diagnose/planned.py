@@ -1,7 +1,7 @@
 """Measurements that could be made next, as rows that they would give.
 
-The rows carry conditions only (angle, time, temperature, direction, ...), no measured values: with
-them an effect's own columns tell what it would show there.
+The rows carry conditions only (angle, time, temperature, direction, ...) and no measured values;
+from them, an effect's own columns give what it would show there.
 """
 
 from __future__ import annotations
@@ -28,29 +28,31 @@ Integer = NDArray[np.int64]
 Rows = TypeVar("Rows", CaptureRows, ReferenceRows)
 
 PAUSE_S = 600.0
-"""Between what was measured and what is planned; drifts of an hour are seen across it."""
+"""Pause between the measured and the planned rows; drifts of an hour are seen across it."""
 MOST_NEW_ROWS = 100_000
-"""For cost: more rows do not change which measurement splits two effects."""
+"""Largest number of planned rows, to limit cost: more rows do not change which measurement
+distinguishes two effects."""
 CYCLES = 5
-"""Of a planned polygon: half of the paper's ten."""
+"""Cycles of a planned polygon: half of the paper's ten."""
 STATION_S = 4.0
-"""That a planned station takes: settling and reading of an autocollimator."""
+"""Time that a planned station needs: settling and reading of an autocollimator."""
 MOVING_STATIONS = 360
-"""Of a planned reference on the move: one a degree, which counts as moving."""
+"""Stations of a planned reference on the move: one a degree, which counts as moving."""
 
 
 @dataclass(frozen=True)
 class PlannedMeasurement:
-    """A measurement: its name for programs, its words for people, the rows with it."""
+    """A measurement: its name for programs, its words for people, and the rows with it."""
 
     kind: str
     words: str
     with_it: Callable[[Observations], Observations | None]
-    """The set with it; None where the table or the set does not allow it."""
+    """Function that returns the set with the measurement; None where the table or the set does not
+    allow it."""
 
 
 def _joined(before: Rows, after: Rows) -> Rows:
-    """Rows one after the other; what is no array stays as it was before."""
+    """Append rows to others; what is no array stays as it was before."""
     values: dict[str, Any] = {}
     for item in fields(before):
         old, new = getattr(before, item.name), getattr(after, item.name)
@@ -64,7 +66,7 @@ def _joined(before: Rows, after: Rows) -> Rows:
 
 
 def _usual(rows: CaptureRows | ReferenceRows, count: int) -> dict[str, Any]:
-    """What planned rows take from the set: uncertainty and further columns, each its median."""
+    """Return uncertainty and further columns of planned rows, each its median in the set."""
     return {
         "u_arcsec": None
         if rows.u_arcsec is None
@@ -85,7 +87,7 @@ def _further_run(
     turns: float | None = None,
     finer: float = 1.0,
 ) -> Observations | None:
-    """The set with one run more, made like its first one but for what is asked for."""
+    """Return the set with one further run, made like its first one except for what is asked."""
     rows = observations.capture
     if rows is None:
         return None
@@ -97,7 +99,7 @@ def _further_run(
     longer = 1.0 if turns is None else turns * 2.0 * np.pi / abs(travel)
     if longer < 1.0 or (warmer_k and rows.temperature_c is None):
         return None
-    # A share of a step more or less a turn: the new samples fall beside the old ones.
+    # One sample more a run: the new samples fall between the old ones.
     count = int(min(first.size * longer * finer, MOST_NEW_ROWS)) + 1
     share = np.arange(count) / (count - 1)
     way = -1.0 if back else 1.0
@@ -148,7 +150,7 @@ def _side_by_side(columns: list[Float | None]) -> Float | None:
 
 
 def _in_channels(rows: CaptureRows, channels: int) -> CaptureRows:
-    """A run of a capture with three or four heads, each channel a run."""
+    """Repeat a run of three or four heads for each channel; each channel is then a run."""
     count = rows.run.size
     again = np.tile(np.arange(count), channels)
     channel = np.repeat(np.arange(channels), count)
@@ -173,7 +175,7 @@ def _phase(angle_rad: Float, observations: Observations) -> Float | None:
 
 
 def _stations(observations: Observations) -> ReferenceRows:
-    """A polygon's stations, up and back, after everything that was measured."""
+    """Return the stations of a polygon, up and back, after everything that was measured."""
     up = np.arange(FACES) * (2.0 * np.pi / FACES)
     target = np.tile(np.concatenate([up, up[::-1]]), CYCLES)
     count = target.size
@@ -227,7 +229,7 @@ def _reference_back(observations: Observations) -> Observations | None:
 
 
 def _later(rows: ReferenceRows) -> ReferenceRows:
-    """The same rows once more, after a pause."""
+    """Return the same rows once more, after a pause."""
     cycle = None if rows.cycle is None else rows.cycle + int(rows.cycle.max()) + 1
     run = rows.run + int(rows.run.max()) + 1
     if rows.time_s is None or rows.run_start_s is None:
@@ -243,7 +245,7 @@ def _later(rows: ReferenceRows) -> ReferenceRows:
 
 
 def _polygon_turned(observations: Observations) -> Observations | None:
-    """Once more with the polygon turned on the table by a third of a face."""
+    """Return the set with the reference repeated, the polygon turned by a third of a face."""
     rows = observations.reference
     if rows is None or rows.face is None or rows.faces is None:
         return None
@@ -262,7 +264,7 @@ def _polygon_turned(observations: Observations) -> Observations | None:
 
 
 def _moving_reference(observations: Observations) -> Observations | None:
-    """A reference that is read on the move, both ways and three times as fast."""
+    """Return the set with a reference read on the move, both ways and three times as fast."""
     rows, capture = observations.reference, observations.capture
     if rows is None or rows.time_s is None or (rows.speed_rad_s is not None):
         return None
@@ -346,4 +348,4 @@ PLANS = (
         _moving_reference,
     ),
 )
-"""The cheaper first."""
+"""Planned measurements, the cheaper first."""

@@ -24,24 +24,26 @@ from arctrue.workbench.diagnose.probabilities import (
 )
 
 PARTS_ADVANTAGE = 10.0
-"""BIC by which a product of parts must beat the whole catalogue: odds of about 150 to 1, "very
+"""ΔBIC by which a product of parts must beat the whole catalogue: odds of about 150 to 1, "very
 strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SILENT = frozenset({"bad_data", "cannot_tell"})
 SAID = {"unknown": [UNKNOWN], "adequate": [NONE], "cannot_tell": [NONE]}
-"""What a verdict without an effect gives its probability to."""
+"""Hypotheses to which a verdict without an effect gives its probability."""
 CLASS_SHARE = 0.95
-"""A class is the fewest hypotheses that hold so much of the probability: where ``unknown`` holds it
-alone, no effect is of the class (a credible set of 95 %)."""
+"""Share of the probability that a class holds with the fewest hypotheses (a credible set of 95 %).
+Where ``unknown`` alone holds it, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""The same for a class of one effect: what is said must be the likelier of the two."""
+"""Share of the probability for a class of one effect: the answer must be the likelier of the two.
+"""
 A_LITTLE = 1e-3
-"""Of a probability, or of its logarithm: what is said stays ahead by so much, against rounding."""
+"""Margin, of a probability or of its logarithm, by which the answer stays ahead in spite of
+rounding."""
 LEVEL = 0.01
-"""Share by which a rival of the first of a class may be behind, where the set cannot tell the two
-apart: the rules made them equal but for A_LITTLE, and they stay so."""
+"""Share by which a rival may be behind the first of a class, where the set cannot distinguish the
+two: the rules made them equal except for A_LITTLE, and they stay so."""
 LEAST_OF_A_NAME = 0.8
-"""Probability from which on one name is said: a false name is taken to cost four times what it
-costs to name a class where one name would do."""
+"""Least probability with which a single name is stated: a false name is taken to cost four times as
+much as a class where one name would do."""
 
 
 def posterior(
@@ -58,16 +60,16 @@ def posterior(
     advantage: float,
     confounded: bool = False,
 ) -> dict[str, float]:
-    """Of every effect that was tested, ``none`` and ``unknown``, as far as the rules leave it open;
-    the sum is 1.
+    """Return the probability of every tested effect, ``none`` and ``unknown``, within the bounds of
+    the rules.
 
-    ``look_alikes`` of the first of the class, which the set cannot test, are as probable as it is.
-    ``product`` is the best product of parts where it is none of the candidates in other words;
-    ``excluded`` are effects that fit and that held-out rows, passes or speeds speak against; the
-    first of the class may be one of them, and ``unknown`` is then as likely as it is;
-    ``confounded``: the product is the first growing with another condition, as likely as it is;
-    ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names to products, and
-    products to names.
+    The sum is 1. ``look_alikes`` of the first of the class, which the set cannot test, are as
+    probable as it is. ``product`` is the best product of parts, unless it is one of the candidates
+    in other words. ``excluded`` are effects that fit but that held-out rows, passes or speeds
+    contradict; the first of the class may be one of them, and ``unknown`` is then as likely as it
+    is. ``confounded``: the product is the first effect growing with another condition, and as
+    likely as it is. ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names to
+    products, and products to names.
     """
     effects = len(candidates) + untestable
     share = float(np.log(prior(effects)))
@@ -75,7 +77,7 @@ def posterior(
         weights = untold(len(candidates), untestable)
         return normalised(weights | {item.name: share for item in candidates})
     evidence = {item.name: share + log_evidence(_weighed(item)) for item in candidates}
-    # What a rule excludes fits all the same: something like it is there.
+    # An effect that a rule excludes fits nevertheless: something like it is there.
     judged = evidence | _as_uncertain_as_the_first(candidates, effect_class, share)
     suspects = [judged[name] for name in judged if name in excluded]
     weights = {
@@ -99,25 +101,26 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
-        # The first explains the lack of fit as well, which is that of the model without it: the
+        # The lack of fit is that of the model without the first, which explains it as well: the
         # stranger is no likelier.
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
-        # Against one effect by its own odds; where several explain the rows alike, none of them is
-        # excluded by what is ahead of each by less than the rules ask of a product.
+        # ``unknown`` may be ahead of a single effect by the odds that the rules ask of a product.
+        # Where several effects explain the rows alike, a smaller lead excludes none of them, and
+        # ``unknown`` may not be ahead of the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
-        # The first of a class may be excluded only because it does not show at every speed: it is
-        # then its own suspect, as likely as itself, and needs a rival of its own to be beaten.
+        # The first of a class can be excluded only because it does not show at every speed. It is
+        # then a suspect as likely as itself, and only another rival can beat it.
         suspect = effect_class[0] in excluded
         others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))
         if confounded or (suspect and rival < first):
-            # No likelier than the first.
+            # ``unknown`` is then no likelier than the first.
             most = -A_LITTLE
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # Beside the first it adds nothing, or the first adds to it: at such a p.
+                # With the first in the model it adds nothing, or the first adds to it, at this p.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)
@@ -131,15 +134,16 @@ def stated(
     members: Sequence[str],
     confidence: float | None,
 ) -> dict[str, float]:
-    """The probabilities with which an answer is stated; the sum is 1.
+    """Return the probabilities with which an answer is stated; the sum is 1.
 
-    ``found``: those of the evidence; ``members``: the class of the answer; ``confidence``: how
-    often such answers are right (:mod:`calibrated`), None where that is not known. The first of the
-    class, ``unknown`` or ``none`` gets it; ``none`` of an answer that cannot tell, as nothing that
-    the set could show is then likeliest. What effects and ``none`` lose goes to ``unknown``, what
-    ``unknown`` loses to the effects; what an answer gains comes from all others in proportion, so
-    that a class has at least as much as its first. The first of a class gains nothing while a rival
-    is level with it. No answer falls behind what it contradicts.
+    ``found``: the probabilities from the evidence; ``members``: the class of the answer;
+    ``confidence``: how often such answers are right (:mod:`calibrated`), None where that is not
+    known. The confidence goes to the first of the class, to ``unknown`` or to ``none``; also to
+    ``none`` where the set cannot tell, since it is then likeliest that nothing which the set could
+    show is missing. What effects and ``none`` lose goes to ``unknown``, and what ``unknown`` loses
+    goes to the effects. What an answer gains is taken from all others in proportion, so that a
+    class has at least the probability of its first. The first of a class gains nothing while a
+    rival is level with it. No answer falls behind one that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)
@@ -162,7 +166,7 @@ def stated(
     if not heirs:
         return dict(found)
     part = sum(found[name] for name in falling) / len(heirs)
-    # Ahead of an heir v after it: k·held ≥ v + (1 − k)·part; of any other k·held ≥ v.
+    # The answer stays ahead of an heir v if k·held ≥ v + (1 − k)·part, of others if k·held ≥ v.
     least = (max(found[name] for name in heirs) + part) / (held + part)
     others = set(found) - {*falling, *heirs} if verdict != "ambiguous" else set()
     least = max([least, *(found[name] / held for name in others)])
@@ -177,9 +181,10 @@ def stated(
 def _as_uncertain_as_the_first(
     candidates: Sequence[Candidate], effect_class: Sequence[str], share: float
 ) -> dict[str, float]:
-    """Of candidates whose own noise was not estimated: their gain has the noise beside the first.
+    """Return the log evidence of candidates whose own noise was not estimated.
 
-    It is known with the first one's degrees of freedom, not without limit.
+    Their gain uses the noise estimated with the first in the model, which is known with the degrees
+    of freedom of the first and not exactly.
     """
     first = next((item for item in candidates if item.name in effect_class[:1]), None)
     if first is None:

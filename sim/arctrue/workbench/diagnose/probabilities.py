@@ -1,9 +1,9 @@
-"""How probable each effect, none of them, and something unknown are, given the set.
+"""Probability of each effect, of no missing effect, and of something unknown, given the set.
 
-Each effect's evidence is the marginal likelihood of its block of columns under a prior that tells
-as much as one row does (unit information: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773),
-from the likelihood ratio with the noise free on both sides. Each place that its search looked at
-shares the prior evenly. What the rules of the verdict exclude is bounded by the odds of the rule.
+The evidence of an effect is the marginal likelihood of its block of columns under a prior with the
+information of one row (unit information: Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773); it
+follows from the likelihood ratio with the noise free on both sides. The places that a search looked
+at share the prior evenly. The odds of a rule bound what the rule excludes.
 """
 
 from __future__ import annotations
@@ -18,36 +18,36 @@ from arctrue.workbench.inference.significance import single_p_value
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5
-"""Nothing is missing: as probable beforehand as that something is."""
+"""Prior probability that nothing is missing: the same as that something is missing."""
 PRIOR_CATALOGUE = 0.4
-"""An effect of the catalogue is missing; shared evenly among its effects."""
+"""Prior probability that an effect of the catalogue is missing; its effects share it evenly."""
 PRIOR_PRODUCT = 0.09
-"""A product of parts that no catalogue has."""
+"""Prior probability of a product of parts that no catalogue has."""
 PRIOR_STRANGER = 0.01
-"""Something that no product of parts describes."""
+"""Prior probability of something that no product of parts describes."""
 
 
 @dataclass(frozen=True)
 class Weighed:
-    """What a likelihood ratio says of one effect, or of one product of parts."""
+    """Figures of a likelihood ratio for one effect, or for one product of parts."""
 
     gain: float
     """Twice the rise of the log likelihood."""
     rank: int
     trials: float
-    """Places that share its prior."""
+    """Number of places that share its prior."""
     rows: int
-    """From which its size is known: those of the channels that it moves."""
+    """Number of rows from which its size is known: those of the channels that it changes."""
     freedom: float = float("inf")
     """Degrees of freedom with which the noise of its size is known: so many of the rows are
-    independent (ten, of 24,000, where four runs tell)."""
+    independent (ten of 24,000, where four runs are the sample)."""
 
 
 def log_evidence(item: Weighed) -> float:
-    """Log of the Bayes factor against the model without it.
+    """Return the log of the Bayes factor against the model without the effect.
 
-    With coefficients b ~ N(0, n·(XᵀC⁻¹X)⁻¹), n the rows, it is
-    −(q/2)·log(1 + n) + (gain/2)·n/(1 + n), the prior shared by the places.
+    With coefficients b ~ N(0, n·(XᵀC⁻¹X)⁻¹) and n rows it is −(q/2)·log(1 + n) + (gain/2)·n/(1 +
+    n); the places share the prior.
     """
     if item.rank == 0:
         return 0.0
@@ -58,7 +58,7 @@ def log_evidence(item: Weighed) -> float:
 
 
 def _with_known_noise(item: Weighed) -> float:
-    """The gain that would be as rare with noise that is known as this one is with its own."""
+    """Return the gain that has the same p with known noise as this one has with its own noise."""
     p_value = single_p_value(item.gain, item.rank, item.freedom)
     if not np.isfinite(item.freedom) or p_value < 1e-290:
         return item.gain
@@ -66,7 +66,7 @@ def _with_known_noise(item: Weighed) -> float:
 
 
 def log_evidence_of_p(p_value: float) -> float:
-    """Largest log Bayes factor that a p value can stand for: −log(−e·p·log p).
+    """Return the largest log Bayes factor that a p value can stand for: −log(−e·p·log p).
 
     Sellke, Bayarri and Berger, Am. Stat. 55 (2001) 62; 0 for p above 1/e.
     """
@@ -77,21 +77,21 @@ def log_evidence_of_p(p_value: float) -> float:
 
 
 def prior(effects: int) -> float:
-    """Of each one of so many effects of the catalogue."""
+    """Return the prior probability of each of so many effects of the catalogue."""
     return PRIOR_CATALOGUE / max(effects, 1)
 
 
 def normalised(log_weights: Mapping[str, float]) -> dict[str, float]:
-    """Probabilities with a sum of 1 from logarithms of weights."""
+    """Return probabilities with a sum of 1 from logarithms of weights."""
     values = np.array(list(log_weights.values()))
     shares = np.exp(values - logsumexp(values))
     return dict(zip(log_weights, (shares / shares.sum()).tolist(), strict=True))
 
 
 def untold(tested: int, untested: int) -> dict[str, float]:
-    """Weights before the set: what it cannot tell, nothing of it changes.
+    """Return the logarithms of the prior weights, which a set that cannot tell does not change.
 
-    Effects that it cannot test are unknown.
+    Effects that the set cannot test count as unknown.
     """
     share = PRIOR_CATALOGUE * untested / max(tested + untested, 1)
     return {

@@ -1,7 +1,8 @@
-"""Regular causes that a forward search finds in a dense reference: lines, by the error they take.
+"""Regular causes that a forward search finds in a dense reference: lines, by the error they
+explain.
 
-Rows that are left out and predicted from their neighbours cannot show a line far above their
-scatter; the search predicts whole blocks of the record, and its lines have passed.
+Held-out rows that are predicted from their neighbours cannot show a line far above their scatter;
+the search predicts whole blocks of the record, and its lines have passed that test.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
-"""Of 1/span: a line over the angle is so wide over time, at about one speed."""
+"""Width of a line in units of 1/span: at about one speed, a line over the angle is so wide over
+time."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +46,14 @@ class Jump:
     """Standard uncertainty of the size."""
     time_s: float | None
     turns: float | None
-    """Place in a log over the angle, where there is no time."""
+    """Place of the jump in a log over the angle, where there is no time."""
     row: int | None
-    """First row after it, where there is no time and the rows are stations."""
+    """First row after the jump, where there is no time and the rows are stations."""
     gain: float
-    """Log likelihood that it gains."""
+    """Gain in log likelihood."""
 
     def data(self) -> dict[str, float | int | None]:
-        """As JSON."""
+        """Return the jump as JSON."""
         return {
             "size_arcsec": self.size_arcsec,
             "sigma_arcsec": self.sigma_arcsec,
@@ -61,7 +63,7 @@ class Jump:
         }
 
     def words(self) -> str:
-        """When, and by how much."""
+        """Return when something jumped, and by how much, in words."""
         if self.time_s is not None:
             where = f"{self.time_s:.5g} s"
         else:
@@ -73,12 +75,12 @@ class Jump:
 
 
 def _angle(arcsec: float) -> str:
-    """In degrees where arcseconds are many."""
+    """Write an angle in arcseconds, or in degrees where it is large."""
     return f"{arcsec:.3g}″" if abs(arcsec) < MANY_ARCSEC else f"{arcsec / 3600.0:.3g}°"
 
 
 MANY_ARCSEC = 600.0
-"""For units alone: what is larger is stated in degrees."""
+"""Size from which on an angle is stated in degrees; it affects units alone."""
 
 
 @dataclass(frozen=True)
@@ -91,34 +93,34 @@ class Band:
 
 @dataclass(frozen=True, eq=False)
 class RegularCause:
-    """Lines that one cause makes: one line, or several multiples of what the set declares."""
+    """Lines of one cause: one line, or several multiples of an order that the set declares."""
 
     effect: Effect
     nonlinear: Nonlinear
     lines: tuple[Line, ...]
-    """The largest first."""
+    """Lines of the cause, the largest first."""
     in_time: bool
     turns_s: float | None
-    """Speed at which an order is a frequency; None where they differ."""
+    """Speed that converts an order into a frequency; None where speeds differ."""
 
     @property
     def taken_arcsec(self) -> float:
-        """RMS over all rows of what the other blocks' prediction takes away."""
+        """RMS over all rows of the error that the prediction from other blocks explains."""
         return float(np.sqrt(sum(line.taken_arcsec**2 for line in self.lines)))
 
     @property
     def trials(self) -> float:
-        """Places that its p pays for."""
+        """Number of places by which its p is corrected."""
         return float(len(self.lines)) if self.lines[0].multiple else self.lines[0].independent
 
     def period_s(self, line: Line) -> float | None:
-        """Of one of its lines, where it is known."""
+        """Return the period of one of its lines; None where it is not known."""
         if self.in_time:
             return 1.0 / line.rate
         return None if self.turns_s is None else 1.0 / (line.rate * self.turns_s)
 
     def data(self) -> dict[str, Any]:
-        """As JSON."""
+        """Return the cause as JSON."""
         return {
             "effect": self.effect.name,
             "taken_arcsec": self.taken_arcsec,
@@ -138,14 +140,14 @@ class RegularCause:
         }
 
     def words(self) -> str:
-        """Its name, what it takes away and its lines, the largest first."""
+        """Return its name, the error that it explains and its lines, the largest first."""
         lines = ", ".join(
             f"{line.amplitude_arcsec:.3g}″ at {self.place_of(line)}" for line in self.lines
         )
         return f"{self.effect.name} {self.taken_arcsec:.3g}″ RMS ({lines})"
 
     def place_of(self, line: Line) -> str:
-        """Period and order of one of its lines, in words."""
+        """Return period and order of one of its lines, in words."""
         period_s = self.period_s(line)
         seconds = None if period_s is None else f"{period_s:.4g} s"
         if self.in_time and seconds is not None:
@@ -156,35 +158,37 @@ class RegularCause:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What a dense reference shows beside a model, whatever its verdict."""
+    """Findings in a dense reference with one model, whatever the verdict."""
 
     causes: tuple[RegularCause, ...] = ()
-    """By the error that they take away, the largest first."""
+    """Regular causes, by the error that they explain, the largest first."""
     steps: tuple[Jump, ...] = ()
-    """What jumped once, listed apart: blocks cannot judge it."""
+    """Single jumps, which are listed apart because blocks cannot judge them."""
     whiteness_p: float | None = None
-    """Of Ljung and Box, with all lines and steps in the model; None where nothing was searched."""
+    """p of Ljung and Box with all lines and steps in the model; None where nothing was searched."""
     bands: tuple[Band, ...] = ()
-    """Rates that were searched."""
+    """Bands of rates that were searched."""
     oscillation: Oscillation | None = None
-    """In the noise of a log with times."""
+    """Damped oscillation in the noise of a log with times."""
     slow: SlowChange | None = None
-    """Beside lines, steps and an even drift, in a reference with times."""
+    """Slow change beside lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
-    """Of the direction of approach, beside steps in time, in a log of both directions."""
+    """Reversal error of the direction of approach, beside steps in time, in a log of both
+    directions."""
     cause: str | None = None
-    """The named effect that these findings were searched with in the model."""
+    """The named effect that was in the model for the search of these findings."""
     same: tuple[str, ...] = ()
     """Lines and oscillations that vanish with this effect in the model: its aliases, in words."""
 
     @property
     def empty(self) -> bool:
-        """Nothing was found that an effect in the model could take away."""
+        """True where nothing was found that an effect in the model could explain."""
         lists = self.causes or self.steps or self.not_noise
         return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
     def beside(self, name: str, left: Findings) -> Findings:
-        """What is ``left`` with an effect in the model, and what of these findings it was."""
+        """Return the findings that are ``left`` with an effect in the model, and which ones it
+        explained."""
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
         same = [
             f"{line.amplitude_arcsec:.3g}″ at {cause.place_of(line)}"
@@ -199,11 +203,12 @@ class Findings:
         return replace(left, cause=name, same=tuple(same))
 
     def without(self, one: RegularCause | None) -> Findings:
-        """What is left with one of the causes in the model."""
+        """Return the findings that are left with one of the causes in the model."""
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
-        """A line there was looked for: if it is none of the causes, it is no line."""
+        """Tell whether a line at this place was looked for: if it is none of the causes, it is no
+        line."""
         in_time = bool(nonlinear["in_time"])
         rate = nonlinear["frequency" if in_time else "order"]
         if nonlinear["in_capture"]:
@@ -211,20 +216,20 @@ class Findings:
         return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
 
     def without_steps(self) -> Findings:
-        """What is left with an effect in the model that is a step itself."""
+        """Return the findings that are left with an effect in the model that is a step itself."""
         return replace(self, steps=())
 
     @property
     def not_noise(self) -> bool:
-        """Something is there that is no line: a step, or what no kind of noise makes white.
+        """True where something is no line: a step, or a residual that no kind of noise makes white.
 
-        A third of the family-wise level each for lines, steps and whiteness.
+        Lines, steps and whiteness have a third of the family-wise level each.
         """
         white = self.whiteness_p is None or self.whiteness_p >= FAMILY_WISE / 3.0
         return bool(self.steps) or not white
 
     def data(self) -> dict[str, Any]:
-        """As JSON."""
+        """Return the findings as JSON."""
         return {
             "regular": [cause.data() for cause in self.causes],
             "steps": [step.data() for step in self.steps],
@@ -243,7 +248,7 @@ class Findings:
         }
 
     def sentences(self) -> list[str]:
-        """In words, a sentence each."""
+        """Return the findings in words, a sentence each."""
         found = []
         if self.same:
             found.append(
@@ -260,7 +265,7 @@ class Findings:
         return found
 
     def _by_size(self) -> Iterator[tuple[float, str]]:
-        """Sentences with the RMS of what each speaks of, arcseconds."""
+        """Yield sentences, each with the RMS of its finding in arcseconds."""
         if self.causes:
             words = "; ".join(cause.words() for cause in self.causes)
             yield (
@@ -268,7 +273,7 @@ class Findings:
                 f"Regular in the reference, with the error that each causes: {words}.",
             )
         if self.reversal is not None:
-            # Half of it up and half of it down.
+            # Half of it acts upwards and half of it downwards.
             size = self.reversal.size_arcsec
             yield (
                 abs(size) / 2.0,
@@ -286,7 +291,8 @@ class Findings:
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
     """Search every record of a model's reference for regular lines.
 
-    None where the rows do not determine the model: lines would only cancel its orders.
+    There are no findings where the rows do not determine the model: lines would only cancel its
+    orders.
     """
     if undetermined(solution) is not None:
         return Findings()
@@ -326,7 +332,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     times = [step.time_s for step in steps if step.time_s is not None]
     reversal = reversal_beside(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
-    # Over time and over the angle the same rows are looked at: what either finds white is.
+    # The records over time and over the angle have the same rows: if one is white, the rows are.
     return Findings(
         tuple(causes),
         tuple(steps),
@@ -339,7 +345,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
 
 
 def _same_rate(one: Line, other: Line) -> bool:
-    """Their rates differ by less than the record resolves."""
+    """Tell whether the rates differ by less than the record resolves."""
     return abs(one.rate - other.rate) * one.periods < SAME_LINE * one.rate
 
 
@@ -351,14 +357,14 @@ def _jump(step: Step, record: Record, *, timed: bool) -> Jump:
 
 
 def _columns_of(found: LineSearch) -> Float:
-    """Of its lines and steps, shape (rows, k)."""
+    """Return the columns of the lines and steps that were found, shape (rows, k)."""
     record = found.record
     lines = record.columns(np.array([line.rate for line in found.lines]))
     return np.hstack([lines, *(step_column(record, step.row) for step in found.steps)])
 
 
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
-    """Steps, and a slow change beside them, in a reference that is no dense log."""
+    """Search for steps, and a slow change beside them, in a reference that is no dense log."""
     jumps: list[Jump] = []
     slow: SlowChange | None = None
     for number, record in enumerate(records_of_events(solution)):
@@ -380,7 +386,7 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
 
 
 def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:
-    """An effect that the model lacks and whose order the set declares."""
+    """Return an effect that the model lacks and whose order the set declares; None without one."""
     present = {term.effect.name for term in solution.terms}
     for name, kind in effects.items():
         if name not in present and kind.multiples_setting is not None:
@@ -409,7 +415,7 @@ def _causes(
 
 
 def _is_same(item: RegularCause, other: RegularCause, record: Record) -> bool:
-    """A line over time is one that was found over the angle."""
+    """Tell whether a line over time is one that was found over the angle."""
     if not item.in_time or other.in_time or other.turns_s is None:
         return False
     rates = [line.rate * other.turns_s for line in other.lines]

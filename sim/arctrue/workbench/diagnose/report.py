@@ -22,7 +22,7 @@ from arctrue.workbench.noise.whiteness import noise_data
 
 
 def parameter_data(parameters: dict[str, Parameter]) -> dict[str, Any]:
-    """Parameters as JSON."""
+    """Return parameters as JSON."""
     return {
         name: {"value": item.value, "sigma": item.sigma, "unit": item.unit}
         for name, item in parameters.items()
@@ -30,7 +30,7 @@ def parameter_data(parameters: dict[str, Parameter]) -> dict[str, Any]:
 
 
 def candidate_data(item: Candidate, before: Left | None, after: Left | None) -> dict[str, Any]:
-    """One candidate as JSON; ``after`` is None where it was not added."""
+    """Return one candidate as JSON; ``after`` is None where it was not added."""
     fall = {} if before is None or after is None else after.fall_from(before)
     return {
         "effect": item.name,
@@ -49,7 +49,7 @@ def candidate_data(item: Candidate, before: Left | None, after: Left | None) -> 
 
 
 def covers_data(covers: Coverage) -> dict[str, Any]:
-    """How far the verdict sees, as JSON."""
+    """Return what the verdict covers, as JSON."""
     return {
         "smallest": {
             name: {
@@ -66,7 +66,10 @@ def covers_data(covers: Coverage) -> dict[str, Any]:
 
 
 def _noise_data(result: Diagnosis) -> dict[str, Any]:
-    """Of the model with what was named or described: without it, the effect would be in it."""
+    """Return the noise of the model with the named or described effect, as JSON.
+
+    Without the effect in the model, the noise would contain it.
+    """
     found = result.named or result.described
     solution = result.base if found is None else found.solution
     if solution is None:
@@ -76,13 +79,14 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
 
 
 def _findings_data(result: Diagnosis) -> dict[str, Any]:
-    """What a dense reference shows, and the damped oscillation of a capture that is spoken of."""
+    """Return the findings of a dense reference, with the damped oscillation of a capture if it is
+    stated."""
     found, seen = result.findings, result.decision.oscillation
     return found.data() if seen is None else replace(found, oscillation=seen).data()
 
 
 def _second_data(found: SecondFinding | None) -> dict[str, Any] | None:
-    """What is left with the named effect, as JSON."""
+    """Return what is left with the named effect in the model, as JSON."""
     if found is None:
         return None
     return {
@@ -94,7 +98,7 @@ def _second_data(found: SecondFinding | None) -> dict[str, Any] | None:
 
 
 def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
-    """The whole diagnosis as JSON, schema 2."""
+    """Return the whole diagnosis as JSON, schema 2."""
     parts = [] if result.described is None else result.described.effect.parts
     said = result.decision
     before = result.before
@@ -139,7 +143,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
 
 
 def sentences(result: Diagnosis) -> list[str]:
-    """The verdict in words, and what to do next."""
+    """Return the verdict in words, and what to do next."""
     if result.verdict == "bad_data":
         return ["The data themselves are faulty:", *result.decision.faults]
     if result.verdict == "cannot_tell":
@@ -192,7 +196,7 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
     found = result.findings.sentences()
-    # A jump and a reversal error together are what no single effect resembles: they come first.
+    # No single effect resembles a jump together with a reversal error: these come first.
     findings = result.findings
     first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
     said = [*found, *said] if first else [*said, *found]
@@ -205,13 +209,14 @@ def sentences(result: Diagnosis) -> list[str]:
 
 
 MOST_OF_EXCESS = 0.5
-"""Of the mean square above the noise: an effect that leaves more of it is the smaller part."""
+"""Share of the mean square above the noise: an effect that leaves a larger share is the smaller
+part of the error."""
 
 
 def _smaller_part(result: Diagnosis) -> list[str]:
-    """That most of the error stays with the named effect in the model, one sentence.
+    """Return one sentence where most of the error stays with the named effect in the model.
 
-    Of an effect that only the offsets of the runs show, the rows' RMS says nothing.
+    The RMS of the rows says nothing about an effect that only the offsets of the runs show.
     """
     item, before = result.named, result.before
     after = None if item is None else result.left.get(item.name)
@@ -234,7 +239,7 @@ def _smaller_part(result: Diagnosis) -> list[str]:
 
 
 def _explains_more(result: Diagnosis) -> str | None:
-    """What would be named next, or else the largest regular cause that the named one leaves."""
+    """Return what would be named next, else the largest regular cause that is then left."""
     if result.beside:
         return result.beside[0].name
     named = None if result.named is None else result.named.regular
@@ -243,19 +248,19 @@ def _explains_more(result: Diagnosis) -> str | None:
 
 
 def _measurement(result: Diagnosis) -> list[str]:
-    """What to measure next in a sentence."""
+    """Return what to measure next, as a sentence."""
     found = result.next_measurement
     return [] if found is None else [f"Next measurement: {found}."]
 
 
 SHOWN_PROBABILITIES = 3
-"""Of a sentence; the JSON has all."""
+"""Number of probabilities in a sentence; the JSON has all."""
 LEAST_SHOWN = 0.01
-"""The same: what has less is not listed."""
+"""Smallest probability in a sentence; the JSON has all."""
 
 
 def _probable(result: Diagnosis) -> list[str]:
-    """The largest probabilities in a sentence."""
+    """Return the largest probabilities in a sentence."""
     ranked = sorted(result.probability.items(), key=lambda item: -item[1])
     shown = [
         f"{name} {probability_percent(value)}"
@@ -274,7 +279,7 @@ def _probable(result: Diagnosis) -> list[str]:
 
 
 def _covered(covers: Coverage) -> list[str]:
-    """What "adequate" stands for, one sentence each."""
+    """Return what "adequate" stands for, one sentence each."""
     said = []
     if covers.smallest:
         sizes = ", ".join(
@@ -295,7 +300,7 @@ def _covered(covers: Coverage) -> list[str]:
 
 
 def _aliased(result: Diagnosis) -> list[str]:
-    """Orders that the samples or the stations cannot exclude, one sentence."""
+    """Return a sentence with the orders that the samples or the stations cannot exclude."""
     item, found = _with_aliases(result)
     if item is None:
         return []
@@ -313,7 +318,7 @@ def _aliased(result: Diagnosis) -> list[str]:
 
 
 def _with_aliases(result: Diagnosis) -> tuple[Candidate | None, list[float]]:
-    """The first effect of the class whose order has aliases, and these."""
+    """Return the first effect of the class whose order has aliases, and these aliases."""
     first = result.decision.first
     others = [] if first is None else result.candidates
     names = set(result.effect_class)
@@ -326,7 +331,7 @@ def _with_aliases(result: Diagnosis) -> tuple[Candidate | None, list[float]]:
 
 
 MOST_ORDERS = 5
-"""Blind orders of a sentence; the JSON has all."""
+"""Number of blind orders in a sentence; the JSON has all."""
 
 
 def _smallest(item: Detectable) -> str:

@@ -1,7 +1,7 @@
-"""What is left with the named effect in the model, as a finding of its own.
+"""Second finding: what is left with the named effect in the model.
 
-An effect of the catalogue has one size everywhere. Where a machine's differs from place to place,
-what is left is the effect's own prediction times a factor of the place.
+An effect of the catalogue has one size everywhere. If its size in a machine differs from place to
+place, what is left is the effect's own prediction times a factor of the place.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ Integer = NDArray[np.int64]
 ANGLE_BINS = 36
 """Places of a capture: 10° each."""
 LEAST_OF_LEFT = 0.5
-"""Of the mean square that is left above the noise: with more, the variation is most of it."""
+"""Share of the mean square that is left above the noise: with more, the variation is most of it."""
 WITHIN_PLACES = 0.5
-"""Of the effect's mean square, what changes within the places: with less, its size at a place and
-anything else that stands there are the same."""
+"""Least share of the effect's mean square that changes within the places: with less, its size at a
+place cannot be distinguished from anything else that stands there."""
 STANDARD_ERRORS = 5.0
-"""Of χ² over the places, 2·10⁻⁷ for one look: no trial of other groupings has to be charged."""
+"""Least number of standard errors of χ² over the places, 2·10⁻⁷ for one look: no other groupings
+were tried."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class SecondFinding:
     left_arcsec: Mapping[str, float]
     noise_arcsec: Mapping[str, float]
     channel: str | None = None
-    """In which the effect differs from place to place; None where it is not that."""
+    """Channel in which the effect differs from place to place; None where it does not."""
     variation: float = 0.0
     """Standard deviation of the factor by which it differs; 0.2 is ±20 %."""
     description: str | None = None
@@ -45,12 +46,12 @@ class SecondFinding:
 
     @property
     def bare(self) -> bool:
-        """No more than that something is left, without its form."""
+        """True where something is left and its form is not known."""
         return self.channel is None and self.description is None
 
     @property
     def sentence(self) -> str:
-        """For people."""
+        """The finding as a sentence, for people."""
         channels = [self.channel] if self.channel is not None else list(self.left_arcsec)
         left = " and ".join(
             f"{name} {self.left_arcsec[name]:.3g}″ RMS (noise {self.noise_arcsec[name]:.2g}″)"
@@ -66,9 +67,9 @@ class SecondFinding:
 def second_finding(
     left: Left, *, unknown: bool, description: str | None = None
 ) -> SecondFinding | None:
-    """Of a model whose last term is the named effect; None where nothing sure is left.
+    """Return what is left by a model whose last term is the named effect; None if that is not sure.
 
-    ``unknown``: the verdict beside the named effect says that something is left.
+    ``unknown``: the verdict with the named effect in the model says that something is left.
     """
     for channel, noise in left.noise_arcsec.items():
         found = _variation(left, channel, noise)
@@ -80,7 +81,7 @@ def second_finding(
 
 
 def _variation(left: Left, channel: str, noise_arcsec: float) -> float | None:
-    """Standard deviation of the factor of the place in one channel; None where it is not sure."""
+    """Return the standard deviation of the place's factor in one channel; None where not sure."""
     solution = left.solution
     capture = channel == CHANNELS[0]
     observations = solution.observations
@@ -89,7 +90,7 @@ def _variation(left: Left, channel: str, noise_arcsec: float) -> float | None:
         place = None if rows is None else np.floor(_turn(rows.angle_rad) * ANGLE_BINS)
     else:
         residual, stations = solution.reference_residual_arcsec(), observations.reference
-        # Rounded before it goes round: 0 and a turn are one place.
+        # Angles are rounded before they wrap: 0 and a whole turn are one place.
         place = None if stations is None else np.round(_turn(stations.target_rad), STATION_DECIMALS)
     if place is None or residual is None or noise_arcsec <= 0.0:
         return None
@@ -108,7 +109,7 @@ def _turn(angle_rad: Float) -> Float:
 
 
 def varies(predicted: Float, residual: Float, place: Integer, noise: float) -> float | None:
-    """Scatter over the places of the factor between what is left and what was predicted there.
+    """Return the scatter over the places of the factor between what is left and what was predicted.
 
     Shapes (rows,); None where it is no more than noise, or not most of what is left.
     """

@@ -1,4 +1,4 @@
-"""What was tried beside one model: candidates with their evidence, and how well the model fits."""
+"""Tests with one model: candidates with their evidence, and how well the model fits."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Share of what matters: the noise estimated anew does not double a size."""
+"""Share of the least size that matters: noise that is estimated anew does not double a size."""
 OF_A_CONSTANT = 0.1
-"""What changes less than this share of its mean over the rows is a constant."""
+"""Share of its mean: what changes less over the rows is a constant."""
 RUNS_ARE_THE_SAMPLE = 0.5
-"""Share of the index in the variance of an effect's size."""
+"""Share of the index in the variance of an effect's size, from which on the runs are the sample."""
 
 LEAST_HELD_OUT = 0.5
-"""Share of its own error that other blocks must predict: with less, leaving it out does better
-than taking it for what it seems to be."""
+"""Least share of its own error that other blocks must predict: with less, a model without the
+effect predicts better than one with it."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class FitOfChannel:
 
     residual_rms_arcsec: float
     noise_arcsec: float
-    """Of the repeats."""
+    """Noise of the repeats."""
     lack_of_fit_p: float | None
 
     @property
@@ -45,7 +45,7 @@ class FitOfChannel:
 
 
 def fit_of_channels(residuals: Residuals) -> dict[str, FitOfChannel]:
-    """Of each channel that the set has."""
+    """Return the fit of each channel that the set has."""
     found = {}
     for channel, values, lack in (
         ("capture", residuals.capture_arcsec, capture_lack_of_fit),
@@ -60,30 +60,31 @@ def fit_of_channels(residuals: Residuals) -> dict[str, FitOfChannel]:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """What was tried beside one model, best first, and how well that model fits by itself."""
+    """Candidates that were tried with one model, best first, and how well that model fits by
+    itself."""
 
     residuals: Residuals
     matters_arcsec: float
     """An effect that moves the prediction by less than this is negligible."""
     absent: int
-    """Effects of the catalogue that the model lacks: its p pays for so many."""
+    """Number of effects of the catalogue that the model lacks, by which their p is corrected."""
     looks: int = 1
-    """Surveys of this kind that a diagnosis makes: every p pays for so many."""
+    """Number of such surveys in a diagnosis, by which every p is corrected."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
     findings: Findings = field(default_factory=Findings)
-    """What a forward search found, and the model lacks."""
+    """Findings of a forward search that the model lacks."""
 
     @property
     def base(self) -> Solution:
-        """The model beside which everything was tried."""
+        """The model with which everything was tried."""
         return self.residuals.solution
 
     @property
     def lack_of_fit(self) -> dict[str, float]:
-        """p of each channel that can be tested."""
+        """p of the lack of fit of each channel that can be tested."""
         return {
             channel: item.lack_of_fit_p
             for channel, item in self.channels.items()
@@ -91,20 +92,21 @@ class Survey:
         }
 
     def significant(self) -> list[Candidate]:
-        """Effects of the catalogue that pass the first test."""
+        """Return the effects of the catalogue that pass the first test."""
         return [item for item in self.candidates if item.p_corrected < SIGNIFICANCE]
 
     def matters(self, item: Candidate) -> bool:
-        """It moves the prediction by more than what is negligible."""
+        """Tell whether the effect changes the prediction by more than what is negligible."""
         return max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec
 
     def may_matter(self, item: Candidate) -> bool:
-        """Its size, which changes with the noise, is not far below what matters."""
+        """Tell whether its size, which changes with the noise, is not far below what matters."""
         size = max(item.size_arcsec.values(), default=0.0)
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 
     def confirmed(self, item: Candidate) -> bool:
-        """It matters, rows and blocks left out show it, and so does every pass over its place."""
+        """Tell whether it matters and is shown by held-out rows, by blocks and by every pass over
+        its place."""
         return (
             self.matters(item)
             and _holds_out(item)
@@ -114,7 +116,8 @@ class Survey:
         )
 
     def may_be_a_constant_of_the_model(self, item: Candidate) -> bool:
-        """It is a constant of R₂ − R₁ that the effects of the model may have by themselves."""
+        """Tell whether it is a constant of R₂ − R₁ that the effects of the model may have
+        themselves."""
         base = self.base
         most = sum(
             term.effect.constant_between_heads_arcsec(base.coefficients[base.part(index)])
@@ -131,11 +134,12 @@ class Survey:
 
 
 def _holds_out(item: Candidate) -> bool:
-    """The error on held-out rows falls by more than two standard errors.
+    """Tell whether the error on held-out rows falls by more than two standard errors.
 
-    What is known from run to run only is free in every run's offset, so that rows of the same run
-    cannot show it; there the runs are the sample, and the index's scatter among them decides.
-    A regular cause was predicted from other blocks of the record when it was found.
+    The free offset of each run absorbs an effect that is known from run to run only, so that rows
+    of the same run cannot show it; there the runs are the sample, and the scatter of the index
+    among them decides. A regular cause was predicted from other blocks of the record when it was
+    found.
     """
     if item.regular is not None:
         return True

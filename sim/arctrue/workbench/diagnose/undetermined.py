@@ -1,4 +1,4 @@
-"""A model that the rows of a reference do not determine, and what would determine it."""
+"""A model that the rows of a reference do not determine, and the measurement that would."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from arctrue.workbench.inference.design_matrix import measured_arcsec
 from arctrue.workbench.inference.solution import Solution
 
 MOST_LEFT = 2.0
-"""Of the measured variance. Var(y) = Var(model) + Var(rest) + 2·cov: a model that leaves more than
-was measured has put in error itself; at twice as much, as much as there was."""
+"""Largest ratio of the variance that is left to the measured variance. Var(y) = Var(model) +
+Var(rest) + 2·cov: a model that leaves more than was measured has added error itself; at twice as
+much, it has added as much as there was."""
 WHOLE_TURN_DEG = 355.0
-"""For words alone: an arc of less lacks part of a turn."""
+"""Least arc that the words count as a whole turn."""
 WHOLE_TURNS = "a reference over whole turns, or a model of fewer orders"
-"""The next measurement."""
+"""Next measurement for such a model."""
 
 
 def undetermined(solution: Solution) -> str | None:
-    """Why nothing can be said beside this model; None where the rows determine it.
+    """Return why nothing can be said with this model; None where the rows determine it.
 
-    Orders that a part of a turn does not separate are as large as the noise lets them be, and
-    cancel each other. A line beside them, or slow noise, then only cancels what they put in.
+    Orders that a part of a turn does not separate become as large as the noise allows and cancel
+    each other. A further line, or slow noise, then only cancels what these orders have added.
     """
     rows = solution.observations.reference
     left = solution.reference_residual_arcsec()
