@@ -52,13 +52,13 @@ SECTION_OF = {
         ("instrument", "faces", "standard_uncertainty_arcsec", "clock_offset_s"), "reference"
     ),
 }
-"""The section of ``measurement.toml`` in which each keyword stands."""
+"""Section of ``measurement.toml`` for each keyword."""
 TEXTS = ("title", "date")
-"""Keywords that stand above all sections."""
+"""Keywords that stand above all sections of ``measurement.toml``."""
 
 
 class Metadata(TypedDict, total=False):
-    """What is known of table, heads and reference: the keys of ``measurement.toml``."""
+    """Description of table, heads and reference: the keys of ``measurement.toml``."""
 
     title: str
     date: str
@@ -290,7 +290,7 @@ class Dataset(MeasurementSet):
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
-            As in :meth:`from_arrays`; it counts more than ``attrs``.
+            As in :meth:`from_arrays`; it takes precedence over ``attrs``.
         **metadata
             As in :meth:`from_arrays`. Attributes of the datasets with these names count where no
             keyword is given.
@@ -448,20 +448,20 @@ class Dataset(MeasurementSet):
 
     @property
     def label(self) -> str:
-        """The title, else the name of the folder."""
+        """Title of the set, or else the name of its folder."""
         return label_of(self)
 
     @property
     def sha256(self) -> str:
-        """The number that a history of a model names the set by, 64 hexadecimal digits.
+        """Hash by which the history of a model identifies the set, 64 hexadecimal digits.
 
-        Of a set that stands in its folder as it was read: that of the files. Of any other: that of
-        the files that :func:`arctrue.write_set` would write.
+        If the folder of the set still holds the same content, this is the hash of its files;
+        otherwise it is that of the files that :func:`arctrue.write_set` would write.
         """
         return sha256_of(self)
 
     def __repr__(self) -> str:
-        """Title and rows."""
+        """Return title and number of rows."""
         sizes = {
             "capture": None if self.capture is None else self.capture.run.size,
             "reference": None if self.reference is None else self.reference.error_arcsec.size,
@@ -474,14 +474,14 @@ class Dataset(MeasurementSet):
 
 
 def label_of(measurement: MeasurementSet) -> str:
-    """The title of a set, else the name of its folder, as the command line has it."""
+    """Return the title of a set, or else the name of its folder, as the command line shows it."""
     if measurement.title or measurement.folder is None:
         return measurement.title
     return one_line(measurement.folder.resolve().name)
 
 
 def sha256_of(measurement: MeasurementSet) -> str:
-    """The digest of :func:`set_digest` of a set in memory, see :attr:`Dataset.sha256`.
+    """Return the digest of :func:`set_digest` for a set in memory, see :attr:`Dataset.sha256`.
 
     Raises OSError where no temporary folder can be written.
     """
@@ -498,7 +498,7 @@ def sha256_of(measurement: MeasurementSet) -> str:
 
 
 def _same_rows(one: MeasurementSet, other: MeasurementSet) -> bool:
-    """True where table, columns and keys are the same."""
+    """Tell whether table, columns and keys are the same."""
     return _fingerprint(one) == _fingerprint(other)
 
 
@@ -522,7 +522,10 @@ def _fingerprint(measurement: MeasurementSet) -> bytes:
 
 
 def keys_of(metadata: Mapping[str, Any]) -> Keys:
-    """The description that the keywords make. Raises TypeError, MeasurementError."""
+    """Return the description that the keywords make.
+
+    Raises TypeError, MeasurementError.
+    """
     content: dict[str, Any] = {"schema": 1, "table": {}, "capture": {}, "reference": {}}
     for name, value in metadata.items():
         if value is None:
@@ -545,7 +548,7 @@ def keys_of(metadata: Mapping[str, Any]) -> Keys:
 
 
 def _known_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of a file or dataset that are keywords of :class:`Metadata`."""
+    """Return the attributes of a file or dataset that are keywords of :class:`Metadata`."""
     found = {}
     for name in (*SECTION_OF, *TEXTS):
         if name in attributes:
@@ -568,7 +571,7 @@ def _groups(h5py: Any, opened: Any) -> str:
 
 
 def _hdf5_frame(h5py: Any, path: Path, name: str, group: Any) -> Frame:
-    """The one-dimensional datasets of a group, with the attribute ``units`` of each."""
+    """Return the one-dimensional datasets of a group, with the attribute ``units`` of each."""
     columns, units = {}, {}
     datasets = {key: item for key, item in group.items() if isinstance(item, h5py.Dataset)}
     refuse_above_limit(path, sum(item.nbytes for item in datasets.values() if item.ndim == 1))
@@ -583,7 +586,7 @@ def _hdf5_frame(h5py: Any, path: Path, name: str, group: Any) -> Frame:
 
 
 def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) -> None:
-    """Raises TypeError for an entry of ``columns`` or ``units`` that means nothing."""
+    """Raise TypeError for an entry of ``columns`` or ``units`` that is no quantity or column."""
     known = {one for frame in frames for pair in SET_COLUMNS[frame.name].items() for one in pair}
     there = {column for frame in frames for column in frame.columns}
     if name not in known | there:
@@ -594,7 +597,7 @@ def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) ->
 
 
 def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> dict[str, str]:
-    """The entries that this frame is meant by: with two frames, those that it has."""
+    """Return the entries for this frame: of two frames, each has those whose column it has."""
     if len(frames) == 1:
         return dict(columns)
     others = [other for other in frames if other is not frame]
@@ -606,7 +609,7 @@ def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> 
 
 
 def _one_clock(found: Mapping[str, Found]) -> None:
-    """Dates become seconds from the first of all."""
+    """Convert dates to seconds since the earliest one of all tables."""
     dated = [part for part in found.values() if part.time_ns is not None and part.time_ns.size]
     if not dated:
         return
@@ -673,7 +676,7 @@ def _reference(found: Found, keys: Keys, warnings: list[str]) -> Reference:
 
 
 def _in_order(place: Path, columns: Mapping[str, NDArray[Any]]) -> None:
-    """Raises MeasurementError for runs in pieces, and for time that runs backwards in a run."""
+    """Raise MeasurementError for runs in pieces, and for time that runs backwards in a run."""
     time_s = columns["time_s"]
     run = columns.get("run", np.zeros(time_s.size, dtype=np.int64))
     spans = run_spans(run)
@@ -700,7 +703,10 @@ def _in_order(place: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 
 def _require_mask(place: Path, columns: dict[str, Any]) -> None:
-    """``mask`` as truth values; raises MeasurementError for another number, and a negative u."""
+    """Convert ``mask`` to truth values.
+
+    Raises MeasurementError for a mask other than 0 and 1, and for a negative u.
+    """
     mask, u_arcsec = columns.get("mask"), columns.get("u_arcsec")
     if mask is not None:
         wrong = np.flatnonzero((mask != 0) & (mask != 1))

@@ -16,7 +16,7 @@ PARAMETERS = ("model", "fix", "bounds", "tie")
 
 
 class FitEstimator:
-    """What :func:`fit` takes, kept as parameters: ``sklearn.base.clone`` copies it.
+    """The arguments of :func:`fit`, kept as parameters: ``sklearn.base.clone`` copies them.
 
     The parameters are stored as they are given and checked by :meth:`fit`. What a fit found has a
     name that ends in ``_``: ``result_``.
@@ -30,7 +30,7 @@ class FitEstimator:
         bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
         tie: Mapping[str, Tied] | None = None,
     ) -> None:
-        """As for :func:`fit`."""
+        """Keep the parameters, which are those of :func:`fit`."""
         self.model = model
         self.fix = fix
         self.bounds = bounds
@@ -100,14 +100,14 @@ class FitEstimator:
         return self
 
     def predict(self, angle: ArrayLike, conditions: Mapping[str, ArrayLike] | None = None) -> Any:
-        """Predict the error of head 1, as :meth:`FitResult.predict`.
+        """Predict the error of head 1, as :meth:`FitResult.predict` does.
 
         Parameters
         ----------
         angle : array_like, shape (n,)
             Angle of the table, degrees.
         conditions : mapping of str to array_like, shape (n,) or (), optional
-            Direction, temperature and others that the effects need.
+            Direction, temperature and other conditions that the effects need.
 
         Returns
         -------
@@ -124,6 +124,6 @@ class FitEstimator:
         return self.result_.predict(angle, conditions)
 
     def __repr__(self) -> str:
-        """The parameters that are given."""
+        """Return the call with the parameters that are given."""
         given = {name: value for name, value in self.get_params().items() if value is not None}
         return f"FitEstimator({', '.join(f'{name}={value!r}' for name, value in given.items())})"

@@ -37,7 +37,7 @@ from arctrue.workbench.model.predicted import table_rows, term_values
 
 Float = NDArray[np.float64]
 Tied = str | tuple[str, float] | Callable[[Mapping[str, float]], float]
-"""What a parameter is tied to: another one, a multiple of it, or a function of all."""
+"""Value that a parameter is tied to: another parameter, a multiple of it, or a function of all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class FitParameter:
     value : float
         The likeliest value, in ``unit``.
     stderr : float
-        Standard uncertainty of the linearised fit; 0 of a fixed one, NaN where nothing tells it.
+        Standard uncertainty of the linearised fit; 0 if fixed, NaN if the data do not determine it.
     unit : str
         Unit of value and stderr, such as ``arcsec/K``.
     """
@@ -66,13 +66,13 @@ class FitParameter:
         """Work out an interval by profile likelihood.
 
         All other parameters and the noise take their likeliest values at each value of this one.
-        It is wider than ``value ± 1.96·stderr`` where slow noise may have taken part of the
-        parameter, as of a drift, and uneven where the likelihood is.
+        The interval is wider than ``value ± 1.96·stderr`` where slow noise may have absorbed part
+        of the parameter, for instance of a drift, and asymmetric where the likelihood is.
 
         Parameters
         ----------
         level : float, optional
-            Probability with which such intervals hold the true value.
+            Probability with which such intervals contain the true value.
 
         Returns
         -------
@@ -89,19 +89,19 @@ class FitParameter:
         return self._profile().interval(level)
 
     def __str__(self) -> str:
-        """Value ± uncertainty with the unit, as the commands write it."""
+        """Return value ± uncertainty with the unit, as the commands write it."""
         return with_uncertainty(self.value, self.stderr, self.unit)
 
 
 class FitParameters(Mapping[str, FitParameter]):
-    """The parameters of a fit by name, in the order of the model."""
+    """Parameters of a fit by name, in the order of the model."""
 
     def __init__(self, parameters: Mapping[str, FitParameter]) -> None:
-        """``parameters`` by name."""
+        """Keep the ``parameters`` by name."""
         self._parameters = dict(parameters)
 
     def __getitem__(self, name: str) -> FitParameter:
-        """Raises KeyError with the names that are like it."""
+        """Return one parameter; raises KeyError with the names that are like an unknown one."""
         if name not in self._parameters:
             raise KeyError(
                 f"no parameter {name!r}.{did_you_mean(name, self._parameters)} There are: "
@@ -110,15 +110,15 @@ class FitParameters(Mapping[str, FitParameter]):
         return self._parameters[name]
 
     def __iter__(self) -> Iterator[str]:
-        """Names."""
+        """Iterate over the names."""
         return iter(self._parameters)
 
     def __len__(self) -> int:
-        """How many."""
+        """Return the number of parameters."""
         return len(self._parameters)
 
     def __repr__(self) -> str:
-        """A line for each parameter."""
+        """Return a line for each parameter."""
         return "\n".join(f"{name}: {item}" for name, item in self.items())
 
     def valuesdict(self) -> dict[str, float]:
@@ -140,7 +140,7 @@ class FitParameters(Mapping[str, FitParameter]):
 
 
 def figure_of(parameter: FitParameter) -> str:
-    """Value ± uncertainty without the unit."""
+    """Return value ± uncertainty without the unit."""
     return with_uncertainty(parameter.value, parameter.stderr, "1")
 
 
@@ -151,11 +151,12 @@ class FitResult:
     Parameters
     ----------
     model : Model
-        With the fitted values; its history has this fit as a step, with date, program and hash.
+        The model with the fitted values; its history has this fit as a step, with date, program and
+        hash.
     params : FitParameters
         Every parameter by name, each with ``value``, ``stderr``, ``unit``, ``interval(level)``.
     solution : Solution
-        The same as objects of the workbench.
+        The same results as objects of the workbench.
     """
 
     model: Model
@@ -165,17 +166,17 @@ class FitResult:
 
     @property
     def nobs(self) -> int:
-        """Rows of both channels that were fitted."""
+        """Number of rows of both channels that were fitted."""
         return self.solution.observations.rows
 
     @property
     def nfree(self) -> int:
-        """Rows less the combinations of parameters that the data determine."""
+        """Number of rows minus that of the parameter combinations that the data determine."""
         return self.nobs - self.solution.rank
 
     @property
     def log_likelihood(self) -> float:
-        """Logarithm of the likelihood, the noise at its likeliest."""
+        """Logarithm of the likelihood with the most likely noise."""
         return self.solution.log_likelihood
 
     @property
@@ -197,7 +198,7 @@ class FitResult:
 
     @cached_property
     def correlations(self) -> Mapping[tuple[str, str], float]:
-        """Correlation of each two parameters, by both names in any order; −1 to 1.
+        """Correlation of each pair of parameters, by both names in any order; −1 to 1.
 
         A pair with a fixed parameter is left out.
         """
@@ -214,7 +215,7 @@ class FitResult:
 
     @cached_property
     def left(self) -> Left:
-        """What the model leaves by channel, fitted and held out, beside the noise; arcseconds."""
+        """Residual errors by channel, fitted and held out, and the noise; arcseconds."""
         return left_by(self.solution)
 
     def predict(
@@ -226,8 +227,8 @@ class FitResult:
     ) -> Any:
         """Predict the error of head 1: its reading less the true angle.
 
-        Errors of the reference are no errors of the table and are left out, and so is the constant,
-        which depends on where the zero is.
+        Errors of the reference are left out, because they are no errors of the table, and so is the
+        constant, because it depends on the place of the zero.
 
         Parameters
         ----------
@@ -268,19 +269,19 @@ class FitResult:
         return total, np.sqrt(np.maximum(variance, 0.0))
 
     def residuals(self, *, whitened: bool = False) -> dict[str, Float]:
-        """Give what the model leaves, measured less fitted.
+        """Return the residuals of the model, measured minus fitted.
 
         Parameters
         ----------
         whitened : bool, optional
-            Divide by the noise and take its correlation out: then they should be independent with
-            a standard deviation of 1.
+            Divide by the noise and remove its correlation: the residuals should then be
+            independent with a standard deviation of 1.
 
         Returns
         -------
         dict of str to ndarray, shape (rows,)
-            By channel, ``capture`` and ``reference``; arcseconds, or a pure number. Of a very long
-            set: of the rows that the statistics work on.
+            Residuals by channel, ``capture`` and ``reference``; arcseconds, or a pure number. For a
+            very long set, only those of the rows that the statistics use.
         """
         solution, found = self.solution, {}
         for name, values, noise in (
@@ -341,7 +342,7 @@ class FitResult:
         Returns
         -------
         Pictures
-            As those of :func:`arctrue.compare`.
+            The same pictures as those of :func:`arctrue.compare`.
 
         Raises
         ------
@@ -364,12 +365,12 @@ class ModelTest:
     Parameters
     ----------
     bic_difference : float
-        BIC of the first less BIC of the second: above 0 the second is better, above 10 much.
+        BIC of the first minus BIC of the second: above 0 the second is better, above 10 much so.
     ratio : ModelRatio or None
         Likelihood ratio, parameters between the models, p; None where no model contains the other.
     held_out_fall_arcsec : dict of str to (float, float)
-        By channel, by how much the second model's error on rows that it did not see is smaller,
-        and the standard error of that.
+        Decrease of the error on held-out rows from the first model to the second, by channel, and
+        its standard error.
     """
 
     bic_difference: float
@@ -377,7 +378,7 @@ class ModelTest:
     held_out_fall_arcsec: dict[str, tuple[float, float]]
 
     def __str__(self) -> str:
-        """A line for each comparison."""
+        """Return a line for each comparison."""
         lines = [f"BIC of the first less that of the second: {figure(self.bic_difference, 2)}"]
         if self.ratio is not None:
             lines.append(
@@ -402,22 +403,22 @@ def fit(
     bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
     tie: Mapping[str, Tied] | None = None,
 ) -> FitResult:
-    """Fit a model to a set by generalised least squares, its noise estimated with it.
+    """Fit a model to a set by generalised least squares, and estimate its noise.
 
     Parameters
     ----------
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str, optional
-        The model, its file, or names of effects that the paper's model gets; that model without it.
+        The model, its file, or names of effects to add to the paper's model, which is the default.
     fix : mapping of str to float, or iterable of str, optional
-        Parameters that keep a value: ``{"hysteresis.reversal_error": 0.5}``; of names alone, the
-        value that the model has from an earlier fit.
+        Parameters that keep a value: ``{"hysteresis.reversal_error": 0.5}``; names alone
+        keep the value that the model has from an earlier fit.
     bounds : mapping of str to (low, high), optional
         Limits of a parameter, None on an open side.
     tie : mapping of str to str, (str, float) or callable, optional
-        What a parameter equals: another parameter, a multiple of one ``("other.name", 2.0)``, or
-        a function of a mapping of all values.
+        Value that a parameter equals: another parameter, a multiple of one
+        ``("other.name", 2.0)``, or a function of a mapping of all values.
 
     Returns
     -------
@@ -499,7 +500,7 @@ def _conditions(
     bounds: Mapping[str, tuple[float | None, float | None]] | None,
     tie: Mapping[str, Tied] | None,
 ) -> tuple[list[Condition], dict[str, float]]:
-    """Conditions of the fit; search parameters that are whole numbers are places of their own."""
+    """Return the conditions of the fit, and the values of whole-numbered search parameters."""
     values = values_of(
         solution.terms, solution.widths, solution.coefficients, solution.observations
     )
@@ -551,7 +552,7 @@ def _conditions(
 def _equal(
     name: str, wanted: Callable[[Mapping[str, float]], float], names: tuple[str, ...], unit: str
 ) -> Condition:
-    """``name`` equals what ``wanted`` gives; of a phase, but for whole turns."""
+    """Require that ``name`` equals what ``wanted`` gives; a phase may differ by whole turns."""
 
     def difference(parameters: Mapping[str, float]) -> float:
         off = parameters[name] - wanted(parameters)
@@ -565,7 +566,10 @@ def _equal(
 def _fixed_values(
     model: Model, fix: Mapping[str, float] | Iterable[str] | None
 ) -> Mapping[str, float]:
-    """Raises ValueError for a name without a value that the model has no fitted value of."""
+    """Return the fixed values by name.
+
+    Raises ValueError for a name without a value, if the model has no fitted value of it.
+    """
     if fix is None or isinstance(fix, Mapping):
         return fix or {}
     stored = {
@@ -591,7 +595,10 @@ def _is_whole(solution: Solution, name: str) -> bool:
 
 
 def _with_places(solution: Solution, places: Mapping[str, float]) -> Solution:
-    """The fit with whole search parameters at these values. Raises ValueError out of range."""
+    """Return the fit with whole search parameters at these values.
+
+    Raises ValueError for a value out of range.
+    """
     named = labels(solution.terms)
     terms: list[Term] = list(solution.terms)
     for name, value in places.items():

@@ -46,22 +46,22 @@ SET_COLUMNS: Mapping[str, Mapping[str, str]] = {
         "mask": "mask",
     },
 }
-"""The column of a measurement set for each quantity, by channel."""
+"""Column of a measurement set for each quantity, by channel."""
 REQUIRED: Mapping[str, tuple[str, ...]] = {
     "capture": ("time", "head1", "head2"),
     "reference": ("target", "error"),
 }
 _UNIT_IN_SET: Mapping[Kind, str] = {"time": "s", "temperature": "degC"}
 _OTHER_SPELLINGS = {"deg_C": "degC", "ct": "counts"}
-"""Units as astropy writes them."""
+"""Spellings of units by astropy."""
 
 
 @dataclass(frozen=True)
 class Frame:
     """A table of any library.
 
-    ``columns``: one-dimensional arrays by name, of one length. ``units``: what the table itself
-    says of them. ``name``: the channel, for messages.
+    ``columns``: one-dimensional arrays by name, of one length. ``units``: units that the table
+    itself states. ``name``: the channel, for messages.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Frame:
 
 @dataclass
 class Found:
-    """Columns as a measurement set has them, its conditions, and what was left out."""
+    """Columns as a measurement set has them, its conditions, and warnings about unused columns."""
 
     columns: dict[str, NDArray[Any]]
     conditions: dict[str, NDArray[np.float64]]
@@ -86,7 +86,7 @@ def columns_of(
     units: Mapping[str, Any],
     counts_per_rev: int | None,
 ) -> Found:
-    """The columns of ``frame`` in the units of a measurement set.
+    """Return the columns of ``frame`` in the units of a measurement set.
 
     ``columns``: the frame's name for a quantity or a set's column. ``units``: the unit of either.
     Raises MeasurementError, which names the column, what was expected and what to do.
@@ -123,7 +123,7 @@ def columns_of(
 
 
 def _places(frame: Frame, columns: Mapping[str, str]) -> dict[str, str]:
-    """The frame's column of each quantity."""
+    """Find the frame's column of each quantity."""
     of_set = SET_COLUMNS[frame.name]
     found: dict[str, str] = {}
     for name, column in columns.items():
@@ -175,7 +175,8 @@ def _means(column: str, quantity: str) -> bool:
 
 
 def _unit(frame: Frame, quantity: str, column: str, units: Mapping[str, Any]) -> Any:
-    """What the caller says, else the column itself, else its name."""
+    """Return the unit that the caller states, else that of the column itself, else that in its
+    name."""
     kind = QUANTITIES[quantity]
     for name in (quantity, SET_COLUMNS[frame.name][quantity], column):
         if name in units:
@@ -202,7 +203,7 @@ def _units(kind: Kind) -> str:
 
 
 def _known(frame: Frame, quantity: str, column: str, unit: Any) -> Any:
-    """The name of the unit, or a unit of astropy as it is."""
+    """Return the name of the unit; a unit of astropy stays as it is."""
     if not isinstance(unit, str) and hasattr(unit, "to") and hasattr(unit, "physical_type"):
         return unit
     kind = QUANTITIES[quantity]
@@ -216,7 +217,7 @@ def _known(frame: Frame, quantity: str, column: str, unit: Any) -> Any:
 def _converted(
     frame: Frame, quantity: str, column: str, unit: Any, counts_per_rev: int | None
 ) -> NDArray[Any]:
-    """The column in the unit of the set: counts, degrees, arcseconds, seconds, °C."""
+    """Convert a column to the unit of the set: counts, degrees, arcseconds, seconds, °C."""
     kind, values = QUANTITIES[quantity], frame.columns[column]
     if not isinstance(unit, str):
         unit, values = _of_astropy(frame, quantity, column, unit)
@@ -244,7 +245,7 @@ def _converted(
 
 
 def _of_astropy(frame: Frame, quantity: str, column: str, unit: Any) -> tuple[str, Any]:
-    """A unit of astropy as one of ours, and the column in it."""
+    """Return our unit for a unit of astropy, and the column in it."""
     kind, values = QUANTITIES[quantity], frame.columns[column]
     text = str(unit)
     named = unit_named(kind, _OTHER_SPELLINGS.get(text, text))
@@ -262,7 +263,7 @@ def _of_astropy(frame: Frame, quantity: str, column: str, unit: Any) -> tuple[st
 
 
 def _dates(values: Any) -> NDArray[np.int64] | None:
-    """Nanoseconds since 1970, or of a duration; None: it is neither."""
+    """Return nanoseconds since 1970, or those of a duration; None where the values are neither."""
     array = values.to_numpy() if hasattr(values, "to_numpy") else np.asarray(values)
     if array.dtype.kind == "O" and array.size and hasattr(array[0], "timestamp"):
         array = np.array([item.timestamp() for item in array], dtype=np.float64)
@@ -275,7 +276,10 @@ def _dates(values: Any) -> NDArray[np.int64] | None:
 
 
 def _numbers(frame: Frame, column: str, values: Any) -> NDArray[Any]:
-    """The values (n,) as numbers. Raises MeasurementError with the row of the first other one."""
+    """Return the values (n,) as numbers.
+
+    Raises MeasurementError with the row of the first value that is no finite number.
+    """
     array = np.asarray(values)
     if array.ndim != 1:
         raise _fault(frame, column, f"expected a row of numbers, found an array {array.shape}")
@@ -301,7 +305,10 @@ def _numbers(frame: Frame, column: str, values: Any) -> NDArray[Any]:
 
 
 def _whole(frame: Frame, column: str, array: NDArray[Any]) -> NDArray[np.int64]:
-    """Raises MeasurementError with the row of the first number that is not whole."""
+    """Return the numbers as integers.
+
+    Raises MeasurementError with the row of the first number that is not whole.
+    """
     found = array.astype(np.int64)
     wrong = np.flatnonzero(found != array)
     if wrong.size:

@@ -28,10 +28,10 @@ class Model:
     Parameters
     ----------
     content : arctrue.workbench.model.Model, optional
-        Effects, fitted values and history; the paper's model without it, which is
+        Effects, fitted values and history; by default the paper's model, which is
         ``graduation_harmonics`` of the orders 1 to 20.
     folders : tuple of Path, optional
-        Folders of own effects.
+        Folders of the user's own effects.
     """
 
     content: _Model = field(default_factory=default_model)
@@ -49,7 +49,7 @@ class Model:
         Returns
         -------
         Model
-            With the folders of own effects that the file names.
+            The model, with the folders of the user's own effects that the file names.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class Model:
 
     @property
     def history(self) -> list[HistoryStep]:
-        """How the error fell, step by step, each with date, program and hash of the set."""
+        """Steps by which the error fell, each with date, program and hash of the set."""
         return list(self.content.history)
 
     def having(self, *effects: str, **settings: dict[str, object]) -> Model:
@@ -93,12 +93,12 @@ class Model:
             Names of effects (``arctrue effects``).
         **settings : dict
             The settings of an effect, by its name: ``graduation_harmonics={"orders": [1, 2]}``.
-            Of an effect that the model has they replace those that it had.
+            If the model has the effect, they replace its settings.
 
         Returns
         -------
         Model
-            With these effects; :func:`arctrue.fit` finds their values.
+            The model with these effects; :func:`arctrue.fit` finds their values.
 
         Raises
         ------
@@ -135,7 +135,7 @@ class Model:
         Returns
         -------
         Model
-            With the effect, its history longer by what it brought.
+            The model with the effect; a new step of its history shows what the effect brought.
 
         Raises
         ------
@@ -165,7 +165,7 @@ class Model:
         Returns
         -------
         Model
-            Without the effect, its history longer by what that cost.
+            The model without the effect; a new step of its history shows what that cost.
 
         Raises
         ------
@@ -181,25 +181,25 @@ class Model:
         return self.grown(content, data)
 
     def grown(self, content: _Model, measurement: SetOrFolder) -> Model:
-        """This model with another content, each newer history step with its provenance.
+        """Return this model with other content, each newer history step with its provenance.
 
         Parameters
         ----------
         content : arctrue.workbench.model.Model
-            With a history that continues this one's.
+            Content whose history continues that of this model.
         measurement : MeasurementSet, Path or str
             The set that was fitted to.
 
         Returns
         -------
         Model
-            Date, program and hash of the set are in every newer step.
+            The model; every newer step has date, program and hash of the set.
         """
         data = set_of(measurement)
         return Model(with_provenance(content, len(self.content.history), data.sha256), self.folders)
 
     def known(self) -> dict[str, type[Effect]]:
-        """List all effects, own ones with them.
+        """List all effects, including the user's own.
 
         Returns
         -------
@@ -268,11 +268,15 @@ class Model:
 
 
 ModelLike = Model | Path | str | Iterable[str] | None
-"""A model, the name of its file, or names of effects that the paper's model gets; None: that."""
+"""A model, the name of its file, or names of effects to add to the paper's model; None: that model.
+"""
 
 
 def model_of(model: ModelLike) -> Model:
-    """The model that is meant. Raises ModelFileError, EffectNotFoundError, TypeError."""
+    """Return the model that is meant.
+
+    Raises ModelFileError, EffectNotFoundError, TypeError.
+    """
     if model is None:
         return Model()
     if isinstance(model, Model):
@@ -303,14 +307,14 @@ def add(
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str, optional
-        The model, its file, or names of effects; the paper's model without it.
+        The model, its file, or names of effects; by default the paper's model.
     **settings
         Settings of the effect.
 
     Returns
     -------
     Model
-        With the effect, its history longer by what it brought.
+        The model with the effect; a new step of its history shows what the effect brought.
 
     Raises
     ------
@@ -337,7 +341,7 @@ def drop(effect: str, measurement: SetOrFolder, model: ModelLike) -> Model:
     Returns
     -------
     Model
-        Without the effect, its history longer by what that cost.
+        The model without the effect; a new step of its history shows what that cost.
 
     Raises
     ------

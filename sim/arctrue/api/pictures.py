@@ -62,7 +62,7 @@ class Pictures:
 
 
 def pictures(charts: Callable[[], Mapping[str, Chart]]) -> Pictures:
-    """Each chart as the PNG file of its name; ``charts`` imports what draws them.
+    """Draw each chart as the PNG file of its name; ``charts`` imports what draws them.
 
     Raises MissingExtraError where matplotlib is not installed.
     """
@@ -76,7 +76,7 @@ def pictures(charts: Callable[[], Mapping[str, Chart]]) -> Pictures:
 
 
 def html_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table of text, every cell escaped."""
+    """Return a table of text as HTML, every cell escaped."""
 
     def row(cells: Iterable[object], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(str(c))}</{tag}>" for c in cells) + "</tr>"

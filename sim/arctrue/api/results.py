@@ -30,7 +30,7 @@ class Comparison:
     data : dict
         ``channels`` and ``findings``, as ``arctrue compare --json`` has them; arcseconds.
     result : ModelComparison
-        The same as objects of the workbench.
+        The same results as objects of the workbench.
     solution : Solution
         The model as it was compared, with its residuals.
     """
@@ -66,7 +66,7 @@ class Comparison:
 
 
 def comparison_pictures(solution: Solution, result: ModelComparison) -> Pictures:
-    """The residual by branches, and its maps."""
+    """Draw the residual by branches, and its maps."""
 
     def charts() -> Any:
         from arctrue.report.charts.comparison_charts import comparison_charts
@@ -89,7 +89,7 @@ class Diagnosis:
     data : dict
         What ``arctrue diagnose --json`` writes.
     result : arctrue.workbench.diagnose.diagnosis.Diagnosis
-        The same as objects of the workbench.
+        The same results as objects of the workbench.
     """
 
     verdict: str
@@ -134,14 +134,14 @@ class Explanation:
     Parameters
     ----------
     model : Model
-        With the effects that were added; its history has a step for each.
+        The model with the effects that were added; its history has a step for each.
     sizes_arcsec : dict of str to float
-        What goes with each added effect, held out, in the channel where most goes; the largest
-        first.
+        Held-out error that each added effect removes, in the channel where it removes most; the
+        largest first.
     verdict : Diagnosis
-        On what the final model leaves.
+        Diagnosis of what the final model leaves.
     result : arctrue.workbench.model.explain.Explanation
-        The same as objects of the workbench.
+        The same results as objects of the workbench.
     """
 
     model: Model
@@ -172,18 +172,18 @@ class Explanation:
 def compare(
     measurement: SetOrFolder, model: ModelLike = None, *, fit: bool = True, seed: int = 1
 ) -> Comparison:
-    """Compare a model with a set: how far it is, and where.
+    """Compare a model with a set: how far it is off, and where.
 
     Parameters
     ----------
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str, optional
-        The model, its file, or names of effects; the paper's model without it.
+        The model, its file, or names of effects; by default the paper's model.
     fit : bool, optional
         False judges the stored coefficients, as ``--no-fit`` does.
     seed : int, optional
-        Of the random draws behind the lack of fit.
+        Seed of the random draws behind the lack of fit.
 
     Returns
     -------
@@ -224,7 +224,7 @@ def diagnose(
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str, optional
-        The model, its file, or names of effects; the paper's model without it.
+        The model, its file, or names of effects; by default the paper's model.
     matters_counts : float, optional
         An effect is negligible below this RMS, counts.
 
@@ -267,7 +267,7 @@ def explain(
     measurement : MeasurementSet, Path or str
         The set, or the name of its folder.
     model : Model, Path, str or iterable of str, optional
-        The model to begin with, its file, or names of effects; the paper's model without it.
+        The model to begin with, its file, or names of effects; by default the paper's model.
     matters_counts : float, optional
         An effect is negligible below this RMS, counts.
 

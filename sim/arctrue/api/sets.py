@@ -54,7 +54,10 @@ def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
 
 
 def set_of(measurement: SetOrFolder) -> Dataset:
-    """The set itself. Raises MeasurementError for a folder, TypeError for what is neither."""
+    """Return the set itself.
+
+    Raises MeasurementError for a folder that cannot be read, TypeError for anything else.
+    """
     if isinstance(measurement, MeasurementSet):
         return Dataset.of(measurement)
     if isinstance(measurement, Path | str):
@@ -78,11 +81,11 @@ def simulate(
     *effects : str
         Causes of error that the table has, as ``arctrue simulate --list`` names them.
     sizes : sequence of float, optional
-        Their sizes, in the order and unit of the effects; drawn where there is none.
+        Their sizes, in the order and unit of the effects; they are drawn if none are given.
     experiment : {"full", "short", "lean"}, optional
         How much is measured.
     seed : int, optional
-        Of all random numbers.
+        Seed of all random numbers.
 
     Returns
     -------

@@ -23,7 +23,7 @@ GATEWARE = "gateware"
 
 
 class ExportRefusedError(ValueError):
-    """The set says that the correction makes the error larger; the text says where."""
+    """The correction would make the error larger on this set; the text says where."""
 
 
 def import_files(
@@ -51,13 +51,13 @@ def import_files(
     units : mapping of str to str, optional
         The unit of a quantity: ``--unit``.
     reader : str, optional
-        Name of the reader; without it the one that recognises the file: ``--format``.
+        Name of the reader, by default the one that recognises the file: ``--format``.
     group : str, optional
         Group of an HDF5 file or variable of an EPICS log.
     period_s : float, optional
-        Seconds between two rows, of files without a time.
+        Seconds between two rows, for files without a time.
     sign : {"reading-true", "true-reading"}, optional
-        What the error column is.
+        Meaning of the error column.
     zero : {"shift", "keep"}, optional
         Whether the reference's zero is turned to that of the reading.
     missing : {"drop"}, optional
@@ -70,7 +70,7 @@ def import_files(
     Returns
     -------
     Dataset
-        Its ``origin.notes`` say what was decided.
+        The set; its ``origin.notes`` say what was decided.
 
     Raises
     ------
@@ -133,20 +133,20 @@ def export(
     table_format : str, optional
         ``gateware``, or a format of ``arctrue export --format``.
     points : int, optional
-        Steps a turn, of a table.
+        Steps a turn of a table.
     steps_per_second : float, optional
         Motor steps in a sidereal second, which ``table_format="onstep"`` needs.
     lanes : int, optional
-        Lanes of the gateware; as many as it is built with by default.
+        Number of lanes of the gateware; by default as many as it is built with.
     temperature_c : float, optional
-        Temperature that the coefficients are for, °C; without it they follow the table's.
+        Temperature that the coefficients are for, °C; by default they follow that of the table.
     force : bool, optional
         Write the file even where the set speaks against it.
 
     Returns
     -------
     list of str
-        What of the model is not corrected, and other things to know, one sentence each.
+        Parts of the model that are not corrected, and other things to know, one sentence each.
 
     Raises
     ------
@@ -199,6 +199,6 @@ def export(
 
 
 def _refuse(path: Path, refused: list[str], *, force: bool) -> None:
-    """Raises ExportRefusedError."""
+    """Raise ExportRefusedError where the set speaks against the file, unless it is forced."""
     if refused and not force:
         raise ExportRefusedError(f"{path} was not written: {' '.join(refused)}")

@@ -1,1 +1,1 @@
-"""Does a user's effect do what its file says? Its columns are held against a set of rows."""
+"""Check whether a user's effect does what its file says: compare its columns with a set of rows."""

@@ -1,4 +1,4 @@
-"""Every check of one effect on the rows of one set, each with its outcome in words."""
+"""Checks of one effect on the rows of one set, each with its outcome in words."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Outcome = Literal["right", "wrong", "open"]
 EXPLAINED = 1e-6
 """Share of a column's length up to which its part outside other columns counts as rounding."""
 LOOK_ALIKE = 0.95
-"""Canonical correlation above which the diagnosis does not tell two effects apart."""
+"""Canonical correlation above which the diagnosis does not distinguish two effects."""
 SAME = 1e-9
 """Relative difference up to which columns that are calculated twice from the same rows agree."""
 
@@ -41,7 +41,7 @@ class Check:
 def checks_of(
     kind: type[Effect], observations: Observations, others: Mapping[str, type[Effect]]
 ) -> list[Check]:
-    """All checks of an effect on a set; ``others`` are the effects that it may look like.
+    """Run all checks of an effect on a set; ``others`` are the effects that it may look like.
 
     Raises EffectFileError where a method fails, returns a wrong shape or takes too long.
     """
@@ -121,7 +121,7 @@ class _Subject:
         return self.effect.reference_columns(rows, place, self.context)
 
     def _each(self) -> list[tuple[str, int, Float]]:
-        """Channel, number of the place, columns, of all that are seen."""
+        """Return channel, number of the place and columns, for all columns that are seen."""
         return [
             (name, number, columns)
             for name, blocks in self.columns.items()
@@ -162,7 +162,8 @@ class _Subject:
         return _check("the same rows give the same columns", faults, "they do")
 
     def row_by_row(self) -> Check:
-        """A long capture comes block by block: a row's columns may depend on that row alone."""
+        """Check that a row's columns depend on that row alone, since a long capture comes in
+        blocks."""
         faults = []
         for name, number, columns in self._each():
             rows = self.channels[name]
@@ -219,10 +220,10 @@ class _Subject:
     def searched(self) -> Check:
         faults = []
         for item in self.effect.search:
-            # No ends of the range: those of an angle may be the same place.
+            # The ends of the range are not used: those of an angle may be the same place.
             low, high = _value(item, 0.3), _value(item, 0.9)
             # Two parameters may exclude each other, as the order and the frequency of a line do:
-            # one that acts at any place is searched.
+            # a parameter passes if it acts at any one place.
             changes = any(
                 not _same(columns, self._columns(rows, {**place, item.name: high}))
                 for place in self.places[1:]
@@ -237,7 +238,7 @@ class _Subject:
     def parameters(self) -> Check:
         ones = np.ones(len(self.names))
         units: dict[str, set[str]] = {}
-        # A line in time has a frequency, one in the angle an order: what is given at any place.
+        # A line in time has a frequency, one in the angle an order: parameters of all places count.
         for place in self.places[1:] or self.places:
             told = self.effect.parameters(ones, np.diag(ones), place, self.observations)
             told = {**told, **self.effect.derived(told, place, self.observations)}
@@ -259,7 +260,7 @@ class _Subject:
         return _check("fitted parameters", faults, ", ".join(units))
 
     def _stacked(self, terms: Sequence[Term]) -> Float:
-        """Columns of both channels one below the other, ″."""
+        """Return the columns of both channels one below the other, ″."""
         blocks = [
             channel_columns(terms, self.observations, self.context, capture=name == "capture")
             for name in self.channels
@@ -267,7 +268,7 @@ class _Subject:
         return np.vstack(blocks)
 
     def _model(self, others: Mapping[str, type[Effect]]) -> Float:
-        """An orthonormal basis of the paper's model and of the offsets of runs and reference."""
+        """Return an orthonormal basis of the paper's model and offsets of runs and reference."""
         columns = self._stacked([Term(others["graduation_harmonics"](), {})])
         offsets, start = [], 0
         for name, rows in self.channels.items():
@@ -298,7 +299,7 @@ class _Subject:
         return _check("independence", faults, "of the model's columns and of each other")
 
     def look_alikes(self, others: Mapping[str, type[Effect]]) -> Check:
-        """Known effects without a search whose columns hold these ones on this set."""
+        """Find known effects without a search whose columns contain these ones on this set."""
         _, left = self._own(others)
         own = _basis(left)
         model = self._model(others)
@@ -322,7 +323,8 @@ class _Subject:
 
 
 def _stands_for(pattern: str, name: str) -> bool:
-    """True for the same name; ``run_R_amplitude`` stands for ``run_0_amplitude`` and its like."""
+    """Tell whether a name fits a pattern: ``run_R_amplitude`` stands for ``run_0_amplitude`` and
+    others."""
     words = [
         r"[\d.]+" if len(word) == 1 and word.isupper() else re.escape(word)
         for word in pattern.split("_")
@@ -345,7 +347,7 @@ def _same(first: Float, second: Float | None) -> bool:
 
 
 def _basis(columns: Float) -> Float:
-    """Orthonormal columns that span the same, directions that are only rounding left out."""
+    """Return orthonormal columns of the same span, without directions that are only rounding."""
     lengths = np.linalg.norm(columns, axis=0)
     scaled = columns[:, lengths > 0.0] / lengths[lengths > 0.0]
     if scaled.shape[1] == 0:

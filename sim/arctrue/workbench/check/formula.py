@@ -12,13 +12,14 @@ Float = NDArray[np.float64]
 STEP = 1e-3
 """Step of a coefficient, in its unit; a linear formula has the same difference at any step."""
 FAR = 1.0
-"""The step with which it is asked whether the formula is linear."""
+"""Step of the test whether the formula is linear."""
 ROUNDING = 1e-6
 """Share of the largest difference that rounding may cause: a step of 1e-3 leaves 13 of 16 digits,
 with a margin."""
 
 Forward = Callable[[dict[str, float]], Float]
-"""The formula's values in arcseconds, shape (rows,), as a function of the coefficients by name."""
+"""Function of the coefficients by name that gives the formula's values, arcseconds, shape (rows,).
+"""
 
 
 def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> list[str]:
@@ -58,7 +59,7 @@ def _moved(at: dict[str, float], name: str, step: float) -> dict[str, float]:
 
 
 def _difference(forward: Forward, at: dict[str, float], name: str, step: float) -> Float:
-    """(f(b + h) − f(b − h)) / 2h."""
+    """Return the difference quotient (f(b + h) − f(b − h)) / 2h."""
     up, down = forward(_moved(at, name, step)), forward(_moved(at, name, -step))
     return np.asarray((up - down) / (2.0 * step))
 

@@ -45,7 +45,7 @@ class ModelComparison:
 
 
 def compare(solution: Solution, seed: int) -> ModelComparison:
-    """Residuals of a fitted (or stored) model against every condition of the set."""
+    """Compare the residuals of a fitted (or stored) model with every condition of the set."""
     residuals = Residuals(solution)
     channels: dict[str, ChannelComparison] = {}
     for channel, item in fit_of_channels(residuals).items():

@@ -1,8 +1,8 @@
-"""What the residual follows, in words, and which of it only resembles something stronger.
+"""Conditions that the residual follows, in words, and those that only resemble a stronger one.
 
-Heat and time rise together in a warming run, so that both "explain" the same variance. The
-strongest is taken out of the residual first; what each of the others then still explains is its
-share beyond it. One that is left with little is a shadow.
+Temperature and time rise together in a warming run, so that both "explain" the same variance. The
+strongest condition is removed from the residual first; what each of the others then still explains
+is its share beyond the strongest. A condition that keeps little is a shadow.
 """
 
 from __future__ import annotations
@@ -26,13 +26,14 @@ from arctrue.workbench.inference.significance import corrected_p_value
 Float = NDArray[np.float64]
 
 LEAST_SHARE = 0.02
-"""Shares of the excess below this are not put into words."""
+"""Least share of the excess that is put into words."""
 SIGNIFICANCE = 0.01
 SHADOW_SHARE = 0.25
 """A condition that keeps less than this part of its share after a stronger one was removed is its
 shadow."""
 MOST_TAKEN = 4
-"""Number of conditions that are removed one after another; later ones are too small to rank."""
+"""Largest number of conditions that are removed one after another; later ones are too small to
+rank."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,10 @@ class ExcessOf:
     excess_arcsec: float
 
     def share(self, share_of_variance: float) -> float:
-        """Share of the excess over the noise, from a share of the whole variance.
+        """Return the share of the excess over the noise, from a share of the whole variance.
 
-        When repeats scatter as much as the whole (an effect that does not repeat), the whole
-        counts.
+        Where repeats scatter as much as the whole (an effect that does not repeat), the share of
+        the whole is returned.
         """
         excess, whole = self.excess_arcsec**2, self.rms_arcsec**2
         if excess < 0.05 * whole:
@@ -79,11 +80,11 @@ class _Follower(ABC):
 
     @abstractmethod
     def variance_share(self, residuals: Residuals, whole: float) -> float:
-        """Share of ``whole`` (sum of squares at the start) that it takes from the residuals."""
+        """Return the share of ``whole`` (initial sum of squares) that the condition explains."""
 
     @abstractmethod
     def taken_from(self, residuals: Residuals) -> Residuals:
-        """The residuals without what it explains."""
+        """Return the residuals without what the condition explains."""
 
 
 class _Map(_Follower):
@@ -111,7 +112,7 @@ class _Product(_Follower):
         self.words = _words(effect)
 
     def variance_share(self, residuals: Residuals, whole: float) -> float:
-        # What the product takes of the sum of squares, not of χ².
+        # The share refers to the sum of squares, not to χ².
         before = _centred(residuals, self.channel)
         after = _centred(self.taken_from(residuals), self.channel)
         return float(before @ before - after @ after) / max(whole, 1e-30)
@@ -144,7 +145,7 @@ def _centred(residuals: Residuals, channel: str) -> Float:
 def ranked_findings(
     residuals: Residuals, maps: Sequence[ResidualMap], excess: Mapping[str, ExcessOf]
 ) -> list[Finding]:
-    """Everything worth a sentence: what stands by itself first, each followed by its shadows."""
+    """Return all findings: those that stand by themselves first, each followed by its shadows."""
     found: list[Finding] = []
     for channel, reference in excess.items():
         found += _ranked(residuals, channel, maps, reference)
@@ -227,7 +228,7 @@ def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None
 
 
 def _words(effect: ProductOfParts) -> str:
-    """Condition and wave in words, without the frame."""
+    """Return condition and wave in words, without the frame."""
     condition = effect.condition.part.replace("^2", "²")
     if effect.electrical_head is not None:
         waves = [f"electrical phase of head {effect.electrical_head}"]

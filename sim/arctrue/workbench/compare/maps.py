@@ -35,7 +35,7 @@ class ResidualMap:
     share: float
     """Share of the residual's variance that the means of the bins explain."""
     null_share: float
-    """The largest share that draws of the fitted noise reach: chance alone."""
+    """Largest share that draws of the fitted noise reach by chance alone."""
     group: Integer = field(repr=False, compare=False)
     """Number of the bin of every row, shape (rows,)."""
     bins: int
@@ -128,7 +128,7 @@ def _column_binnings(rows: CaptureRows | ReferenceRows) -> Iterator[_Binning | N
 
 
 def variance_share(values: Float, group: Integer, bins: int) -> float:
-    """Share of the sum of squares of ``values`` that the means of the groups take."""
+    """Return the share of the sum of squares of ``values`` that the means of the groups explain."""
     total = float(values @ values)
     if total <= 0.0:
         return 0.0
@@ -138,7 +138,7 @@ def variance_share(values: Float, group: Integer, bins: int) -> float:
 
 
 def residual_maps(residuals: Residuals, random: np.random.Generator) -> list[ResidualMap]:
-    """Every map of both channels; the largest share beyond chance first."""
+    """Return every map of both channels, the largest share beyond chance first."""
     found: list[ResidualMap] = []
     capture, reference = residuals.observations.capture, residuals.observations.reference
     noise = residuals.solution.noise
