@@ -174,9 +174,9 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
     """Return those of ``items`` that would be significant without slow noise.
 
     Offsets of the runs beyond the index repeatability are disregarded as well, if the effect
-    explains them: one warm run causes them where a head drifts. No estimate of the noise with an
-    effect leaves less noise than none, so that an effect which is not significant here is
-    significant with no estimate. An effect with a search is left out, because its place was found
+    explains them: one warm run causes them where a head drifts. Every estimate of the noise
+    contains at least as much noise as none, so that an effect which is not significant here is not
+    significant with any estimate. An effect with a search is left out, because its place was found
     in the slow noise.
     """
     fixed = [
@@ -339,11 +339,11 @@ def _largest_sure(item: Candidate, tried: Survey, null: float, progress: ReportS
 def _in_less_noise(
     item: Candidate, found: Evidence, residuals: Residuals, null: float
 ) -> tuple[Candidate, Evidence]:
-    """Return the form and the place that fit best with the noise beside the effect, and their
+    """Return the form and the place that fit best with the noise that the effect leaves, and their
     evidence.
 
-    Without the effect in the model, the noise contains it and hides what is smaller: the lines
-    beside a gear's tooth count, or the small difference of an order from a whole number.
+    Without the effect in the model, the noise contains it and hides what is smaller: the lines near
+    a gear's tooth count, or the small difference of an order from a whole number.
     """
     best = None if item.asked is None else looked_for(item.asked, found.base)
     if best is None:

@@ -53,8 +53,7 @@ def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear)
 
 
 def runs_differ_with(residuals: Residuals) -> str | None:
-    """Return the condition that the offsets of the runs follow, beside a model; None where none is
-    sure.
+    """Return the condition that the offsets of the runs of a model follow; None where none is sure.
 
     p must be below SIGNIFICANCE over all conditions; the index variance has the degrees of freedom
     of its prior knowledge.

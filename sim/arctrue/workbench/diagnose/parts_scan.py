@@ -64,8 +64,9 @@ def level_share(order: float | None) -> float:
     """Return the share of one condition's false alarms that is spent on an order; None: on no
     order.
 
-    Each octave of orders has as many, and no order at all has as many as one half: discs, bearings
-    and belts bend in a few waves. The shares do not depend on the set, and add up to 1.
+    Each octave of orders gets the same share, and no order at all gets as much as order one half:
+    discs, bearings and belts bend in a few waves. The shares do not depend on the set, and add up
+    to 1.
     """
     orders = _half_orders()
     total = 1.0 + float(np.sum(orders[0] / orders))
@@ -75,7 +76,8 @@ def level_share(order: float | None) -> float:
 def condition_shares(found: Sequence[Condition]) -> list[float]:
     """Return the share of the false alarms that is spent on each condition; they add up to 1.
 
-    Each kind of condition has as many: all time constants of a settling share one kind.
+    Each kind of condition gets the same share; all time constants of a settling divide one such
+    share among them.
     """
     kinds = [
         ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")

@@ -171,9 +171,9 @@ class Findings:
     oscillation: Oscillation | None = None
     """Damped oscillation in the noise of a log with times."""
     slow: SlowChange | None = None
-    """Slow change beside lines, steps and an even drift, in a reference with times."""
+    """Slow change in addition to lines, steps and an even drift, in a reference with times."""
     reversal: Reversal | None = None
-    """Reversal error of the direction of approach, beside steps in time, in a log of both
+    """Reversal error of the direction of approach, fitted with steps in time, in a log of both
     directions."""
     cause: str | None = None
     """The named effect that was in the model for the search of these findings."""
@@ -364,7 +364,7 @@ def _columns_of(found: LineSearch) -> Float:
 
 
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
-    """Search for steps, and a slow change beside them, in a reference that is no dense log."""
+    """Search for steps, and for a slow change in addition, in a reference that is no dense log."""
     jumps: list[Jump] = []
     slow: SlowChange | None = None
     for number, record in enumerate(records_of_events(solution)):
