@@ -37,7 +37,7 @@ class ModelRatio:
 
 
 def model_ratio(one: Solution, other: Solution) -> ModelRatio | None:
-    """None where neither model has all terms of the other."""
+    """Compare two models; return None where neither has all terms of the other."""
     if _contains(other, one):
         return _ratio(one, other, 2)
     if _contains(one, other):
@@ -59,7 +59,8 @@ def _contains(large: Solution, small: Solution) -> bool:
 
 
 def _ratio(small: Solution, large: Solution, larger: int) -> ModelRatio:
-    """Both noises are estimated in the contrasts that the smaller model does not touch."""
+    """Compute the ratio; both noises are estimated in the contrasts that the smaller model does not
+    touch."""
     at_small = restricted_likelihood(Residuals(small))
     noise = under(large, small)
     both = [
