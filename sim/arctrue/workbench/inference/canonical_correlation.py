@@ -63,8 +63,7 @@ class _SideBySide(Effect):
 
 
 def canonical_correlations(residuals: Residuals, first: Term, second: Term) -> Float:
-    """Return the canonical correlations of two blocks of columns, whitened, the model projected
-    out.
+    """Return the canonical correlations of two whitened blocks, with the model projected out.
 
     They descend; their number is that of the smaller block's own directions. If the last one is
     near 1, the smaller block lies wholly within the other; if the first one is, they share a

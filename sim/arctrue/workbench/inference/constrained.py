@@ -374,8 +374,7 @@ class FreeDesign:
 
 
 def noise_beside(found: ConstrainedFit, free: Float | None = None) -> Noise:
-    """Estimate the noise from the residuals of a model with conditions, starting from its present
-    noise.
+    """Estimate the noise from the residuals of a model with conditions, from its present noise on.
 
     ``free``: directions in which the coefficients take from the noise; by default those of
     ``found``.

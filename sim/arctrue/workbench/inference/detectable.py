@@ -131,8 +131,7 @@ def _powerful(rank: int, freedom: float, threshold: float) -> float:
 
 
 def _not_passed(rank: int, freedom: float, gain: Float, threshold: float) -> Float:
-    """Return the probability that noncentral F is below ``threshold``, for each noncentrality
-    ``gain``.
+    """Return the probability of noncentral F below ``threshold`` at each noncentrality ``gain``.
 
     The series of scipy ends in NaN from some 10⁹ on. Beyond LARGE the numerator is its mean to
     within 2/√LARGE, and the denominator's χ² alone decides.
@@ -149,8 +148,7 @@ def smallest_detectable(
     tests: float,
     refused: Refused | None = None,
 ) -> Detectable | None:
-    """Return the smallest form of an effect that, added to the model, is found in 95 % of such
-    sets.
+    """Return the smallest form of an effect that 95 % of such sets show, added to the model.
 
     The form is the typical one of the block: the column whose RMS is nearest to the median. The
     result is None where the model can explain the whole block. With ``refused`` the test on

@@ -106,8 +106,7 @@ def without_slow_noise(residuals: Residuals) -> Residuals:
 
 
 def with_index_as_known(residuals: Residuals) -> Residuals:
-    """Return the same model, fitted with the index variance that was known before the set's own
-    runs.
+    """Return the same model, fitted with the index variance known before the set's own runs.
 
     The offsets of these runs may be those of an effect.
     """

@@ -22,13 +22,13 @@ from arctrue.workbench.observations import Observations
 COLUMNS_TOGETHER = 24
 """Largest number of columns that are whitened and multiplied with the model's at once."""
 LEAST_OWN_SHARE = 1e-6
-"""Share of weighted squares: a direction of a block of which the model leaves less is not the
-block's own.
+"""Share of weighted squares of which the model must leave more in a direction of a block.
 
-Columns are written at measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order
-48.3 differs from a constant of each face only by that noise times its order. That is the noise of
-the rows themselves: 4,900″ of the wave would explain them. A wave of the signal period has the
-noise of the reading times the lines of the disc (:meth:`Effect.electrical_order`).
+A direction with less is not the block's own. Columns are written at measured angles, whose noise of
+0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a constant of each face only by that
+noise times its order. That is the noise of the rows themselves: 4,900″ of the wave would explain
+them. A wave of the signal period has the noise of the reading times the lines of the disc
+(:meth:`Effect.electrical_order`).
 """
 TIMES_THE_NOISE = 4.0
 """Factor on squares: the part that the model leaves of such a wave must be twice its phase noise.
@@ -58,8 +58,7 @@ class Score:
 def own_directions(
     information: Matrix, projected: Matrix, moment: Matrix, least: float = LEAST_OWN_SHARE
 ) -> tuple[Matrix, Matrix]:
-    """Return ``projected`` and ``moment`` without the directions of the block that the model
-    explains.
+    """Return ``projected`` and ``moment`` in the directions of a block that the model leaves.
 
     ``information`` is the normal matrix of the block's columns, shape (k, k), and ``projected`` the
     same matrix with the model projected out: a direction in which ``projected`` is less than

@@ -159,8 +159,7 @@ def samples_a_turn(residuals: Residuals) -> float:
 
 
 def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Score whole orders of the declared range whose alias at even samples is above that range's
-    start.
+    """Score whole orders of the declared range whose alias at even samples is above its start.
 
     With N samples a turn, orders n and N − n differ only by a phase in each run: runs that start at
     different angles separate them, one run does not. The lower order is then preferred.
@@ -473,14 +472,13 @@ between them."""
 
 
 def step_trials(gain: float, rows: int) -> float:
-    """Return the number of independent instants of a step among ``rows`` rows; it grows with the
-    gain.
+    """Return the number of independent instants of a step among ``rows`` rows.
 
-    A larger gain is sharper in time. The chance that white noise gives a gain of b² anywhere is
-    b·φ(b)·Σ ν(b·√r)·r over the instants k, r = n/(k(n − k)) (James, James and Siegmund, Biometrika
-    74 (1987) 71; ν as Siegmund and Yakir, The Statistics of Gene Mapping, 2007, approximate it). It
-    is divided here by the chance at one instant, 2·Φ(−b). Below b = 1, where the formula does not
-    hold, b = 1 is used.
+    It grows with the gain, because a larger gain is sharper in time. The chance that white noise
+    gives a gain of b² anywhere is b·φ(b)·Σ ν(b·√r)·r over the instants k, r = n/(k(n − k)) (James,
+    James and Siegmund, Biometrika 74 (1987) 71; ν as Siegmund and Yakir, The Statistics of Gene
+    Mapping, 2007, approximate it). It is divided here by the chance at one instant, 2·Φ(−b). Below
+    b = 1, where the formula does not hold, b = 1 is used.
     """
     if rows < 2 * LEAST_STEP_ROWS:
         return 0.0

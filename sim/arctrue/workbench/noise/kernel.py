@@ -102,10 +102,10 @@ class KernelFactor:
     """The factors LDLᵀ of the covariance of some rows."""
 
     def __init__(self, clock: Float, readings: Float, noise: KernelNoise) -> None:
-        """Factor the covariance; ``readings``: number of readings in the mean of each row, shape
-        (rows,).
+        """Factor the covariance of rows at the times ``clock``.
 
-        Raises driver.LinAlgError where the covariance has no factor.
+        ``readings``: number of readings in the mean of each row, shape (rows,). Raises
+        driver.LinAlgError where the covariance has no factor.
         """
         self.clock, self.readings, self.noise = clock, readings, noise
         form = _form(clock, readings, noise)

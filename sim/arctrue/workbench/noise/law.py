@@ -47,8 +47,7 @@ class NoiseLaw:
     def of(
         self, clock: Float, run: Integer, angle_rad: Float, stated: Float, *, goes_on: bool
     ) -> RowNoise:
-        """Return the noise of rows with this clock, run, angle and stated scale, shape (rows,)
-        each.
+        """Return the noise of rows with this clock, run, angle and stated scale, each (rows,).
 
         ``goes_on``: the noise of a run continues in the next, because no index separates them.
         """

@@ -90,8 +90,7 @@ class Noise:
 
 
 def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
-    """Return the variance of a run's offset (arcsec²), and the number of runs that the prior counts
-    as.
+    """Return the variance of a run's offset (arcsec²), and the number of runs that its prior is.
 
     The variance is the mean of a scaled inverse χ²: the prior (±1 count a head, or the
     repeatability that the set states) has the weight of so many runs, and the offsets of the set's

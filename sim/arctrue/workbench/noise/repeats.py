@@ -28,8 +28,7 @@ _LEAST_PAIRS = 50
 def row_noise_arcsec(
     observations: Observations, residual: Float, channel: str, rms_arcsec: float
 ) -> float:
-    """Return the standard deviation of one row of ``capture`` or ``reference``; at most
-    ``rms_arcsec``.
+    """Return the standard deviation of a row of ``capture`` or ``reference``, up to ``rms_arcsec``.
 
     ``rms_arcsec`` is the RMS of the residual in every row; ``residual`` may cover a part of the
     rows.

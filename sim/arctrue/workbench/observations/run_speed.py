@@ -52,12 +52,12 @@ class RunSpeeds:
 def run_speeds(
     angle_rad: Float, time_s: Float, spans: Sequence[tuple[int, int]], angle_noise_rad: float
 ) -> RunSpeeds:
-    """Return the speeds of the runs in ``spans``; ``angle_noise_rad``: standard deviation of one
-    angle.
+    """Return the speeds of the runs in ``spans``.
 
-    The local speed of a row is the least-squares slope of the angle over the time of the rows
-    around it. In a run that turns evenly it would only add noise to the columns that depend on the
-    speed, so there the mean of the run is used for every row.
+    ``angle_noise_rad``: standard deviation of one angle. The local speed of a row is the
+    least-squares slope of the angle over the time of the rows around it. In a run that turns evenly
+    it would only add noise to the columns that depend on the speed, so there the mean of the run is
+    used for every row.
     """
     mean = np.zeros(len(spans))
     local: Float | None = None

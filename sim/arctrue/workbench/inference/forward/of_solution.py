@@ -36,10 +36,9 @@ scatter, and no line."""
 
 
 def records_of(solution: Solution, declared: float | None) -> list[Record]:
-    """Return records over the angle, and over time unless one speed makes both the same; none for
-    stations.
+    """Return records over the angle, and over time unless one speed makes both the same.
 
-    ``declared``: order whose multiples are expected.
+    There is none for stations. ``declared``: order whose multiples are expected.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise or not _is_dense(rows):
@@ -116,11 +115,10 @@ def records_of_events(solution: Solution) -> list[Record]:
 
 
 def reversal_beside(solution: Solution, steps_s: Sequence[float]) -> Reversal | None:
-    """Return the difference of the readings between directions of approach, with steps at these
-    times.
+    """Return the difference of the readings between directions of approach, with steps fitted too.
 
-    The result is None for stations at faces, for few rows, and without both directions and a time
-    that goes on through all rows.
+    ``steps_s``: times of the steps. The result is None for stations at faces, for few rows, and
+    without both directions and a time that goes on through all rows.
     """
     rows = solution.observations.every_reference_row
     if rows is None or rows.direction is None or rows.time_s is None:

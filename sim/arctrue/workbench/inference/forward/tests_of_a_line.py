@@ -21,8 +21,7 @@ FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
 
 
 def needed_gain(gain: float, independent: float) -> float:
-    """Return the log likelihood that a line must gain when it is found among so many independent
-    rates.
+    """Return the log likelihood that a line must gain, found among so many independent rates.
 
     In a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the probability
     M·√(π·Δ/3)·e^(−Δ): the highest maximum of a χ² field of two degrees of freedom (Davies,
@@ -94,8 +93,7 @@ def gain_beside_an_oscillator(
     record: Record, line: Float, others: Float, rate: float, without: KernelFit, grown: KernelFit,
     enough: float,
 ) -> float:  # fmt: skip
-    """Return the log likelihood that a line gains where the noise has an oscillator at its
-    frequency.
+    """Return the log likelihood that a line gains over an oscillator at its frequency.
 
     An oscillator driven by noise looks like a line that loses its phase; it may keep it for a
     quarter of the record. ``without`` and ``grown`` are the fits without and with the line. Above

@@ -32,8 +32,7 @@ def step_scatter(steps: Float) -> float:
 
 
 def excursions(values: Float, least: float) -> list[tuple[int, int, float]]:
-    """Return first row, row after the last, and size of every excursion of ``values``, shape
-    (rows,).
+    """Return first row, row after the last, and size of every excursion of ``values``, (rows,).
 
     An excursion is larger than ``least`` and FAR_SIGMA, and ends after MOST_ROWS at most.
     """

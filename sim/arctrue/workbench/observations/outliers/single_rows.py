@@ -155,11 +155,10 @@ def from_both_sides(values: Float) -> Float:
 
 
 def from_one_side(values: Float) -> Float:
-    """Return the value of each row that the rows after it predict; NaN at the last 2·SIDE_ROWS
-    rows.
+    """Return the value of each row that the rows after it predict.
 
     It lies on the straight line through the medians of the next SIDE_ROWS rows and of as many after
-    them, of which MOST_ROWS may be wrong.
+    them, of which MOST_ROWS may be wrong. It is not-a-number at the last 2·SIDE_ROWS rows.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -432,12 +431,11 @@ def of_the_others(values: Float, group: Integer) -> Float:
 
 
 def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
-    """Return the median of the SIDE_ROWS rows around each row of its pass, without the row;
-    (rows,).
+    """Return the median of the SIDE_ROWS rows around each row of its pass, without the row.
 
     ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass it is the
     median of all other rows. A pass of fewer than three rows does not show that one is off: its
-    values are returned.
+    values are returned. Shape (rows,).
     """
     expected = of_the_others(values, pass_of)
     rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)
