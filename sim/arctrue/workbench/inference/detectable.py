@@ -37,8 +37,8 @@ MOST_ROWS = 20_000
 PROPORTIONAL = 1e-6
 """Tolerance within which a parameter must double with the coefficients to count as a size."""
 NOISE_DRAWS = 32
-"""Number of quantiles that stand for the unknown variance of the noise; 64 change λ by less than 1
-%."""
+"""Number of quantiles that stand for the unknown variance of the noise; with 64, λ changes by less
+than 1 %."""
 LARGE = 1e6
 """Noncentrality with a scatter of 0.2 %."""
 FOLDS_SHARE = 4.0 / 3.0
@@ -93,8 +93,7 @@ def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
 
 
 def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> float:
-    """Return the χ² or F at which p is reached, and also ``gain``, twice the rise of the log
-    likelihood."""
+    """Return the χ² or F at which p is reached and the log likelihood has risen by ``gain``/2."""
     if freedom > MANY:
         return max(float(chdtri(rank, p_value)), gain)
     of_gain = freedom / rank * float(np.expm1(gain / (freedom + rank)))

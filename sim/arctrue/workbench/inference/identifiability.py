@@ -1,4 +1,4 @@
-"""What a set determines of a model's coefficients, and the smallest effects that it could show."""
+"""The coefficients that a set determines, and the smallest effects that it could show."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Identifiability:
 
 
 def coefficient_names(solution: Solution) -> list[str]:
-    """``effect: column`` of every coefficient, in their order."""
+    """Return ``effect: column`` of every coefficient, in the order of the coefficients."""
     return [
         f"{term.effect.name}: {name}"
         for term in solution.terms

@@ -22,12 +22,12 @@ class ModelRatio:
     gain : float
         Twice the rise of the log likelihood, the noise free on both sides.
     parameters : int
-        How many parameters the larger one has more, search parameters among them.
+        Number of parameters that only the larger one has, search parameters included.
     p_value : float
-        Probability of such a gain by chance, were the smaller one true. Where the larger one
-        searched for a place it says too little: :func:`arctrue.diagnose` counts the places.
+        Probability of such a gain by chance if the smaller one is true. It is too small where the
+        larger one searched for a place: :func:`arctrue.diagnose` counts the places.
     larger : int
-        1 or 2: which of both is the larger.
+        Number of the larger model, 1 or 2.
     """
 
     gain: float

@@ -54,8 +54,8 @@ SLOW = 0.02
 """Share of the longest time constant above which a part of the noise may belong to a random
 walk."""
 WALK_SPANS = 10.0
-"""Largest distance over the longest constant, which is the length of the record: within it the
-noise is a random walk."""
+"""Factor on the longest time constant, which is the length of the record: within the record the
+noise is then a random walk."""
 LITTLE = 1e-2
 """Share of a variance that keeps its time constant when the variance is moved to the longest
 one."""
@@ -64,8 +64,9 @@ one."""
 def limit_of(level: float, freedom: float) -> float:
     """Return the fall of twice the log likelihood at the ends of an interval of this level.
 
-    In white noise with m degrees of freedom a deviation of t standard uncertainties lowers it by (m
-    + 1)·log(1 + t²/m).
+    In white noise with m degrees of freedom a deviation of t standard uncertainties lowers it by
+
+    (m + 1)·log(1 + t²/m).
     """
     if freedom > MANY:
         return float(norm.ppf(0.5 + 0.5 * level) ** 2)

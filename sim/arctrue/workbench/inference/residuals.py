@@ -254,7 +254,7 @@ class Residuals:
         return self.scores([(effect, nonlinear)])[0]
 
     def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> list[Score]:
-        """The score test of each of several effects; together they cost less than one by one."""
+        """Test several effects by their scores; together they cost less than one by one."""
         keys = [(id(effect), tuple(sorted(place.items()))) for effect, place in asked]
         waiting = {
             key: item for key, item in zip(keys, asked, strict=True) if key not in self._scores

@@ -69,7 +69,7 @@ class Solution:
 
     @property
     def noise_is_unknown(self) -> bool:
-        """True where no channel has more readings than its coefficients take, or a stated
+        """True where no channel has more readings than its coefficients take, and none a stated
         uncertainty."""
         channels = {"capture": self.observations.capture, "reference": self.observations.reference}
         return {name for name, rows in channels.items() if rows is not None} <= self.unknown_noise

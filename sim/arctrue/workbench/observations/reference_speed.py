@@ -87,8 +87,10 @@ def passes_of(columns: Reference) -> list[slice]:
 
 
 def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
-    """Tell whether times are even and ways change smoothly by over a fifth: no station was a
-    stop."""
+    """Tell whether a clock sampled the pass, which then has no stops.
+
+    Its times are even, and its ways change smoothly, by more than a fifth.
+    """
     way, taken = np.abs(np.diff(target_deg)), np.diff(time_s)
     usual_s, usual_deg = float(np.median(taken)), float(np.median(way))
     if usual_s <= 0.0 or float(np.abs(taken / usual_s - 1.0).max()) >= EVEN:

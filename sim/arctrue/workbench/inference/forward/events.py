@@ -45,15 +45,16 @@ class Step:
 
 
 def step_column(record: Record, row: int) -> Float:
-    """Return a column that is 0 before a row and 1 from it to the end of its stretch; shape (rows,
-    1)."""
+    """Return a column (rows, 1) that is 0 before a row and 1 from it to the end of its stretch."""
     after = (np.arange(record.clock.size) >= row) & (record.stretch == record.stretch[row])
     return np.asarray(after, dtype=np.float64)[:, np.newaxis]
 
 
 def search_steps(record: Record, lines: Float, fit: KernelFit) -> list[Step]:
-    """Return the steps found one after another; ``lines`` are columns and ``fit`` the noise with
-    them."""
+    """Return the steps found one after another.
+
+    ``lines`` are the columns of the lines, and ``fit`` is the noise with these lines.
+    """
     found: list[Step] = []
     others = lines
     while len(found) < MOST_STEPS:

@@ -16,7 +16,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOST_ROWS = 1600
-"""Largest number of rows; a longer record is averaged to these: a fit of the noise then takes 20
+"""Largest number of rows; a longer record is averaged to these. A fit of the noise then takes 20
 ms."""
 ROWS_A_PERIOD = 4.0
 """Fewest averaged rows in a period of a line: their mean keeps 90 % of its amplitude (sinc 1/4),
@@ -48,8 +48,7 @@ class Record:
     """Number of readings in the mean of each row, shape (rows,)."""
     residual_arcsec: Float
     base: Float
-    """Orthonormal columns: those of the model, a constant of each stretch, a drift; shape (rows,
-    k)."""
+    """Orthonormal columns (rows, k): those of the model, a constant of each stretch, a drift."""
     stretch: Integer
     """Number of the stretch of each row."""
     step: float
@@ -96,7 +95,7 @@ class Record:
         return self.columns(np.array([rate]))
 
     def columns(self, rates: Float) -> Float:
-        """Return cos and sin of several rates, those of one rate side by side; shape (rows,
+        """Return cos and sin of several rates, side by side for each rate; shape (rows,
         2·rates)."""
         phase = 2.0 * np.pi * np.outer(self.place - self.place[0], rates)
         kept = np.sinc(np.outer(self.width, rates))

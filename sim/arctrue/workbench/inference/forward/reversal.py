@@ -21,7 +21,7 @@ LEAST_PASSES = 4
 """Least number of passes, two each way: a change in time at a single reversal looks the same as the
 direction."""
 LEAST_OWN = 1e-6
-"""Share of the squares of the direction that the model must leave: with less the model has a
+"""Share of the squares of the direction that the model must leave: with less it already contains a
 reversal error."""
 
 MOST_P = 0.1 * FAMILY_WISE
@@ -31,7 +31,7 @@ searches."""
 
 @dataclass(frozen=True)
 class Reversal:
-    """Readings that differ with the direction of approach."""
+    """The difference of the readings between the directions of approach."""
 
     size_arcsec: float
     """Mean of the readings upwards less that downwards."""

@@ -42,8 +42,8 @@ is declared, 3 are enough."""
 TRIED = 3
 """Number of the highest places of each scan that are tried."""
 OVERSAMPLED = 3.0
-"""Rates per 1/span in a scan: the highest place between two of them keeps 91 % of its gain (sinc²
-1/6)."""
+"""Rates per 1/span in a scan: the highest place between two rates keeps 91 % of its gain,
+sinc²(1/6)."""
 APART = 1.5
 """Distance, in 1/span, below which a place of a scan is the side lobe of a higher one."""
 MOST_LINES = 16
@@ -100,7 +100,7 @@ class Rejected:
 
 @dataclass(frozen=True, eq=False)
 class LineSearch:
-    """What a forward search found in one record."""
+    """Result of the forward search in one record."""
 
     record: Record
     lines: tuple[Line, ...]

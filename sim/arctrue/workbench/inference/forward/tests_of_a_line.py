@@ -48,8 +48,9 @@ def coherence(
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
     Waugh): the part that the base alone would take is no error of the line. c_b is the line's
     coefficients in block b by itself, c₋ those in all other blocks, both at once with the
-    covariance of the noise, so that correlation across the edges counts. Share: 1 − Σ|A_b(c_b −
-    c₋)|²/Σ|A_b c_b|².
+    covariance of the noise, so that correlation across the edges counts. The share is
+
+    1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
     rows = record.rows(others)
     factor = rows.factor(noise)
