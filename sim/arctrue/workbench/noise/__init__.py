@@ -2,5 +2,6 @@
 
 ``fit`` estimates it together with a design matrix, channel by channel (``estimate``); ``row_noise``
 whitens rows; ``repeats`` gives the scatter of repeats without a model, and ``degrees_of_freedom``
-those of the noise of an effect's size. The package does not know effects and searches.
+tells how well the noise of an effect's size is known. The package does not know effects and
+searches.
 """

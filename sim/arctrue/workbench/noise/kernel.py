@@ -150,8 +150,10 @@ class KernelFactor:
 
 
 def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNoise) -> float:
-    """Return the log likelihood of the first column of ``values`` (rows, 1 + k), the others fitted
-    to it."""
+    """Return the log likelihood of the first column of ``values``, the others fitted to it.
+
+    ``values`` has the shape (rows, 1 + k).
+    """
     try:
         factor = KernelFactor(clock, readings, noise)
     except driver.LinAlgError:
@@ -239,8 +241,7 @@ def _form(clock: Float, readings: Float, noise: KernelNoise) -> _Form:
 
 
 def _smooth_shares(ratio: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return (share of the variance, rate over λ) of both exponentials, for a slope of 0 at τ =
-    0."""
+    """Return (share of the variance, rate over λ) of both exponentials: slope 0 at τ = 0."""
     apart = ratio - 1.0 / ratio
     return (ratio / apart, 1.0 / ratio), (-1.0 / (ratio * apart), ratio)
 
@@ -249,7 +250,7 @@ _SMOOTH = _smooth_shares(NEARLY_EQUAL)
 
 
 def _slopes(factor: KernelFactor, residual: Float) -> Float:
-    """Return the negative slopes of ½·Σz²/D + ½·Σlog D, z = L⁻¹·residual, by the logarithms."""
+    """Return the slopes of −(½·Σz²/D + ½·Σlog D), z = L⁻¹·residual, by the logs (backward pass)."""
     clock, readings, noise, form = factor.clock, factor.readings, factor.noise, factor._form
     if not noise.parts:
         variance = noise.white / readings

@@ -31,7 +31,8 @@ class NoiseLaw:
     run_scale: Float
     """Standard deviation of each run divided by that of its spectrum, shape (runs,)."""
     angle_scale: Float | None = None
-    """Standard deviation in equal parts of the turn, divided by the same, shape (ANGLE_BINS,)."""
+    """Standard deviation in equal parts of the turn over that of the spectrum, shape
+    (ANGLE_BINS,)."""
     weightless: bool = False
 
     def on(self, rows: CaptureRows | ReferenceRows) -> RowNoise:

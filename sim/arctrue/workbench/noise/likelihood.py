@@ -100,8 +100,9 @@ class RestrictedLikelihood:
         """Return the log likelihood, and its derivatives by the white and each coloured variance.
 
         With V the covariance of a level, u = V⁻¹r and W = V⁻¹X, β the coefficients and N their
-        normal matrix, a change dV of the covariance changes the likelihood by ½·(u − Wβ)ᵀdV(u − Wβ)
-        + ½·tr(N⁻¹WᵀdV·W) − ½·tr(V⁻¹dV).
+        normal matrix, a change dV of the covariance changes the likelihood by
+
+        ½·(u − Wβ)ᵀdV(u − Wβ) + ½·tr(N⁻¹WᵀdV·W) − ½·tr(V⁻¹dV).
         """
         gradient = np.zeros(1 + spectrum.variances.size)
         whitened = self._whitened(spectrum)

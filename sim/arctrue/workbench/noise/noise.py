@@ -45,7 +45,7 @@ class Noise:
     reference_law: NoiseLaw | None = None
     groups: tuple[FittedGroup, ...] = ()
     index_freedom: float = INDEX_FREEDOM
-    """Number of runs that the prior of the index variance counts as, without the set's own runs."""
+    """Weight of the prior of the index variance, as a number of runs."""
 
     def part(
         self, keep_capture: NDArray[np.bool_] | None, keep_reference: NDArray[np.bool_] | None
@@ -90,7 +90,7 @@ class Noise:
 
 
 def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
-    """Return the variance of a run's offset (arcsec²), and the number of runs that its prior is.
+    """Return the variance of a run's offset (arcsec²), and the weight of its prior in runs.
 
     The variance is the mean of a scaled inverse χ²: the prior (±1 count a head, or the
     repeatability that the set states) has the weight of so many runs, and the offsets of the set's

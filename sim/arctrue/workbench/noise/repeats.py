@@ -87,8 +87,8 @@ def _turn_to_turn(rows: CaptureRows, electrical: Float, residual: Float, inside:
 def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
     """Return the standard deviation of one row, from turn to turn at one angle within each run.
 
-    The later revolution is interpolated linearly at the angles of the earlier one, which leaves (1
-    − f)² + f² of its variance. With single turns the differences are those from sample to sample.
+    The later revolution is interpolated linearly at the angles of the earlier one; (1 − f)² + f² of
+    its variance is left. With single turns the differences are those from sample to sample.
     """
     rows = observations.capture
     assert rows is not None

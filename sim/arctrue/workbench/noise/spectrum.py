@@ -86,5 +86,4 @@ def time_constants(step: float, span: float) -> Float:
 
 
 LARGEST_RATIO = 8.0
-"""Largest ratio of neighbouring time constants: a sum of such parts follows a 1/f spectrum to 9
-%."""
+"""Largest ratio of neighbouring time constants: such a sum follows a 1/f spectrum to 9 %."""

@@ -58,8 +58,7 @@ def autocorrelations(whitened: Float, lags: int) -> Float:
 
 
 def _von_neumann_p(values: Float) -> float:
-    """Return the two-sided p of the ratio, whose mean is 2 and whose variance is 4(n − 2)/(n² −
-    1)."""
+    """Return the two-sided p of the ratio, of mean 2 and variance 4(n − 2)/(n² − 1)."""
     rows = values.size
     ratio = float(np.sum(np.diff(values) ** 2)) / float(values @ values) * rows / (rows - 1.0)
     mean = 2.0 * rows / (rows - 1.0)
@@ -68,8 +67,7 @@ def _von_neumann_p(values: Float) -> float:
 
 
 def _normal_p(values: Float) -> float:
-    """Return p of skewness and kurtosis for normal values (Jarque and Bera, Econ. Lett. 6 (1980)
-    255)."""
+    """Return p of skewness and kurtosis (Jarque and Bera, Econ. Lett. 6 (1980) 255)."""
     centred = values - np.mean(values)
     square = float(np.mean(centred**2))
     skewness = float(np.mean(centred**3)) / square**1.5

@@ -17,8 +17,7 @@ SUMMED_ROWS = 1 << 13
 
 
 def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) -> Columns:
-    """Return cos and sin of every order, in the order cos k₁, sin k₁, cos k₂, …: shape (rows,
-    2·orders)."""
+    """Return cos and sin of every order: cos k₁, sin k₁, cos k₂, …; shape (rows, 2·orders)."""
     columns = np.empty((angle_rad.size, 2 * len(orders)))
     wanted = [round(order) for order in orders]
     rising = wanted == list(orders) and wanted == sorted(set(wanted)) and min(wanted, default=0) > 0

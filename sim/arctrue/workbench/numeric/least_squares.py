@@ -20,8 +20,7 @@ Whole = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class WhitenedRows:
-    """One channel: columns (rows, k), the constant (rows,), the number of each row's offset
-    (rows,)."""
+    """One channel: columns (rows, k), the constant (rows,), each row's offset number (rows,)."""
 
     columns: Matrix
     ones: Matrix

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 LEAST_AGAIN = 2.0
-"""Mean number of times that a rounded value must occur; a file of fewer digits than its noise has
-more."""
+"""Mean number of times that a rounded value must occur; values coarser than their noise occur more
+often."""
 SAME_VALUE = 1e-12
 """Relative difference up to which two values of a file are equal except for their last bit."""
 WHOLE_STEPS = 0.01

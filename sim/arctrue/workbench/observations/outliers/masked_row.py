@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 Reason = Literal["mask", "outlier"]
-"""Reason for masking: the set masks the row, in a column or in mask.csv; or it was found here."""
+"""Reason for masking: the set masks the row, in a column or in mask.csv; or a rule here found
+it."""
 
 
 @dataclass(frozen=True)

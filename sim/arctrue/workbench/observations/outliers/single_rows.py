@@ -203,10 +203,10 @@ def _scatter_of_all(away: Float, resolution: float) -> Float:
 
 
 def gaps(angle: Float) -> Integer:
-    """Return the steps over missing rows in a run; ``angle``: (rows,), steps: (rows − 1,).
+    """Return the places of the steps over missing rows in a run; ``angle``: (rows,).
 
-    Such a step exceeds SIDE_ROWS usual steps, both the mean step of the run and the median around
-    it: a changing speed makes none.
+    There are rows − 1 steps. A step over missing rows exceeds SIDE_ROWS usual steps, both the mean
+    step of the run and the median around it: a changing speed makes none.
     """
     step = np.abs(np.diff(angle))
     long = np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))) if step.size else step
