@@ -82,7 +82,7 @@ def identifiability(
 
 
 def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
-    """Return the share of each coefficient in the null space of both channels together."""
+    """Return True for coefficients that lie mostly in the null space of both channels together."""
     observations, terms, context = solution.observations, solution.terms, solution.context
     normal = np.zeros((size, size))
     noise = solution.noise
