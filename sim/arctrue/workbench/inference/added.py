@@ -1,4 +1,4 @@
-"""An effect added to a model: what ``arctrue add`` does, and what a diagnosis promises of it."""
+"""Adds an effect to a model: for ``arctrue add``, and for the figures that a diagnosis promises."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from arctrue.workbench.noise.fit import white_noise
 
 
 def settled(solution: Solution) -> Solution:
-    """A fit as the ladder shows it: searches refined, every row used."""
+    """Return a fit as the ladder shows it: search parameters refined, every row used."""
     return on_every_row(refined(solution))
 
 
 def added(effect: Effect, base: Solution) -> Solution | None:
-    """The model of ``base`` with one effect more, noise and coefficients estimated anew.
+    """Fit the model of ``base`` with one more effect, noise and coefficients estimated anew.
 
-    ``base`` is a fit of its terms; None where the search finds no place.
+    ``base`` is a fit of its terms. The result is None where the search finds no place.
     """
     place: dict[str, float] = {}
     if effect.search:
@@ -35,10 +35,10 @@ def added(effect: Effect, base: Solution) -> Solution | None:
 
 
 def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
-    """Search parameters that make the data likeliest, the noise estimated anew beside each.
+    """Return the likeliest search parameters, with the noise estimated anew for each candidate.
 
     Noise that was estimated without the effect can have swallowed it: lost counts look like slow
-    noise. So the best place under that noise is compared with the best under its white part alone.
+    noise. The best place under that noise is therefore compared with the best under its white part.
     """
     base = residuals.solution
     noise = base.noise

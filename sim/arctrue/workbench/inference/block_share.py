@@ -1,7 +1,7 @@
-"""How much of an effect's own error the other blocks of the rows predict.
+"""The share of an effect's own error that the other blocks of the rows predict.
 
-Rows left out one by one are told by their neighbours wherever rows are dense or the noise is slow:
-that tests interpolation. Here the runs, or the cycles of a reference, are cut into a few long
+Rows left out one by one are predicted by their neighbours wherever rows are dense or the noise is
+slow: that tests interpolation. Here the runs, or the cycles of a reference, are cut into a few long
 blocks. The model is projected out of the effect's columns over all rows; then block b alone gives
 coefficients c_b, and the other blocks c₋b. The share is
 
@@ -24,28 +24,33 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 BLOCKS = 6
-"""Long ones: between the 4 that a majority needs and the 8 beyond which a block is short."""
+"""Number of long blocks: between the 4 that a majority needs and the 8 beyond which a block is
+short."""
 KNOWN_ELSEWHERE = 0.75
-"""A direction of which one block has more of the information than this happens there alone: the
-others cannot predict it (their own error would be 3 times that of the block)."""
+"""Share of the information above which a direction occurs in one block alone: the other blocks
+cannot predict it (their own error would be 3 times that of the block)."""
 MOST_ERRORS = 2.0
-"""Half of the effect's own error must be so many standard deviations of what noise alone makes of
-the disagreement; below it, blocks cannot judge: 2.3 % of true effects would be refused."""
+"""Half of the effect's own error must be at least this number of standard deviations of the
+disagreement that noise alone causes. Below it, blocks cannot judge: 2.3 % of true effects would be
+refused."""
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class BlockShare:
-    """Of an effect's own error, what the other blocks predict."""
+    """The share of an effect's own error that the other blocks predict."""
 
     share: float
     own: float
-    """χ² of its own error in the directions that several blocks know."""
+    """χ² of the effect's own error in the directions that several blocks determine."""
 
 
 def block_share(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> BlockShare | None:
-    """``residuals`` of the model without the effect; None where blocks cannot judge it."""
+    """Return the share for an effect; ``residuals`` are those of the model without it.
+
+    The share is None where blocks cannot judge the effect.
+    """
     score = residuals.score(effect, nonlinear)
     observations = residuals.observations
     size = score.moment.size
@@ -68,7 +73,8 @@ def block_share(residuals: Residuals, effect: Effect, nonlinear: Nonlinear) -> B
 
 
 def share_of(information: Float, moment: Float) -> BlockShare | None:
-    """From the normal matrices (blocks, q, q) and moments (blocks, q) of the blocks."""
+    """Return the share, from the normal matrices (blocks, q, q) and moments (blocks, q) of the
+    blocks."""
     values, vectors = np.linalg.eigh(information.sum(axis=0))
     told = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
     if not told.any():
@@ -96,7 +102,8 @@ def share_of(information: Float, moment: Float) -> BlockShare | None:
 
 
 def blocks_of(rows: CaptureRows | ReferenceRows) -> Integer:
-    """Number of the block of each row, 0 … BLOCKS − 1: pieces of every run, or whole cycles."""
+    """Return the number of each row's block, 0 … BLOCKS − 1: pieces of every run, or whole
+    cycles."""
     cycle = rows.cycle if isinstance(rows, ReferenceRows) else None
     if cycle is not None:
         names, number = np.unique(cycle, return_inverse=True)

@@ -1,4 +1,4 @@
-"""How alike the columns of two effects are once the model has been projected out of both."""
+"""Canonical correlations of the columns of two effects, with the model projected out of both."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 Float = NDArray[np.float64]
 
 LEAST_EIGENVALUE = 1e-6
-"""Of the largest: directions of a block that the model explains but for rounding are not its."""
+"""Share of the largest eigenvalue below which a direction is left out: the model explains it up to
+rounding."""
 
 
 class _SideBySide(Effect):
@@ -29,13 +30,13 @@ class _SideBySide(Effect):
         self.widths = [len(term.effect.column_names(observations)) for term in terms]
 
     def column_names(self, observations: Observations) -> list[str]:
-        """Of all effects, in their order."""
+        """Return the names of the columns of all effects, in the order of the effects."""
         return [name for term in self.terms for name in term.effect.column_names(observations)]
 
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """None only where none of the effects is seen."""
+        """Return the columns of all effects; None only where none of the effects is seen."""
         return self._joined(
             [term.effect.capture_columns(rows, term.nonlinear, context) for term in self.terms],
             rows.run.size,
@@ -44,7 +45,7 @@ class _SideBySide(Effect):
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """None only where none of the effects is seen."""
+        """Return the columns of all effects; None only where none of the effects is seen."""
         return self._joined(
             [term.effect.reference_columns(rows, term.nonlinear, context) for term in self.terms],
             rows.run.size,
@@ -62,14 +63,15 @@ class _SideBySide(Effect):
 
 
 def canonical_correlations(residuals: Residuals, first: Term, second: Term) -> Float:
-    """Of two blocks of columns, each row weighted by its noise, the model projected out.
+    """Return the canonical correlations of two whitened blocks, with the model projected out.
 
-    Descending; as many as the smaller block has directions of its own. The last one near 1 means
-    that the smaller block lies wholly within the other; the first one, that they share a direction.
+    They descend; their number is that of the smaller block's own directions. If the last one is
+    near 1, the smaller block lies wholly within the other; if the first one is, they share a
+    direction.
     """
     joint = _SideBySide([first, second], residuals.observations)
     score = residuals.score(joint, {})
-    # Columns that the model explains to within rounding have no covariance.
+    # Columns that the model explains up to rounding have no covariance.
     alive = np.diag(score.covariance) > 0.0
     information = np.where(alive[:, None] & alive[None, :], score.information, 0.0)
     width = joint.widths[0]
@@ -82,7 +84,7 @@ def canonical_correlations(residuals: Residuals, first: Term, second: Term) -> F
 
 
 def _whitening(information: Float) -> Float:
-    """W with WᵀIW = 1 on the directions that I determines."""
+    """Return W with WᵀIW = 1 on the directions that I determines."""
     diagonal = np.diag(information)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))

@@ -1,4 +1,4 @@
-"""How far the found place of a step scatters from sample to sample."""
+"""The scatter of the estimated place of a step, in samples."""
 
 from __future__ import annotations
 
@@ -7,25 +7,27 @@ from functools import lru_cache
 import numpy as np
 
 SMALL_STEP = 0.3
-"""Of the noise: below it the limit for small steps holds to a few percent."""
+"""Ratio of step to noise below which the limit for small steps holds to a few percent."""
 LIMIT_VARIANCE = 26.0
-"""Var of the place · (step/noise)⁴ for small steps: Yao, Ann. Statist. 15 (1987) 1321."""
+"""Variance of the place · (step/noise)⁴ for small steps: Yao, Ann. Statist. 15 (1987) 1321."""
 WALKS = 4000
-"""Simulated walks a ratio: a scatter of normal places is then known to 1 %, 1/√(2·4000)."""
+"""Number of simulated walks for each ratio: the scatter of normal places is then known to 1 %,
+1/√(2·4000)."""
 LARGE_STEP = 12.0
-"""Step over noise from which the place is the right row: a neighbour is then as likely as
-normal noise at 6 σ, 10⁻⁹."""
+"""Ratio of step to noise from which the place is the right row: a neighbouring row is then as
+likely as normal noise at 6 σ, 10⁻⁹."""
 LEAST_STEP = 1e-6
-"""Step over noise that is none: LIMIT_VARIANCE puts its place beyond 10¹² rows."""
+"""Ratio of step to noise below which there is no step: LIMIT_VARIANCE puts its place beyond 10¹²
+rows."""
 SEED = 1
-"""A fixed one: the same step has the same uncertainty."""
+"""Fixed seed: the same step has the same uncertainty."""
 
 
 def position_sigma_samples(step: float, noise: float) -> float:
-    """Standard deviation, in samples, of the most likely place of a step in white noise.
+    """Return the standard deviation, in samples, of the most likely place of a step in white noise.
 
     The log likelihood of a place m samples off is a random walk with steps of mean −δ²/2 and
-    variance δ² to either side, δ = step/noise; the found place is its highest point.
+    variance δ² to either side, δ = step/noise; the estimated place is its highest point.
     """
     if noise <= 0.0 or step > LARGE_STEP * noise:
         return 0.0
@@ -34,7 +36,7 @@ def position_sigma_samples(step: float, noise: float) -> float:
     ratio = step / noise
     if ratio < SMALL_STEP:
         return float(np.sqrt(LIMIT_VARIANCE)) / ratio**2
-    # Rounded, so that the walks of one ratio are drawn once.
+    # The ratio is rounded, so that the walks of one ratio are drawn once.
     return _walked(float(f"{ratio:.3g}"))
 
 

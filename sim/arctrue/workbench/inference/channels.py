@@ -1,4 +1,4 @@
-"""The channels of a capture with three or four heads, where a search asks each for itself."""
+"""The channels of a capture with three or four heads, where a search treats each one separately."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ Float = NDArray[np.float64]
 def channel_rows(
     rows: CaptureRows | ReferenceRows, block: slice = slice(None)
 ) -> list[slice | NDArray[np.int64]]:
-    """The rows of each channel within a block: what all heads see may cancel in their sum."""
+    """Return the rows of each channel within a block: what all heads see may cancel in their
+    sum."""
     if isinstance(rows, ReferenceRows) or rows.channel is None:
         return [slice(None)]
     inside = rows.channel[block]
@@ -24,10 +25,10 @@ def channel_rows(
 
 
 def power_of_channels(spectra: Sequence[NDArray[np.complex128]]) -> Float:
-    """Squares of the spectra, as one channel with the information of all would have them.
+    """Return the power of the spectra as one channel with the information of all would have it.
 
-    Each of K channels has 1/K of the information, so that a sum of squares over the information
-    of all counts K-fold.
+    Each of K channels has 1/K of the information, so that the sum of squares over the information
+    of all channels is K times too large.
     """
     total = np.abs(spectra[0]) ** 2
     for spectrum in spectra[1:]:
@@ -36,7 +37,7 @@ def power_of_channels(spectra: Sequence[NDArray[np.complex128]]) -> Float:
 
 
 def best_factor(rows: CaptureRows, orders: NDArray[np.int64]) -> Float:
-    """|e^{jnβ} − 1| of the head at angle β after head 1 that sees order n best."""
+    """Return |e^{jnβ} − 1| of the head that sees order n best, at angle β after head 1."""
     factor = np.abs(np.exp(1j * orders * rows.head_separation_rad) - 1.0)
     for place_rad in rows.further_places_rad:
         factor = np.maximum(factor, np.abs(np.exp(1j * orders * place_rad) - 1.0))
@@ -46,7 +47,7 @@ def best_factor(rows: CaptureRows, orders: NDArray[np.int64]) -> Float:
 def shifts_of_channels(
     rows: CaptureRows, orders: NDArray[np.int64]
 ) -> list[NDArray[np.complex128]]:
-    """What each channel sees of e^{jnψ} on the disc: e^{jnα} − 1 of R₂ − R₁."""
+    """Return the factor by which each channel sees e^{jnψ} on the disc: e^{jnα} − 1 for R₂ − R₁."""
     places = (rows.head_separation_rad, *rows.further_places_rad)
     of_heads = [np.exp(1j * orders * place_rad) - 1.0 for place_rad in places]
     if len(places) == 1:

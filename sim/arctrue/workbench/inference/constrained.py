@@ -1,10 +1,10 @@
-"""A fit with conditions on its parameters: fixed, bounded, or tied to each other.
+"""Fits with conditions on the parameters: fixed, bounded, or tied to each other.
 
-A parameter that people read (an amplitude, a frequency) is a function of coefficients and search
-parameters. At the maximum of the likelihood the logarithm of the likelihood is a quadratic form in
-both; the conditions are put on this form (sequential quadratic programming: Nocedal and Wright,
-Numerical Optimization, chapter 18; ``scipy.optimize``), and where search parameters moved it is
-worked out anew. The noise is then estimated beside the conditioned model, and all is done again.
+A parameter as it is reported (an amplitude, a frequency) is a function of coefficients and search
+parameters. At its maximum the log likelihood is a quadratic form in both. The conditions are put on
+this form (sequential quadratic programming: Nocedal and Wright, Numerical Optimization, chapter 18;
+``scipy.optimize``), and the form is computed anew where search parameters moved. Then the noise is
+estimated with the conditioned model, and both steps are repeated.
 """
 
 from __future__ import annotations
@@ -45,13 +45,14 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 ROUNDS = 8
-"""Of the quadratic form, where search parameters move."""
+"""Largest number of quadratic forms, where search parameters move."""
 SMALL_STEP = 0.02
-"""Of its own uncertainty: as in :mod:`arctrue.workbench.inference.search_parameters`."""
+"""Share of its own uncertainty: a smaller step of a search parameter ends the rounds, as in
+:mod:`arctrue.workbench.inference.search_parameters`."""
 NOISE_ROUNDS = 3
-"""The noise that is estimated beside a model with conditions changes the model little."""
+"""Number of noise estimates; the new noise changes a model with conditions little."""
 MET = 1e-6
-"""Of a standard uncertainty: how exactly a condition is met."""
+"""Share of a standard uncertainty to which a condition is met."""
 
 
 class ConditionError(ValueError):
@@ -62,7 +63,7 @@ class ConditionError(ValueError):
 class Condition:
     """One condition on named parameters.
 
-    ``difference`` is zero where it is met; with ``equation`` False, zero or more.
+    ``difference`` is zero where the condition is met; with ``equation`` False it is zero or more.
     """
 
     names: tuple[str, ...]
@@ -72,12 +73,13 @@ class Condition:
 
 @dataclass(frozen=True, eq=False)
 class ConstrainedFit:
-    """A solution with conditions, and what they leave free."""
+    """A solution that meets conditions, and the directions that they leave free."""
 
     solution: Solution
     conditions: tuple[Condition, ...]
     covariance: Float
-    """Of all coefficients and, after them, the continuous search parameters of each term."""
+    """Covariance of all coefficients and, after them, of the continuous search parameters of each
+    term."""
     free: Float
     """Orthonormal directions in which the coefficients are free, shape (coefficients, free)."""
 
@@ -85,9 +87,9 @@ class ConstrainedFit:
 def constrained_fit(
     solution: Solution, conditions: Sequence[Condition], *, rounds: int = NOISE_ROUNDS
 ) -> ConstrainedFit:
-    """``solution`` with conditions on its parameters, coefficients and noise estimated anew.
+    """Fit ``solution`` with conditions on its parameters; estimate coefficients and noise anew.
 
-    Raises ConditionError where no values meet them.
+    Raises ConditionError where no values meet the conditions.
     """
     found = conditioned(solution, conditions)
     for _ in range(rounds if conditions else 0):
@@ -97,7 +99,7 @@ def constrained_fit(
 
 
 def conditioned(solution: Solution, conditions: Sequence[Condition]) -> ConstrainedFit:
-    """The same with the noise as ``solution`` has it."""
+    """Fit ``solution`` with conditions on its parameters; the noise stays as it is."""
     present = _solved(solution, list(solution.terms), None)
     for _ in range(ROUNDS):
         unknowns = _Unknowns.of(present)
@@ -126,7 +128,7 @@ def conditioned(solution: Solution, conditions: Sequence[Condition]) -> Constrai
 
 
 def _solved(solution: Solution, terms: list[Term], held: Held | None) -> Solution:
-    """Coefficients at the noise and context that ``solution`` has; its search stays."""
+    """Solve for the coefficients of ``terms``, with the noise, context and rows of ``solution``."""
     summed = every_row_sums if solution.every_row else channel_sums
     observations, context, noise = solution.observations, solution.context, solution.noise
     found = solve(
@@ -147,9 +149,9 @@ class _Unknowns:
 
     solution: Solution
     values: Float
-    """Where the solution stands."""
+    """Values at the solution."""
     best: Float
-    """Where the form has its minimum."""
+    """Values at the minimum of the form."""
     covariance: Float
     rank: int
 
@@ -192,7 +194,7 @@ class _Unknowns:
         return found
 
     def differences(self, values: Float, conditions: Sequence[Condition]) -> Float:
-        """Of every condition."""
+        """Return the difference of every condition."""
         named = labels(self.solution.terms)
         read = {name.rpartition(".")[0] for item in conditions for name in item.names}
         wanted = {number for number, label in enumerate(named) if label in read}
@@ -210,9 +212,9 @@ class _Unknowns:
 def _nearest(
     unknowns: _Unknowns, conditions: Sequence[Condition]
 ) -> tuple[Float, NDArray[np.int64], Float]:
-    """The likeliest values that meet the conditions; the unknowns that these move; their slopes.
+    """Return the likeliest values that meet the conditions, the unknowns involved, and slopes.
 
-    Slopes: of every equation, and of every bound that is reached, along all unknowns.
+    The slopes are those of every equation, and of every bound that is reached, along all unknowns.
     """
     none = np.zeros(0, dtype=np.int64), np.zeros((0, unknowns.best.size))
     if not conditions:
@@ -221,7 +223,7 @@ def _nearest(
     at = unknowns.best
     slopes = _slopes(unknowns, at, conditions)
     if not slopes.any():
-        # Where an amplitude is zero it has no direction: a step aside shows on what it depends.
+        # An amplitude of zero has no direction: a step aside shows which unknowns it depends on.
         slopes = _slopes(unknowns, at + spread, conditions)
     involved = np.flatnonzero(slopes.any(axis=0) & (spread > 0.0))
     if not involved.size:
@@ -266,7 +268,7 @@ def _nearest(
             f"{', '.join(worst.names)}: no values meet the condition together with the others"
         )
     wanted = place(found.x)
-    # What is not involved follows the likelihood.
+    # The unknowns that are not involved follow the likelihood.
     rest = np.setdiff1d(np.arange(wanted.size), involved)
     shift = np.linalg.pinv(own) @ (wanted[involved] - at[involved])
     wanted[rest] += unknowns.covariance[np.ix_(rest, involved)] @ shift
@@ -279,7 +281,7 @@ def _nearest(
 def _asked(
     difference: Callable[[Float], Float], equation: NDArray[np.bool_]
 ) -> list[NonlinearConstraint]:
-    """Equations, and bounds, as scipy takes them: one element of each kind."""
+    """Return the conditions as scipy takes them: one constraint for equations, one for bounds."""
 
     def of_kind(kind: bool) -> Callable[[Float], Float]:
         return lambda steps: difference(steps)[equation == kind]
@@ -294,7 +296,7 @@ def _asked(
 def _start(
     difference: Callable[[Float], Float], slopes: Float, conditions: Sequence[Condition]
 ) -> Float:
-    """The shortest step that meets the conditions where they are straight."""
+    """Return the shortest step that meets the linearised conditions."""
     here = difference(np.zeros(slopes.shape[1]))
     kinds = [item.equation for item in conditions]
     lacking = np.where(kinds, here, np.minimum(here, 0.0))
@@ -345,16 +347,16 @@ class FreeDesign:
 
     @property
     def shared(self) -> int:
-        """Free directions."""
+        """Number of free directions."""
         return int(self.free.shape[1])
 
     def columns(self, *, capture: bool) -> Matrix:
-        """Of a channel, shape (rows, shared), arcseconds."""
+        """Return the columns of a channel, shape (rows, shared), arcseconds."""
         every = channel_columns(self.terms, self.observations, self.context, capture=capture)
         return np.asarray(every @ self.free)
 
     def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
-        """The same with the noise made one; None without that channel."""
+        """Return the columns of a channel, whitened by ``noise``; None without that channel."""
         found = whitened_rows(self.terms, self.observations, self.context, noise, capture=capture)
         return None if found is None else replace(found, columns=found.columns @ self.free)
 
@@ -372,9 +374,10 @@ class FreeDesign:
 
 
 def noise_beside(found: ConstrainedFit, free: Float | None = None) -> Noise:
-    """The noise of what a model with conditions leaves; a warm start from the noise it has.
+    """Estimate the noise from the residuals of a model with conditions, from its present noise on.
 
-    ``free``: the directions that the coefficients take of it; without it those of ``found``.
+    ``free``: directions in which the coefficients take from the noise; by default those of
+    ``found``.
     """
     solution = found.solution
     design = FreeDesign(
@@ -387,9 +390,10 @@ def noise_beside(found: ConstrainedFit, free: Float | None = None) -> Noise:
 
 
 def restricted_likelihood_of(found: ConstrainedFit, free: Float) -> float:
-    """Log likelihood with the free coefficients integrated out, and the index's prior.
+    """Return the log likelihood with the free coefficients integrated out, and the index's prior.
 
-    As :func:`arctrue.workbench.inference.likelihood_ratio.restricted_likelihood`, with conditions.
+    It is :func:`arctrue.workbench.inference.likelihood_ratio.restricted_likelihood` for a model
+    with conditions.
     """
     solution, noise = found.solution, found.solution.noise
     observations = solution.observations

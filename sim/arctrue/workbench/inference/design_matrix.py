@@ -1,8 +1,8 @@
-"""The design matrix of a model: columns of its terms, and the same whitened by the noise.
+"""The design matrix of a model: the columns of its terms, raw and whitened by the noise.
 
-Columns depend on the rows alone, so that they are kept while the rows live: of wide linear terms
-all, of terms that come and go the last few; whitened ones while the noise lives. A long capture is
-gone through block by block; a block's columns live no longer than the block.
+Columns depend on the rows alone and are kept while the rows live: all columns of wide linear terms,
+and the last few of terms that come and go. Whitened columns are kept while the noise lives. A long
+capture is processed block by block; a block's columns live no longer than the block.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 BLOCK_ROWS = 1 << 15
 """Rows of one product, for memory alone: 32,768 rows of 100 columns are 26 MB."""
 MOST_RECENT = 4
-"""Blocks of columns that are kept of terms that come and go: a scan asks for the same again."""
+"""Number of blocks of columns kept for terms that come and go: a scan asks for the same again."""
 Rows = CaptureRows | ReferenceRows
 
 
@@ -40,17 +40,17 @@ class Term:
 
 @dataclass
 class _Kept:
-    """What is kept of the columns of some rows, with the effects that they are of."""
+    """Columns that are kept for some rows, with the effects that they belong to."""
 
     linear: dict[Hashable, Matrix | None] = field(default_factory=dict)
-    """Of wide, linear terms: they stay as they are from fit to fit."""
+    """Columns of wide, linear terms, which stay the same from fit to fit."""
     recent: dict[Hashable, tuple[Effect, Matrix | None]] = field(default_factory=dict)
-    """Of terms that come and go: a scan asks for the same again."""
+    """Columns of terms that come and go: a scan asks for the same again."""
 
 
 @dataclass
 class _KeptWhitened:
-    """The same whitened by one noise, and whole models."""
+    """Columns whitened by one noise, and the whitened columns of whole models."""
 
     rows: Rows
     linear: dict[Hashable, Matrix] = field(default_factory=dict)
@@ -73,7 +73,8 @@ def _whitened_of(rows: Rows, noise: RowNoise) -> _KeptWhitened:
 
 
 def keep_part(whole: Rows, part: Rows, kept: NDArray[np.bool_]) -> None:
-    """``part`` is ``whole`` where ``kept`` is True: its columns need not be worked out anew."""
+    """Keep the columns of ``part``, which is ``whole`` where ``kept`` is True, without computing
+    them."""
     _kept_of(part).linear = {
         key: None if columns is None else columns[kept]
         for key, columns in _kept_of(whole).linear.items()
@@ -106,7 +107,7 @@ def _columns_of(term: Term, rows: Rows, context: FitContext) -> Matrix | None:
 def term_columns(
     term: Term, observations: Observations, context: FitContext, *, capture: bool
 ) -> Matrix | None:
-    """What each coefficient of a term adds to the rows of a channel, arcseconds."""
+    """Return what each coefficient of a term adds to the rows of a channel, arcseconds."""
     rows = _rows_of(observations, capture=capture)
     if term.effect.depends_on_model:
         return _columns_of(term, rows, context)
@@ -118,13 +119,13 @@ def term_columns(
     if place not in kept.recent:
         while len(kept.recent) >= MOST_RECENT:
             del kept.recent[next(iter(kept.recent))]
-        # With the effect: while it is kept, no other one has its id.
+        # The effect is kept too: while it lives, no other one has its id.
         kept.recent[place] = (term.effect, _columns_of(term, rows, context))
     return kept.recent[place][1]
 
 
 def _keepable(term: Term) -> bool:
-    """Wide, linear terms stay as they are from fit to fit."""
+    """Tell whether a term is wide and linear, so that its columns stay the same from fit to fit."""
     effect = term.effect
     return bool(effect.disc_orders(term.nonlinear)) and not (
         effect.search or effect.depends_on_model
@@ -136,7 +137,7 @@ def _key(term: Term) -> tuple[str, ...]:
 
 
 def _identity(term: Term) -> Hashable:
-    """The same for terms with the same columns, while their effects live."""
+    """Return a key that terms with the same columns share, while their effects live."""
     if _keepable(term):
         return _key(term)
     return (id(term.effect), tuple(sorted(term.nonlinear.items())))
@@ -189,7 +190,7 @@ def _side_by_side(blocks: Sequence[Matrix | None], widths: Sequence[int], rows: 
 def block_columns(
     terms: Sequence[Term], widths: Sequence[int], rows: Rows, context: FitContext
 ) -> Matrix:
-    """Columns for some rows of a long channel that is not worked on as a whole."""
+    """Return the columns for some rows of a long channel that is processed in blocks."""
     blocks = [_columns_of(term, rows, context) for term in terms]
     return _side_by_side(blocks, widths, rows.run.size)
 
@@ -202,7 +203,7 @@ def whitened_rows(
     *,
     capture: bool,
 ) -> WhitenedRows | None:
-    """The columns of one channel with its noise made one; None without that channel."""
+    """Return the columns of one channel, whitened by its noise; None without that channel."""
     rows = observations.capture if capture else observations.reference
     of_rows = noise.capture if capture else noise.reference
     if rows is None or of_rows is None:
@@ -212,7 +213,7 @@ def whitened_rows(
     key = tuple(_identity(term) for term in terms)
     kept = _whitened_of(rows, of_rows).designs
     if key not in kept:
-        # With the terms: while they are kept, no other effect has the id of one of theirs.
+        # The terms are kept too: while they live, no other effect has the id of one of theirs.
         kept[key] = (
             tuple(terms),
             _whitened(terms, observations, context, of_rows, capture=capture),
@@ -237,7 +238,7 @@ def _whitened(
     kept = _whitened_of(rows, of_rows).linear
     for term, block, width in zip(terms, blocks, widths, strict=True):
         if block is not None and _keepable(term):
-            # The same numbers, and no second copy of them.
+            # A view of the same numbers; no second copy is kept.
             kept[_key(term)] = columns[:, start : start + width]
         start += width
     ones = of_rows.whitened_ones
@@ -302,10 +303,10 @@ def every_row_sums(
     *,
     capture: bool,
 ) -> ChannelSums | None:
-    """Sums over all rows of a long channel, block by block; of one that is worked on whole, as is.
+    """Return the sums over all rows of a channel: block by block for a long one, else at once.
 
-    The correlation is cut between blocks, which loses about a time constant in a block's length
-    of what slow noise tells.
+    The correlation is cut between blocks. This loses about a time constant per block length of the
+    information in slow noise.
     """
     law = noise.capture_law if capture else noise.reference_law
     stored = observations.stored if capture else observations.stored_reference
@@ -322,7 +323,7 @@ def every_row_sums(
         columns = block_columns(terms, widths, rows, context)
         ones = of_rows.whiten(np.ones(run.size))
         if len(terms) == 1:
-            # Of one effect they are its own array, which it may keep.
+            # The columns of one effect are its own array, which it may keep: it is not overwritten.
             columns = of_rows.whiten(columns)
         else:
             of_rows.whiten_in_place(columns)

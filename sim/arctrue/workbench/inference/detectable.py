@@ -1,9 +1,9 @@
 """The smallest size of an effect that a set would show.
 
 An effect is found when its gain passes the F test of :mod:`significance`, and when rows that were
-left out show it or, where they do not, it is too sure to be passed over. All of that is a question
-of one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the tests' power is that of
-noncentral F and normal distributions.
+left out show it or, where they do not, its evidence is too strong to be passed over. All of this
+depends on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the
+tests is that of noncentral F and normal distributions.
 """
 
 from __future__ import annotations
@@ -28,68 +28,72 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 SIGNIFICANCE = 0.01
-"""False alarm of the whole diagnosis, as :data:`.significance.SIGNIFICANCE` has it."""
+"""False alarm rate of the whole diagnosis, as in :data:`.significance.SIGNIFICANCE`."""
 POWER = 0.95
-"""Chosen: what a bound promises; ``arctrue benchmark bound`` measures whether it is kept."""
+"""Power that a bound promises (chosen); ``arctrue benchmark bound`` measures whether it is
+reached."""
 MOST_ROWS = 20_000
-"""The mean square of a column does not need more."""
+"""Largest number of rows for the mean square of a column; it does not need more."""
 PROPORTIONAL = 1e-6
-"""A parameter is a size when it doubles with the coefficients to within this."""
+"""Tolerance within which a parameter must double with the coefficients to count as a size."""
 NOISE_DRAWS = 32
-"""Quantiles that stand for the unknown variance of the noise; 64 change λ by less than 1 %."""
+"""Number of quantiles that stand for the unknown variance of the noise; with 64, λ changes by less
+than 1 %."""
 LARGE = 1e6
-"""Noncentrality whose scatter is 0.2 % of it."""
+"""Noncentrality with a scatter of 0.2 %."""
 FOLDS_SHARE = 4.0 / 3.0
-"""Of the variance of a coefficient: it comes from three of four folds."""
+"""Factor on the variance of a coefficient that comes from three of four folds."""
 
 
 FEW_FREEDOM = 6.0
-"""Below it a size is 2.8 times that with known noise or more: of one column among 19 effects 14
-standard errors in place of 5.1, and 188 with the least freedom, 2 (:func:`needed_gain`)."""
+"""Degrees of freedom below which a size is at least 2.8 times that with known noise. With one
+column among 19 effects it is 14 standard errors in place of 5.1, and 188 with the fewest degrees of
+freedom, 2 (:func:`needed_gain`)."""
 
 
 @dataclass(frozen=True)
 class Refused:
-    """What is said to be unknown although rows that were left out do not show it."""
+    """Limits beyond which an effect is reported as unknown although held-out rows do not show
+    it."""
 
     p: float
-    """Corrected p that it must have at most."""
+    """Largest corrected p of such an effect."""
     delta_bic: float
-    """ΔBIC that it must have at least."""
+    """Least ΔBIC of such an effect."""
     trials: float = 1.0
-    """Places of its search, which ΔBIC charges for."""
+    """Number of places of its search, which ΔBIC charges for."""
     rows_by_themselves: float = 0.5
-    """Share of the index in the variance of a size from which held-out rows are not asked."""
+    """Share of the index in the variance of a size from which held-out rows are not used."""
 
 
 @dataclass(frozen=True)
 class Detectable:
-    """A typical form of an effect at the size at which it is found."""
+    """A typical form of an effect, at the size at which it is found."""
 
     rms_arcsec: dict[str, float]
-    """By channel, over its rows."""
+    """RMS by channel, over the rows of the channel."""
     size: Parameter | None
-    """In the effect's own unit; None where no parameter of it is a size."""
+    """Size in the effect's own unit; None where no parameter of the effect is a size."""
     freedom: float = float("inf")
     """Degrees of freedom with which the noise of this size is known."""
 
     @property
     def noise_hardly_known(self) -> bool:
-        """The size is far larger than it would be with known noise."""
+        """Tell whether the size is far larger than it would be with known noise."""
         return self.freedom < FEW_FREEDOM
 
 
 def needed_gain(rank: int, tests: float, freedom: float = np.inf) -> float:
-    """Noncentrality at which a block of ``rank`` columns is found with 95 % power.
+    """Return the noncentrality at which a block of ``rank`` columns is found with 95 % power.
 
-    At 1 %, divided among ``tests``: candidates times the places that each looks at. ``freedom``:
-    degrees of freedom with which the noise of its size is known.
+    The level is 1 %, divided among ``tests``: candidates times the places of each. ``freedom`` is
+    the number of degrees of freedom with which the noise of the block's size is known.
     """
     return _powerful(rank, freedom, _threshold(rank, SIGNIFICANCE / max(tests, 1.0), freedom))
 
 
 def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> float:
-    """χ² or F at which p is reached, and ``gain``, twice the rise of the log likelihood."""
+    """Return the χ² or F at which p is reached and the log likelihood has risen by ``gain``/2."""
     if freedom > MANY:
         return max(float(chdtri(rank, p_value)), gain)
     of_gain = freedom / rank * float(np.expm1(gain / (freedom + rank)))
@@ -98,10 +102,10 @@ def _threshold(rank: int, p_value: float, freedom: float, gain: float = 0.0) -> 
 
 @lru_cache(maxsize=4096)
 def _powerful(rank: int, freedom: float, threshold: float) -> float:
-    """Noncentrality at which ``threshold`` is passed with 95 % power.
+    """Return the noncentrality at which ``threshold`` is passed with 95 % power.
 
-    The variance of the noise that λ is worked out with is an estimate too, with the same degrees
-    of freedom: the power is its mean over χ²/m times λ.
+    The variance of the noise in λ is an estimate too, with the same degrees of freedom: the power
+    is its mean over χ²/m times λ.
     """
     if freedom > MANY:
         return float(
@@ -126,7 +130,7 @@ def _powerful(rank: int, freedom: float, threshold: float) -> float:
 
 
 def _not_passed(rank: int, freedom: float, gain: Float, threshold: float) -> Float:
-    """Probability that noncentral F stays below ``threshold``, for each noncentrality ``gain``.
+    """Return the probability of noncentral F below ``threshold`` at each noncentrality ``gain``.
 
     The series of scipy ends in NaN from some 10⁹ on. Beyond LARGE the numerator is its mean to
     within 2/√LARGE, and the denominator's χ² alone decides.
@@ -143,17 +147,19 @@ def smallest_detectable(
     tests: float,
     refused: Refused | None = None,
 ) -> Detectable | None:
-    """Smallest form of an effect that is found in 95 % of such sets, beside the model.
+    """Return the smallest form of an effect that 95 % of such sets show, added to the model.
 
-    Of all forms that the block can take, the typical one: the median of its columns. None where
-    the model can stand in for all of it. With ``refused`` rows that are left out are asked too.
+    The form is the typical one of the block: the column whose RMS is nearest to the median. The
+    result is None where the model can explain the whole block. With ``refused`` the test on
+    held-out rows counts too.
     """
     score = residuals.score(effect, nonlinear)
     if score.rank == 0:
         return None
     information = np.diag(score.information)
     there = information > 0.0
-    # A column that others of its block, or the model, take whole is not seen by itself.
+    # A column that the other columns of its block, or the model, explain whole is not seen by
+    # itself.
     units = np.where(there, 1.0 / np.sqrt(np.maximum(information, 1e-300)), 0.0)
     moved, typical = {}, int(np.flatnonzero(there)[0])
     for channel, columns in _columns(effect, nonlinear, residuals.solution):
@@ -181,7 +187,8 @@ def _gain_of(
     tests: float,
     refused: Refused | None,
 ) -> tuple[float, float]:
-    """Noncentrality that the form of a score needs, whose own is 1, and its degrees of freedom."""
+    """Return the noncentrality that the form of a score, whose own is 1, needs; and its degrees of
+    freedom."""
     weights, offsets = residuals.projected(effect, nonlinear, form)
     freedom, index_share = freedom_of_a_size(residuals, weights, offsets)
     gain = needed_gain(form.rank, tests, freedom)
@@ -192,7 +199,7 @@ def _gain_of(
         weights, (residuals.capture_precise, residuals.reference_precise), strict=True
     ):
         if weight is not None and precise is not None and np.any(weight):
-            # A row's own error beside its neighbours is C⁻¹r over its precision, whose mean over
+            # The error of a row, given its neighbours, is C⁻¹r over its precision, whose mean over
             # the rows is that of (C⁻¹r)².
             shown += float(weight @ weight) / max(float(np.mean(precise**2)), 1e-300)
             rows += weight.size
@@ -204,15 +211,16 @@ def _gain_of(
 
 
 def held_out_gain(rank: int, shown: float) -> float:
-    """Noncentrality at which rows that are left out show an effect, with 95 % power.
+    """Return the noncentrality at which held-out rows show an effect, with 95 % power.
 
-    ``shown``: share of it that the neighbours of a row do not tell already. With the estimate ĉ of
-    all rows the log predictive density rises by ĉ²/2, less what four fits to three quarters of the
-    rows cost; the squared change of the prediction is ĉ² and a part of that cost, and the rise must
-    be twice its root (:func:`held_out.holds_out`). That the folds' cost scatters is left out.
+    ``shown``: share of the effect that the neighbours of a row do not predict already. With the
+    estimate ĉ of all rows the log predictive density rises by ĉ²/2, less the cost of four fits to
+    three quarters of the rows. The squared change of the prediction is ĉ² plus a part of that cost,
+    and the rise must be twice its root (:func:`held_out.holds_out`). The scatter of the folds' cost
+    is neglected.
     """
     variance = FOLDS_SHARE * rank
-    # (ĉ² − rank − variance)/2 = 2·√(ĉ² − rank + variance), solved for that root.
+    # The root solves (ĉ² − rank − variance)/2 = 2·√(ĉ² − rank + variance).
     root = STANDARD_ERRORS + np.sqrt(STANDARD_ERRORS**2 + 2.0 * variance)
     return _powerful(rank, np.inf, float(root**2 + rank - variance)) / max(shown, 1e-12)
 
@@ -220,7 +228,7 @@ def held_out_gain(rank: int, shown: float) -> float:
 def _size(
     effect: Effect, nonlinear: Nonlinear, sizes: Float, column: int, residuals: Residuals
 ) -> Parameter | None:
-    """The first parameter that doubles when the coefficients do."""
+    """Return the first parameter that doubles when the coefficients do."""
     coefficients = np.zeros(sizes.size)
     coefficients[column] = sizes[column]
     covariance = np.zeros((sizes.size, sizes.size))
@@ -238,7 +246,8 @@ def _size(
 def _columns(
     effect: Effect, nonlinear: Nonlinear, solution: Solution
 ) -> list[tuple[str, NDArray[np.float64]]]:
-    """Columns of an effect on some rows of each channel; of the reference less their mean (a₀)."""
+    """Return the columns of an effect on some rows of each channel; those of the reference less
+    their mean (a₀)."""
     observations, context = solution.observations, solution.context
     found = []
     if observations.capture is not None:

@@ -1,4 +1,4 @@
-"""A model on every row of a set of which searches and statistics see only a part."""
+"""Fits a model to every row of a set of which searches and statistics see only a part."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.workbench.observations import ReferenceRows
 
 @dataclass(frozen=True)
 class ChannelFigures:
-    """How far a model is from one channel."""
+    """The deviation of a model from one channel."""
 
     rows: int
     rms_arcsec: float
@@ -28,9 +28,9 @@ class ChannelFigures:
 
 
 def on_every_row(solution: Solution) -> Solution:
-    """The same terms fitted to every row, search parameters included; streamed, block by block.
+    """Fit the same terms to every row, search parameters included, block by block.
 
-    A set that is worked on as a whole is left as it is.
+    A set that is worked on as a whole stays as it is.
     """
     observations = solution.observations
     part_only = observations.stored is not None or observations.stored_reference is not None
@@ -42,7 +42,7 @@ def on_every_row(solution: Solution) -> Solution:
 
 
 def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
-    """Of the residuals of every row of ``capture`` or ``reference``; None without that channel."""
+    """Return figures of the residuals of every row of a channel; None without that channel."""
     observations = solution.observations
     capture = channel == "capture"
     stored = observations.stored if capture else observations.stored_reference

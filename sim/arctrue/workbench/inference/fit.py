@@ -1,8 +1,9 @@
-"""The fit of a model to both channels: generalised least squares with the noise as a part of it.
+"""Fits a model to both channels: generalised least squares with the noise as a part of the model.
 
 y = X·b + run offsets + noise. The offsets of the runs are random with the index repeatability as
-their variance, so that what lives on the level of runs is judged against the runs; the noise of
-the rows is white, coloured and uneven as the set shows it (:mod:`arctrue.workbench.noise`).
+their variance, so that an effect that differs only between runs is judged against the runs. The
+noise of the rows is white, coloured and uneven as the set shows it
+(:mod:`arctrue.workbench.noise`).
 """
 
 from __future__ import annotations
@@ -29,12 +30,13 @@ from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, Whitene
 from arctrue.workbench.observations import Observations
 
 INDEX_ROUNDS = 4
-"""Most rounds of fit and index variance; each only moves the weight of the runs' offsets."""
+"""Largest number of rounds of fit and index variance; each only changes the weight of the runs'
+offsets."""
 
 
 @dataclass(frozen=True)
 class ModelDesign:
-    """The design matrix of some terms, as the noise is estimated beside it."""
+    """The design matrix of some terms, in the form that the estimate of the noise needs."""
 
     terms: Sequence[Term]
     observations: Observations
@@ -42,25 +44,25 @@ class ModelDesign:
 
     @property
     def shared(self) -> int:
-        """Coefficients of the terms."""
+        """Number of coefficients of the terms."""
         return sum(term_widths(self.terms, self.observations))
 
     def columns(self, *, capture: bool) -> Matrix:
-        """Of a channel, shape (rows, shared), arcseconds."""
+        """Return the columns of a channel, shape (rows, shared), arcseconds."""
         return channel_columns(self.terms, self.observations, self.context, capture=capture)
 
     def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
-        """The same with the noise made one; None without that channel."""
+        """Return the columns of a channel, whitened by ``noise``; None without that channel."""
         return whitened_rows(self.terms, self.observations, self.context, noise, capture=capture)
 
     def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
-        """Sums of least squares over the rows of a channel; None without it."""
+        """Return the sums of least squares over the rows of a channel; None without it."""
         return channel_sums(self.terms, self.observations, self.context, noise, capture=capture)
 
     def residuals(
         self, noise: Noise
     ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
-        """What the fit with this noise leaves of (capture, reference), arcseconds."""
+        """Return the residuals of the fit with this noise in (capture, reference), arcseconds."""
         solution = fit(self.terms, self.observations, self.context, noise=noise)
         return solution.capture_residual_arcsec(), solution.reference_residual_arcsec()
 
@@ -73,10 +75,10 @@ def fit(
     noise: Noise | None = None,
     every_row: bool = False,
 ) -> Solution:
-    """Fit terms whose search parameters are settled; columns that depend on the model iterate.
+    """Fit terms whose search parameters are settled; iterate columns that depend on the model.
 
-    Without ``noise`` it is estimated with the coefficients. ``every_row``: all rows of a long
-    set, not only the part that the statistics work on.
+    Without ``noise`` it is estimated with the coefficients. ``every_row``: all rows of a long set,
+    not only the part that the statistics work on.
     """
     index_rounds, unknown = 0, frozenset[str]()
     if noise is None:
@@ -96,5 +98,5 @@ def fit(
                 terms, observations, present, noise, capture=capture, reference=reference
             )
         present = context_of(solution)
-    # The next effect is judged with what this model says of ε.
+    # The next effect is judged with the ε of this model.
     return replace(solution, context=present, every_row=every_row, unknown_noise=unknown)

@@ -1,4 +1,4 @@
-"""A model with given coefficients on a set: only the set's own constants are fitted."""
+"""Applies a model with given coefficients to a set: only the set's own constants are fitted."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from arctrue.workbench.observations import Observations
 def with_fixed_coefficients(
     terms: Sequence[Term], observations: Observations, coefficients: NDArray[np.float64]
 ) -> Solution:
-    """The solution with these coefficients (of all terms, in their order).
+    """Return the solution with these coefficients (of all terms, in their order).
 
-    Run offsets and the constant a₀ are those of least squares; the noise is what is left.
+    Run offsets and the constant a₀ are those of least squares; the noise comes from the residuals.
     Raises ValueError when the number of coefficients does not fit.
     """
     widths = term_widths(terms, observations)
@@ -33,7 +33,8 @@ def with_fixed_coefficients(
     context = context_of(draft)
     draft = replace(draft, context=context)
     left = draft.capture_residual_arcsec(), draft.reference_residual_arcsec()
-    # Coefficients of another set take no freedom: only constants are fitted to these rows.
+    # Coefficients of another set take no degree of freedom: only constants are fitted to these
+    # rows.
     noise, unknown = estimated_noise(ModelDesign((), _leaving(observations, left), FitContext()))
     sums = [
         _constants(None if values is None else of_rows, values, run, offsets, prior)
@@ -61,7 +62,7 @@ def with_fixed_coefficients(
 def _leaving(
     observations: Observations, left: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
 ) -> Observations:
-    """The rows with these residuals for what was measured."""
+    """Return the rows with these residuals as their measured values."""
     capture, reference = observations.capture, observations.reference
     return replace(
         observations,
@@ -81,7 +82,7 @@ def _constants(
     offsets: int,
     prior: float,
 ) -> NDArray[np.float64]:
-    """Least squares of the constants of one channel."""
+    """Fit the constants of one channel by least squares."""
     if noise is None or values is None or run is None:
         return np.zeros(offsets)
     ones, whitened = noise.whiten(np.ones(values.size)), noise.whiten(values)

@@ -1,8 +1,8 @@
-"""Error on rows that the fit never saw, given the rows beside them and the noise's correlation.
+"""Error on rows that the fit never saw, given their neighbours and the noise's correlation.
 
 Single rows, a quarter of all, are left out in turn. A row left out is predicted from the model and
-from what the coloured noise of its neighbours tells: the correlation is carried by the covariance,
-not by the length of a fold. The same noise is taken for the model with the effect and without it.
+from the coloured noise of its neighbours: the covariance accounts for the correlation, not the
+length of a fold. The same noise is used for the model with the effect and without it.
 """
 
 from __future__ import annotations
@@ -32,51 +32,54 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 FOLDS = 4
-"""Each fit then has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows from it."""
+"""Number of folds: each fit has three quarters of the rows; :data:`.detectable.FOLDS_SHARE` follows
+from it."""
 STANDARD_ERRORS = 2.0
-"""The error must fall by more than so many of its standard errors."""
+"""Number of its standard errors by which the error must fall."""
 ENOUGH_ERRORS = 3.0
-"""Where an effect that is there would lower it by less than this, it is not asked to."""
+"""Number of standard errors: where a true effect would lower the error by less, no fall is
+required."""
 SEED = 20_120_215
-"""Of the order in which blocks are left out; a fixed one: same set, same folds."""
+"""Seed of the order in which rows are left out; fixed, so that a set always has the same folds."""
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Held-out error of every row, by channel, arcseconds."""
+    """Held-out errors of every row, by channel, arcseconds."""
 
     capture_arcsec: Float | None
     reference_arcsec: Float | None
 
     @property
     def capture_rms_arcsec(self) -> float | None:
-        """RMS over all rows."""
+        """RMS over all rows of the capture."""
         return _rms(self.capture_arcsec)
 
     @property
     def reference_rms_arcsec(self) -> float | None:
-        """RMS over all rows."""
+        """RMS over all rows of the reference."""
         return _rms(self.reference_arcsec)
 
 
 @dataclass(frozen=True)
 class Improvement:
-    """How much the held-out error of one channel falls, with its standard error."""
+    """The fall of the held-out error of one channel, with its standard error."""
 
     fall_arcsec: float
-    """Of the RMS."""
+    """Fall of the RMS."""
     standard_error_arcsec: float
     gain: float
     """Rise of the log predictive density of all rows of the channel."""
     information: float
-    """Σ (change of the prediction)²/variance: the rise has half of it as its mean when the effect
-    is there, and all of it as its variance."""
+    """Σ (change of the prediction)²/variance: when the effect is real, the rise has half of this as
+    its mean and all of it as its variance."""
 
 
 def holds_out(channels: Iterable[Improvement]) -> bool:
-    """The predictive density of rows that were left out rises by more than two standard errors.
+    """Tell whether the predictive density of held-out rows rises by more than two standard errors.
 
-    Where such rows cannot show it (neighbours and slow noise already tell them), it must not fall.
+    Where such rows cannot show the effect (neighbours and slow noise already predict it), the
+    density must not fall.
     """
     found = list(channels)
     gain = sum(item.gain for item in found)
@@ -100,7 +103,7 @@ def _rms(errors: Float | None) -> float | None:
 
 
 def improvement(before: Float | None, after: Float | None, scale: Float) -> Improvement | None:
-    """Of the errors of the same rows; ``scale`` is that of their noise, shape (rows,)."""
+    """Compare the errors of the same rows; ``scale`` is that of their noise, shape (rows,)."""
     if before is None or after is None or before.size == 0:
         return None
     old, new = before / scale, after / scale
@@ -108,7 +111,8 @@ def improvement(before: Float | None, after: Float | None, scale: Float) -> Impr
     change = old - new
     information = float(change @ change) / variance
     gain = 0.5 * float(old @ old - new @ new) / variance
-    # Of the mean square: twice the sum of change times error, whose variance is known.
+    # Standard error of the mean square: twice the sum of change times error, whose variance is
+    # known.
     spread = 2.0 * np.sqrt(float(change @ change) * variance) / old.size
     rms_before, rms_after = float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2)))
     unit = float(np.mean(scale**2)) / max(rms_before + rms_after, 1e-30)
@@ -116,7 +120,7 @@ def improvement(before: Float | None, after: Float | None, scale: Float) -> Impr
 
 
 def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvement]:
-    """How much the error on held-out rows falls, by channel."""
+    """Return the fall of the error on held-out rows, by channel."""
     found = {}
     for channel, old, new, of_rows in (
         ("capture", before.capture_arcsec, after.capture_arcsec, noise.capture),
@@ -128,11 +132,11 @@ def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvemen
 
 
 def folds_of(observations: Observations) -> Folds:
-    """Each four rows in a row go to the four folds, in an order that is drawn.
+    """Assign each four consecutive rows to the four folds, in a random order.
 
     Single rows are shorter than half of any period that rows can show, so that every wave is seen
-    on both sides of what is left out. Taken in turn, the same stations of every cycle could be
-    left out together.
+    on both sides of a row that is left out. In a fixed order, the same stations of every cycle
+    could be left out together.
     """
     found: list[Integer | None] = []
     for rows in (observations.capture, observations.reference):
@@ -150,7 +154,7 @@ def without(
     observations: Observations, keep_capture: NDArray[np.bool_] | None,
     keep_reference: NDArray[np.bool_] | None,
 ) -> Observations:  # fmt: skip
-    """The observations with some of their rows only."""
+    """Return the observations with some of their rows only."""
     capture, reference = observations.capture, observations.reference
     parts: dict[str, CaptureRows | ReferenceRows | None] = {}
     for channel, rows, kept in (
@@ -169,7 +173,7 @@ def held_out(
     context: FitContext,
     noise: Noise | None = None,
 ) -> HeldOut:
-    """What the model alone is off by, on rows that the fit did not see.
+    """Return the errors of the model alone on rows that the fit did not see.
 
     ``noise`` weights the rows; it is estimated if it is not given.
     """
@@ -186,9 +190,9 @@ def held_out_with(
     terms: Sequence[Term], further: Term, observations: Observations, context: FitContext,
     noise: Noise,
 ) -> tuple[HeldOut, HeldOut]:  # fmt: skip
-    """The same without and with one term more, on the same folds and with the same noise.
+    """Return the errors without and with one more term, on the same folds and with the same noise.
 
-    What the further term searches for is searched again in each fold.
+    The search parameters of the further term are searched again in each fold.
     """
     folds = folds_of(observations)
     before, after = _Errors(observations, noise), _Errors(observations, noise)
@@ -220,7 +224,7 @@ def _trainings(
 
 
 class _Errors:
-    """Held-out errors of every row, as the folds come in."""
+    """Held-out errors of every row, collected fold by fold."""
 
     def __init__(
         self, observations: Observations, noise: Noise, *, by_neighbours: bool = True
@@ -233,7 +237,7 @@ class _Errors:
         )
 
     def judge(self, solution: Solution, keep: Keep) -> None:
-        """Errors of a solution of the kept rows on all others."""
+        """Store the errors of a solution, which was fitted to the kept rows, on all other rows."""
         for total, kept, of_rows, is_capture in (
             (self._capture, keep[0], self._noise.capture, True),
             (self._reference, keep[1], self._noise.reference, False),
@@ -248,7 +252,7 @@ class _Errors:
                 )
 
     def found(self) -> HeldOut:
-        """Of all folds."""
+        """Return the errors of all folds."""
         return HeldOut(self._capture, self._reference)
 
 
@@ -260,8 +264,10 @@ def _errors(
     *,
     capture: bool,
 ) -> Float:
-    """Measured less predicted, of the rows that were left out; ``noise`` of all rows lets the
-    neighbours tell of the coloured part."""
+    """Return measured less predicted values of the rows that were left out.
+
+    With ``noise``, that of all rows, the neighbours predict the coloured part.
+    """
     apart = _left_out(observations, kept, capture=capture)
     predicted = channel_prediction(
         solution.terms, solution.coefficients, apart, solution.context, capture=capture
@@ -284,7 +290,7 @@ def _errors(
 def _left_out(
     observations: Observations, kept: NDArray[np.bool_], *, capture: bool
 ) -> Observations:
-    """The rows of one channel that were left out."""
+    """Return the rows of one channel that were left out."""
     rows = observations.capture if capture else observations.reference
     assert rows is not None
     apart = rows.part(~kept)

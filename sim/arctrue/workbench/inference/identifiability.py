@@ -1,4 +1,4 @@
-"""What a set can tell of a model's coefficients, and the smallest effects that it could show."""
+"""The coefficients that a set determines, and the smallest effects that it could show."""
 
 from __future__ import annotations
 
@@ -16,16 +16,18 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
-"""Shown, it decides nothing: either σ is 2.3 times that of the coefficient alone, 1/√(1 − 0.9²)."""
+"""Correlation from which a pair is shown; it decides nothing. There either σ is 2.3 times that of
+the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
-"""A coefficient is not determined when more than this share of it lies in what no row shows."""
+"""A coefficient is not determined when more than this share of it lies in directions that no row
+shows."""
 MOST_PAIRS = 20
-"""Pairs that are shown."""
+"""Largest number of pairs that are shown."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two coefficients that the data tell apart badly."""
+    """Two coefficients that the data hardly separate."""
 
     first: str
     second: str
@@ -34,15 +36,15 @@ class Pair:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Of a fitted model on one set."""
+    """The identifiability of a fitted model on one set."""
 
     coefficients: list[str]
     rank: int
     condition: float
     undetermined: list[str]
-    """Coefficients that no row shows, or that others can stand in for exactly."""
+    """Coefficients that no row shows, or that others can replace exactly."""
     weakest: dict[str, float]
-    """The three coefficients of the largest σ, arcseconds (or their unit), by name."""
+    """The three coefficients with the largest σ, arcseconds (or their unit), by name."""
     correlated: list[Pair]
     smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
     """RMS in each channel of the smallest form of each absent effect that would be found in 95 %
@@ -50,7 +52,7 @@ class Identifiability:
 
 
 def coefficient_names(solution: Solution) -> list[str]:
-    """``effect: column`` of every coefficient, in their order."""
+    """Return ``effect: column`` of every coefficient, in the order of the coefficients."""
     return [
         f"{term.effect.name}: {name}"
         for term in solution.terms
@@ -61,7 +63,7 @@ def coefficient_names(solution: Solution) -> list[str]:
 def identifiability(
     solution: Solution, absent: Mapping[str, type[Effect]] | None = None
 ) -> Identifiability:
-    """Rank, condition, what is not determined, what is correlated, and what could be found."""
+    """Return rank, condition, undetermined and correlated coefficients, and detectable effects."""
     names = coefficient_names(solution)
     covariance = solution.covariance
     sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -80,7 +82,7 @@ def identifiability(
 
 
 def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
-    """Share of each coefficient in the null space of both channels together."""
+    """Return True for coefficients that lie mostly in the null space of both channels together."""
     observations, terms, context = solution.observations, solution.terms, solution.context
     normal = np.zeros((size, size))
     noise = solution.noise
@@ -88,7 +90,7 @@ def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
         sums = channel_sums(terms, observations, context, noise, capture=is_capture)
         if sums is None:
             continue
-        # Less what constants (of the runs, or a₀) can stand in for.
+        # Constants (of the runs, or a₀) can replace this part, which is therefore subtracted.
         own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
         constants = np.diag(sums.gram)[size:]
         shrunk = np.where(constants > 0.0, constants, 1.0)

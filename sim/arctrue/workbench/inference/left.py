@@ -1,4 +1,4 @@
-"""What a model leaves of a set: the one place where *left* and *held out* are worked out.
+"""The residual of a model on a set: the one place that computes *left* and *held out*.
 
 Ladder, diagnosis, comparison, page and report show these figures and no others.
 """
@@ -26,7 +26,8 @@ class Left:
     """*Left*: RMS of the residual over every row that is used."""
     peak_arcsec: Mapping[str, float]
     heldout_rms_arcsec: Mapping[str, float]
-    """*Held out*: RMS over all rows, each predicted by a fit without it (:func:`held_out`)."""
+    """*Held out*: RMS over all rows, each predicted by a fit without that row
+    (:func:`held_out`)."""
     noise_arcsec: Mapping[str, float]
     """Scatter of the repeats (:func:`row_noise_arcsec`)."""
     held_out: HeldOut
@@ -34,13 +35,15 @@ class Left:
     rows: Mapping[str, int]
 
     def fall_from(self, before: Left) -> dict[str, Improvement]:
-        """By how much *held out* fell, by channel, both weighted with the noise of this model."""
+        """Return the fall of *held out* by channel; both are weighted with the noise of this
+        model."""
         return falls(before.held_out, self.held_out, self.solution.noise)
 
     def mean_log_ratio(self, before: Left) -> float:
-        """Mean over all rows of log(RMS after/RMS before) of their channel: above 0, more is left.
+        """Return the mean over all rows of log(RMS after/RMS before) of their channel.
 
-        It is what the likelihood of white noise of a free size in each channel falls by, a row.
+        Above 0 the residual has grown. The mean is the fall per row of the log likelihood of white
+        noise with a free variance in each channel.
         """
         rows = {name: self.rows[name] for name in self.rms_arcsec if name in before.rms_arcsec}
         total = sum(
@@ -51,7 +54,7 @@ class Left:
 
 
 def left_by(solution: Solution) -> Left:
-    """What a solution leaves, fitted and held out, beside the noise of the repeats."""
+    """Return *left* and *held out* of a solution, with the noise of the repeats."""
     unseen = held_out(solution.terms, solution.observations, solution.context, solution.noise)
     rms: dict[str, float] = {}
     peak: dict[str, float] = {}

@@ -1,9 +1,9 @@
-"""How much likelier an effect makes the data, with the noise estimated anew on both sides.
+"""The likelihood ratio of an effect, with the noise estimated anew on both sides.
 
-Noise that is estimated on residuals in which an effect still hides takes the effect for noise: a
-slip becomes slow noise, a few rows' reversal a correlation. So for whatever comes near to being
-named the noise is estimated once more with the effect in the model, and the two likelihoods, each
-at its own best noise, are compared.
+Noise that is estimated from residuals in which an effect still hides takes the effect for noise: a
+slip becomes slow noise, a few rows' reversal a correlation. So for every effect that comes near to
+being named the noise is estimated once more with the effect in the model, and the two likelihoods,
+each at its own best noise, are compared.
 """
 
 from __future__ import annotations
@@ -22,38 +22,42 @@ from arctrue.workbench.noise.fit import noise_of
 from arctrue.workbench.noise.noise import Noise
 
 MOST_ROUNDS = 3
-"""Most rounds of noise and coefficients; a round that gains little ends them before."""
+"""Largest number of rounds of noise and coefficients; a round that gains little ends them
+earlier."""
 MUCH_MORE = 1.2
-"""A gain that rises so much with the noise estimated anew asks for one round more."""
+"""Factor by which a gain must rise with the noise estimated anew to ask for one more round."""
 
 
 LEAST_MOVE = 1.0
-"""χ² of the change of a channel's residuals below which its noise is not estimated anew: one
-reading's worth, and the noise is known from all of them."""
+"""χ² of the change of a channel's residuals below which its noise is not estimated anew: such a
+change counts as one reading, and the noise is known from all of them."""
 Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Of one effect against the model without it."""
+    """The evidence for one effect against the model without it."""
 
     gain: float
     """Twice the rise of the log likelihood, the noise free on both sides."""
     freedom: float
     """Degrees of freedom with which the noise of the effect's size is known."""
     index_share: float
-    """Of the variance of its size, what the index repeatability makes: near 1, the runs are the
-    sample."""
+    """Share of the index repeatability in the variance of the effect's size: near 1, the runs are
+    the sample."""
     score: Score
-    """With the noise of the model that has the effect."""
+    """Score test with the noise of the model that has the effect."""
     base: Residuals
-    """What the model without it leaves, with that noise."""
+    """Residuals of the model without the effect, with that noise."""
 
 
 def evidence(
     residuals: Residuals, null_likelihood: float, effect: Effect, nonlinear: Nonlinear
 ) -> Evidence:
-    """``null_likelihood`` is :func:`restricted_likelihood` of ``residuals``."""
+    """Return the evidence for an effect.
+
+    ``null_likelihood`` is :func:`restricted_likelihood` of ``residuals``.
+    """
     score = there = residuals.score(effect, nonlinear)
     base = residuals
     for _ in range(MOST_ROUNDS):
@@ -71,7 +75,8 @@ def evidence(
 
 
 def under(grown: Solution, base: Solution) -> Noise:
-    """The noise of what ``grown`` leaves, in the contrasts that ``base`` does not touch."""
+    """Estimate the noise from the residuals of ``grown``, in the contrasts that ``base`` does not
+    touch."""
     left = grown.capture_residual_arcsec(), grown.reference_residual_arcsec()
     design = ModelDesign(base.terms, base.observations, base.context)
     unmoved = base.unknown_noise | _unmoved(left, base)
@@ -80,7 +85,8 @@ def under(grown: Solution, base: Solution) -> Noise:
 
 
 def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozenset[str]:
-    """Channels whose residuals are the same with and without an effect: so is their noise."""
+    """Return the channels whose residuals, and so their noise, are the same with and without an
+    effect."""
     found = set()
     for channel, values, before, of_rows in (
         ("capture", left[0], base.capture_residual_arcsec(), base.noise.capture),
@@ -95,14 +101,14 @@ def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozens
 
 
 def without_slow_noise(residuals: Residuals) -> Residuals:
-    """The same model beside the white part of the noise alone."""
+    """Return the residuals of the same model, fitted with the white part of the noise alone."""
     return _with_noise(residuals, residuals.solution.noise.white_part())
 
 
 def with_index_as_known(residuals: Residuals) -> Residuals:
-    """The same model beside the index as it is known before the set's own runs.
+    """Return the same model, fitted with the index variance known before the set's own runs.
 
-    Their offsets may be those of an effect.
+    The offsets of these runs may be those of an effect.
     """
     noise = residuals.solution.noise
     known = residuals.observations.index_sigma_arcsec**2
@@ -117,7 +123,7 @@ def _with_noise(residuals: Residuals, noise: Noise) -> Residuals:
 
 
 def restricted_likelihood(residuals: Residuals) -> float:
-    """Log likelihood of the rows with the coefficients integrated out, and the index's prior."""
+    """Return the log likelihood with the coefficients integrated out, with the index's prior."""
     solution = residuals.solution
     noise = solution.noise
     prior = residuals.observations.index_sigma_arcsec**2
@@ -134,9 +140,9 @@ def restricted_likelihood(residuals: Residuals) -> float:
 def freedom_of_a_size(
     residuals: Residuals, weights: tuple[Float | None, Float | None], offsets: Float
 ) -> tuple[float, float]:
-    """Degrees of freedom of the noise of an effect's size, and the index's share in it.
+    """Return the degrees of freedom of the noise of an effect's size, and the index's share in it.
 
-    ``weights`` and ``offsets`` as :meth:`Residuals.projected` gives them.
+    ``weights`` and ``offsets`` are those of :meth:`Residuals.projected`.
     """
     observations, noise = residuals.observations, residuals.solution.noise
     runs = {

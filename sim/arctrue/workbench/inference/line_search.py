@@ -14,13 +14,14 @@ from arctrue.workbench.observations.one_speed import speed_turns_s
 Float = NDArray[np.float64]
 
 HALF_ORDERS_TO = 30.5
-"""Half orders up to this in a capture belong to the products of parts."""
+"""Order up to which half orders in a capture belong to the products of parts."""
 
 
 def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """The best lines of both channels, over the angle and over time, best first.
+    """Return the best lines of both channels, over the angle and over time, best first.
 
-    At one speed a line in time is one in the angle: it is then looked for once, in the angle.
+    At one speed a line in time is also one in the angle: it is then searched for once, in the
+    angle.
     """
     coarse: list[tuple[float, dict[str, float], LineSpectrum]] = []
     trials = 0.0
@@ -65,7 +66,8 @@ def _one_speed(residuals: Residuals, capture: bool, highest_order: float) -> boo
 
 
 def _told_by_others(spectrum: LineSpectrum, residuals: Residuals) -> NDArray[np.bool_]:
-    """Orders of a capture that are whole (the disc's), or half where products of parts are."""
+    """Return True for orders of a capture that other effects explain: whole ones, and half ones of
+    products."""
     resolution = residuals.observations.order_resolution
     whole = np.abs(spectrum.rates - np.round(spectrum.rates)) < resolution
     twice = 2.0 * spectrum.rates

@@ -1,8 +1,8 @@
 """The share of residual variance that a line explains, at every order per turn and frequency.
 
-One phase for all rows of a channel: a line that is fixed to the angle, or to time. Rows are put
-into bins as wide as their median step, C⁻¹·residual is summed and transformed; what the noise
-leaves of a line is told by its spectrum. Exact enough to find where to look.
+A line has one phase for all rows of a channel: it is fixed to the angle, or to time. Rows are put
+into bins as wide as their median step, and C⁻¹·residual is summed and transformed; the spectrum of
+the noise gives the information about a line. This is exact enough to find where to search.
 """
 
 from __future__ import annotations
@@ -21,24 +21,25 @@ from arctrue.workbench.observations.one_speed import coordinate
 Float = NDArray[np.float64]
 
 MOST_BINS = 1 << 22
-"""A longer record is put into wider bins, and its fastest lines are not looked for."""
+"""Largest number of bins. A longer record is put into wider bins, and its fastest lines are not
+searched."""
 LEAST_PERIODS = 4.0
-"""Fewer periods than these in a record are a slow curve, no line."""
+"""Fewest periods of a line in a record; with fewer it is a slow curve."""
 
 
 @dataclass(frozen=True)
 class LineSpectrum:
-    """Of one channel, over the angle or over time."""
+    """The spectrum of one channel, over the angle or over time."""
 
     rates: Float
     """Orders, 1/turn, or frequencies, Hz."""
     gain: Float
-    """What cos and sin of each rate would take of χ², about."""
+    """χ² that cos and sin of each rate would take, approximately."""
     amplitude_arcsec: Float
     span: float
-    """Length of the record, turns or seconds: lines nearer than 1/(2·span) are one."""
+    """Length of the record, turns or seconds: two lines closer than 1/(2·span) count as one."""
     lowest: float
-    """Rates below this are no lines but slow curves, which the offsets of the runs may make."""
+    """Lowest rate of a line; below it are slow curves, which the offsets of the runs may cause."""
 
     @property
     def trials(self) -> float:
@@ -49,7 +50,8 @@ class LineSpectrum:
 
 
 def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> LineSpectrum | None:
-    """None without the channel, its time or its noise, or where it shows no whole period."""
+    """Return the spectrum of a channel; None without the channel, its time, its noise or a whole
+    period."""
     rows = residuals.observations.capture if capture else residuals.observations.reference
     precise = residuals.capture_precise if capture else residuals.reference_precise
     noise = residuals.solution.noise.capture if capture else residuals.solution.noise.reference
@@ -75,7 +77,7 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
     # One spectrum is used directly: the square root of its square would differ by rounding.
     sums = np.abs(spectra[0]) if len(spectra) == 1 else np.sqrt(power_of_channels(spectra))
     rates = np.arange(sums.size) / (padded * width)
-    # Each run of a capture has an offset of its own, so that a line has to be there within one.
+    # Each run of a capture has an offset of its own, so that a line must be visible within one run.
     lowest = LEAST_PERIODS / (_longest_run(place, rows.run) if capture else span)
     first = int(np.searchsorted(rates, lowest, side="right"))
     there = slice(first, int(np.searchsorted(rates, 0.5 / width)))
@@ -86,12 +88,12 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
 
 
 def _longest_run(place: Float, run: NDArray[np.int64]) -> float:
-    """Of the runs, the longest way or time from end to end."""
+    """Return the way or time from end to end of the longest run."""
     return max(float(np.ptp(place[start:end])) for start, end in run_spans(run))
 
 
 def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) -> Float:
-    """Σ over the rows of 1/(spectral density of the noise) at each rate, arcsec⁻²."""
+    """Return Σ over the rows of 1/(spectral density of the noise) at each rate, arcsec⁻²."""
     told: dict[tuple[int, float, float], float] = {}
     spectra = {id(spectrum): spectrum for spectrum in noise.spectra}
     for part, spectrum in zip(noise.stretches, noise.spectra, strict=True):

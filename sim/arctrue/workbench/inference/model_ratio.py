@@ -22,12 +22,12 @@ class ModelRatio:
     gain : float
         Twice the rise of the log likelihood, the noise free on both sides.
     parameters : int
-        How many parameters the larger one has more, search parameters among them.
+        Number of parameters that only the larger one has, search parameters included.
     p_value : float
-        Probability of such a gain by chance, were the smaller one true. Where the larger one
-        searched for a place it says too little: :func:`arctrue.diagnose` counts the places.
+        Probability of such a gain by chance if the smaller one is true. It is too small where the
+        larger one searched for a place: :func:`arctrue.diagnose` counts the places.
     larger : int
-        1 or 2: which of both is the larger.
+        Number of the larger model, 1 or 2.
     """
 
     gain: float
@@ -37,7 +37,7 @@ class ModelRatio:
 
 
 def model_ratio(one: Solution, other: Solution) -> ModelRatio | None:
-    """None where neither model has all terms of the other."""
+    """Compare two models; return None where neither has all terms of the other."""
     if _contains(other, one):
         return _ratio(one, other, 2)
     if _contains(one, other):
@@ -59,7 +59,8 @@ def _contains(large: Solution, small: Solution) -> bool:
 
 
 def _ratio(small: Solution, large: Solution, larger: int) -> ModelRatio:
-    """Both noises are estimated in the contrasts that the smaller model does not touch."""
+    """Compute the ratio; both noises are estimated in the contrasts that the smaller model does not
+    touch."""
     at_small = restricted_likelihood(Residuals(small))
     noise = under(large, small)
     both = [

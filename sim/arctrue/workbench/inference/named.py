@@ -1,6 +1,6 @@
 """The fitted parameters of a whole model under one name each: ``hysteresis.reversal_error``.
 
-An effect that is there twice has ``#2`` after its name: ``periodic_error#2.amplitude``.
+The second occurrence of an effect has ``#2`` after its name: ``periodic_error#2.amplitude``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 
 
 def labels(terms: Sequence[Term]) -> list[str]:
-    """The name of each term, with its number where the effect is there more than once."""
+    """Return the name of each term, with its number where the effect occurs more than once."""
     names = [term.effect.name for term in terms]
     found = []
     for place, name in enumerate(names):
@@ -34,7 +34,8 @@ def term_parameters(
     term: Term, coefficients: Float, covariance: Float, sigmas: dict[str, float],
     observations: Observations,
 ) -> dict[str, Parameter]:  # fmt: skip
-    """Of one term, as people read them; ``sigmas`` of its search parameters."""
+    """Return the parameters of one term, as they are reported; ``sigmas``: those of its search
+    parameters."""
     own = term.effect.parameters(coefficients, covariance, term.nonlinear, observations)
     for name, sigma in sigmas.items():
         if name in own:
@@ -49,7 +50,7 @@ def values_of(
     observations: Observations,
     wanted: Collection[int] | None = None,
 ) -> dict[str, float]:
-    """The value of every parameter, of the terms with these numbers or of all."""
+    """Return the value of every parameter, of the terms with these numbers or of all."""
     found: dict[str, float] = {}
     start = 0
     for number, (label, term, width) in enumerate(zip(labels(terms), terms, widths, strict=True)):
@@ -63,10 +64,10 @@ def values_of(
 
 
 def named_parameters(solution: Solution, covariance: Float | None = None) -> dict[str, Parameter]:
-    """Every parameter with its standard uncertainty and unit.
+    """Return every parameter with its standard uncertainty and unit.
 
-    ``covariance`` of all coefficients and, after them, of the continuous search parameters of each
-    term; without it that of the solution.
+    ``covariance``: that of all coefficients and, after them, of the continuous search parameters of
+    each term; by default that of the solution.
     """
     own, sigmas = joint_uncertainty(solution)
     if covariance is not None:

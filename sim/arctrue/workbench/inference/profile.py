@@ -1,11 +1,11 @@
 """Intervals by profile likelihood: values of a parameter that the data do not contradict.
 
-At each value of the parameter all others, the noise among them, take their likeliest values. That
-holds where the standard uncertainty of a linearised fit does not: slow noise that is estimated
-beside a drift has taken part of it, and a frequency of few periods is no linear parameter. The
-limit of the likelihood ratio is that of Student's t with the degrees of freedom with which the
-noise of the parameter is known: exact for a linear parameter in white noise (Bates and Watts,
-Nonlinear Regression Analysis and Its Applications, chapter 6).
+At each value of the parameter all others, the noise included, take their likeliest values. Such an
+interval holds where the standard uncertainty of a linearised fit does not: slow noise that is
+estimated together with a drift has taken part of the drift, and a frequency of few periods is no
+linear parameter. The limit of the likelihood ratio is that of Student's t with the degrees of
+freedom with which the noise of the parameter is known: exact for a linear parameter in white noise
+(Bates and Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
 """
 
 from __future__ import annotations
@@ -40,27 +40,32 @@ from arctrue.workbench.numeric.symmetric import solve_symmetric
 Float = NDArray[np.float64]
 
 NOISE_ROUNDS = 2
-"""Of model and noise at each value; the noise of the value before is where they begin."""
+"""Number of rounds of model and noise at each value; they start from the noise of the previous
+value."""
 FARTHEST = 40.0
-"""Standard uncertainties: beyond, the data do not bound the parameter."""
+"""Distance in standard uncertainties beyond which the data do not bound the parameter."""
 WIDER = 1.6
-"""A step outwards, until the likelihood has fallen far enough."""
+"""Factor of each step outwards, until the likelihood has fallen far enough."""
 PRECISION = 0.01
-"""Of a standard uncertainty: how exactly an end is found."""
+"""Accuracy of an end of the interval, in standard uncertainties."""
 HALF_TURN_DEG = 180.0
-"""Of a phase, which is known to within a turn."""
+"""Half a turn of a phase, which is known only to within a turn."""
 SLOW = 0.02
-"""Of the longest time constant: what is slower may be a part of a walk."""
+"""Share of the longest time constant above which a part of the noise may belong to a random
+walk."""
 WALK_SPANS = 10.0
-"""Times the longest constant, which is the length of the record: within it a random walk."""
+"""Factor on the longest time constant, which is the length of the record: within the record the
+noise is then a random walk."""
 LITTLE = 1e-2
-"""Of a variance that is moved to the longest time constant: what stays where it was."""
+"""Share of a variance that keeps its time constant when the variance is moved to the longest
+one."""
 
 
 def limit_of(level: float, freedom: float) -> float:
-    """Fall of twice the log likelihood at the ends of an interval of this level.
+    """Return the fall of twice the log likelihood at the ends of an interval of this level.
 
     In white noise with m degrees of freedom a deviation of t standard uncertainties lowers it by
+
     (m + 1)·log(1 + t²/m).
     """
     if freedom > MANY:
@@ -81,7 +86,7 @@ class Profile:
     _free: Float | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        """Work out the likelihood at the fitted value. Raises ValueError for an unknown name."""
+        """Compute the likelihood at the fitted value. Raises ValueError for an unknown name."""
         parameters = named_parameters(self.fit.solution, self.fit.covariance)
         if self.name not in parameters:
             raise ValueError(f"no parameter {self.name}; there are: {', '.join(parameters)}")
@@ -101,7 +106,8 @@ class Profile:
         return Condition((self.name,), difference)  # type: ignore[arg-type]
 
     def likelihood(self, value: float) -> float:
-        """Restricted log likelihood with the parameter at ``value``, noise and all others free."""
+        """Return the restricted log likelihood with the parameter at ``value``, noise and all
+        others free."""
         fitted = self.fit.solution.noise
         starts = [fitted, _as_a_walk(fitted)]
         if self._noise:
@@ -114,10 +120,11 @@ class Profile:
         return likelihood
 
     def _beside(self, conditions: Sequence[Condition], start: Noise) -> tuple[float, Noise]:
-        """The likelihood under these conditions and its noise, whose search begins at ``start``."""
+        """Return the likelihood under these conditions and its noise, whose search begins at
+        ``start``."""
         found = conditioned(replace(self.fit.solution, noise=start), conditions)
         if self._free is None:
-            # The same contrasts at every value, so that the likelihoods can be compared.
+            # The contrasts are the same at every value, so that the likelihoods can be compared.
             self._free = found.free
         for _ in range(NOISE_ROUNDS):
             noise = noise_beside(found, self._free)
@@ -125,11 +132,12 @@ class Profile:
         return restricted_likelihood_of(found, self._free), found.solution.noise
 
     def fall(self, value: float) -> float:
-        """Twice the fall of the log likelihood from its highest."""
+        """Return twice the fall of the log likelihood from its highest value."""
         return 2.0 * (self._highest - self.likelihood(value))
 
     def interval(self, level: float) -> tuple[float, float]:
-        """Lower and upper end; infinite where the data do not bound the parameter on that side."""
+        """Return the lower and the upper end; infinite where the data do not bound the parameter on
+        that side."""
         if not 0.0 < level < 1.0:
             raise ValueError(f"level: expected a number between 0 and 1, found {level:g}")
         limit = limit_of(level, freedom_of(self.fit, self.name))
@@ -173,7 +181,8 @@ class Profile:
             return np.inf
 
     def _range(self) -> tuple[float, float]:
-        """What the parameter can be: an amplitude is not negative, a search has its range."""
+        """Range of possible values: an amplitude is not negative, a search parameter has its
+        declared range."""
         label, _, own = self.name.rpartition(".")
         solution = self.fit.solution
         term = solution.terms[labels(solution.terms).index(label)]
@@ -195,10 +204,10 @@ class Profile:
 
 
 def _as_a_walk(noise: Noise) -> Noise:
-    """The same steps from row to row, with what is slow in it a random walk.
+    """Return noise with the same steps from row to row, in which the slow parts are a random walk.
 
-    The steps hardly tell both apart, and a slow walk hides a drift: the search for the likeliest
-    noise does not come from one to the other by itself.
+    These steps hardly distinguish the two, and a slow walk hides a drift: the search for the
+    likeliest noise does not find the way from one to the other by itself.
     """
     laws = [
         None if law is None else replace(law, spectra=tuple(map(_slowest, law.spectra)))
@@ -220,9 +229,9 @@ def _slowest(spectrum: Spectrum) -> Spectrum:
 
 
 def freedom_of(fit: ConstrainedFit, name: str) -> float:
-    """Degrees of freedom with which the noise of a parameter's size is known (Satterthwaite).
+    """Return the degrees of freedom with which the noise of a parameter is known (Satterthwaite).
 
-    Of a^T·b, where a is the slope of the parameter along coefficients and search parameters.
+    The parameter is taken as aᵀ·b, where a is its slope along coefficients and search parameters.
     """
     solution = fit.solution
     observations, noise = solution.observations, solution.noise
@@ -268,12 +277,12 @@ def freedom_of(fit: ConstrainedFit, name: str) -> float:
 
 
 def slope_of(fit: ConstrainedFit, name: str) -> Float:
-    """∂(parameter)/∂(coefficients, then search parameters), by central differences."""
+    """Return ∂(parameter)/∂(coefficients, then search parameters), by central differences."""
     return np.asarray(slopes_of(fit, [name])[0])
 
 
 def slopes_of(fit: ConstrainedFit, names: Sequence[str]) -> Float:
-    """The same of several parameters, shape (parameters, unknowns)."""
+    """Return the slopes of several parameters, shape (parameters, unknowns)."""
     solution = fit.solution
     spread = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     shared = sum(solution.widths)
@@ -292,7 +301,7 @@ def slopes_of(fit: ConstrainedFit, names: Sequence[str]) -> Float:
 
 
 def _at(solution: Solution, place: int, shared: int, off: float) -> dict[str, float]:
-    """Every parameter with one unknown moved."""
+    """Return every parameter with one unknown moved."""
     coefficients, terms = solution.coefficients, list(solution.terms)
     if place < shared:
         coefficients = coefficients.copy()

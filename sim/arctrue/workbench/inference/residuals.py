@@ -20,19 +20,21 @@ from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, log_determinant,
 from arctrue.workbench.observations import Observations
 
 COLUMNS_TOGETHER = 24
-"""Columns that are whitened and multiplied with the model's at once."""
+"""Largest number of columns that are whitened and multiplied with the model's at once."""
 LEAST_OWN_SHARE = 1e-6
-"""Of weighted squares: what the model makes of a block but for less than this is not the block's.
+"""Share of weighted squares of which the model must leave more in a direction of a block.
 
-Columns are written at measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order
-48.3 is a constant of each face but for that noise times its order, which is the noise of the rows
-themselves: 4,900″ of it would explain them. A wave of the signal period has the noise of the
-reading times the lines of the disc (:meth:`Effect.electrical_order`).
+A direction with less is not the block's own. Columns are written at measured angles, whose noise of
+0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a constant of each face only by that
+noise times its order. That is the noise of the rows themselves: 4,900″ of the wave would explain
+them. A wave of the signal period has the noise of the reading times the lines of the disc
+(:meth:`Effect.electrical_order`).
 """
 TIMES_THE_NOISE = 4.0
-"""Of squares: what is left of such a wave must be twice the noise in its phase."""
+"""Factor on squares: the part that the model leaves of such a wave must be twice its phase noise.
+"""
 MOST_OWN_SHARE = 0.5
-"""However large that noise is, what is mostly the block's own is tried."""
+"""Largest threshold, however large that noise is: a block that is mostly its own is tried."""
 
 
 @dataclass(frozen=True)
@@ -46,29 +48,29 @@ class Score:
     covariance: Matrix
     moment: Matrix
     information: Matrix
-    """Of the block, after the model is projected out."""
+    """Normal matrix of the block, after the model is projected out."""
     cross: Matrix
-    """Of the model's coefficients (terms, run offsets, constant) with the block."""
+    """Products of the model's columns (terms, run offsets, constant) with those of the block."""
     own_share: float
-    """Of the block's weighted squares: what the model cannot make itself, 0 to 1."""
+    """Share of the block's weighted squares that the model cannot explain, 0 to 1."""
 
 
 def own_directions(
     information: Matrix, projected: Matrix, moment: Matrix, least: float = LEAST_OWN_SHARE
 ) -> tuple[Matrix, Matrix]:
-    """``projected`` and ``moment`` without what the model makes of the block but for nothing.
+    """Return ``projected`` and ``moment`` in the directions of a block that the model leaves.
 
-    ``information`` of the block's columns, shape (k, k), and ``projected``, the same with the model
-    projected out: a direction in which ``projected`` is less than ``least`` of ``information`` is
-    left out.
-    Directions, not columns: a wave of both heads may be nothing in R₂ − R₁ and known in ε.
+    ``information`` is the normal matrix of the block's columns, shape (k, k), and ``projected`` the
+    same matrix with the model projected out: a direction in which ``projected`` is less than
+    ``least`` of ``information`` is left out. The test is of directions, not columns: a wave of both
+    heads may be nothing in R₂ − R₁ and known in ε.
     """
     if moment.size < 2:
         return projected, moment
     diagonal = np.diag(information)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    # Columns that are alike but for that noise (multiples of three phases) have no direction there.
+    # Columns that differ only by that noise (multiples of three phases) add no direction.
     same = RANK_TOLERANCE if least <= LEAST_OWN_SHARE else max(least, RANK_TOLERANCE)
     there = values > same * max(float(values[-1]), 1e-300)
     into = vectors[:, there] / np.sqrt(values[there]) / scale[:, np.newaxis]
@@ -86,28 +88,28 @@ class Residuals:
     """Residuals of a solution with everything that a scan or a score test needs."""
 
     def __init__(self, solution: Solution) -> None:
-        """Residuals of ``solution``; the arrays are computed when they are first used."""
+        """Keep ``solution``; the arrays are computed when they are first used."""
         self.solution = solution
         self.observations: Observations = solution.observations
 
     @cached_property
     def capture_arcsec(self) -> NDArray[np.float64] | None:
-        """Shape (capture rows,)."""
+        """Residuals of the capture, shape (capture rows,)."""
         return self.solution.capture_residual_arcsec()
 
     @cached_property
     def reference_arcsec(self) -> NDArray[np.float64] | None:
-        """Shape (reference rows,)."""
+        """Residuals of the reference, shape (reference rows,)."""
         return self.solution.reference_residual_arcsec()
 
     @cached_property
     def capture_whitened(self) -> NDArray[np.float64] | None:
-        """The same with the noise made one and uncorrelated."""
+        """Whitened residuals of the capture: their noise has variance one and no correlation."""
         return self._whitened(self.capture_arcsec, self.solution.noise.capture)
 
     @cached_property
     def reference_whitened(self) -> NDArray[np.float64] | None:
-        """The same with the noise made one and uncorrelated."""
+        """Whitened residuals of the reference: their noise has variance one and no correlation."""
         return self._whitened(self.reference_arcsec, self.solution.noise.reference)
 
     @staticmethod
@@ -167,7 +169,7 @@ class Residuals:
         return inverse
 
     def _joint_moment(self, capture: Matrix | None, reference: Matrix | None) -> Matrix:
-        """Of whitened values of both channels with the model's columns, in the joint layout."""
+        """Multiply whitened values of both channels with the model's columns (joint layout)."""
         layout = self._layout
         there = capture if capture is not None else reference
         assert there is not None
@@ -184,10 +186,10 @@ class Residuals:
 
     @cached_property
     def _left_moment(self) -> Matrix:
-        """What the residuals have left along the model's own columns; nothing after a fit.
+        """Moment of the residuals along the model's own columns; zero after a fit.
 
-        Columns that depend on the model change with its coefficients, and a solution that was not
-        fitted again with the new columns is a little beside the least squares.
+        Columns that depend on the model change with its coefficients. A solution that was not
+        fitted again with the new columns is therefore not quite the least-squares solution.
         """
         layout, solution = self._layout, self.solution
         if solution.held:
@@ -200,12 +202,13 @@ class Residuals:
     def with_residuals(
         self, capture: NDArray[np.float64] | None, reference: NDArray[np.float64] | None
     ) -> Residuals:
-        """The same model beside other residuals (draws of the noise), fitted out of them."""
+        """Return the same model with other residuals (draws of the noise), the model fitted out of
+        them."""
         other = Residuals(self.solution)
         for name in ("_designs", "_normal", "_inverse", "_reading_noise_arcsec"):
             # The model's own matrices, and the noise of the set, do not depend on the residuals.
             other.__dict__[name] = getattr(self, name)
-        # They are those of a fit.
+        # The other residuals are those of a fit.
         other.__dict__["_left_moment"] = np.zeros(self._layout.size)
         noise, layout = self.solution.noise, self._layout
         white = [self._whitened(capture, noise.capture), self._whitened(reference, noise.reference)]
@@ -244,14 +247,14 @@ class Residuals:
         return found[0], found[1]
 
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Score:
-        """Score test of an effect's whole block: its columns with the model projected out.
+        """Test an effect's whole block of columns, the model projected out, by its score.
 
-        Searches, rankings and sizes ask for the same one again: it is worked out once.
+        Searches, rankings and sizes ask for the same score again: it is computed once.
         """
         return self.scores([(effect, nonlinear)])[0]
 
     def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> list[Score]:
-        """The score test of each of several effects; together they cost less than one by one."""
+        """Test several effects by their scores; together they cost less than one by one."""
         keys = [(id(effect), tuple(sorted(place.items()))) for effect, place in asked]
         waiting = {
             key: item for key, item in zip(keys, asked, strict=True) if key not in self._scores
@@ -271,7 +274,7 @@ class Residuals:
 
     @cached_property
     def _scores(self) -> dict[Hashable, tuple[Effect, Score]]:
-        """With the effect: while it is kept, no other one has its id."""
+        """Scores with their effects: while an effect is kept, no other one has its id."""
         return {}
 
     def _work_out(self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]]) -> None:
@@ -302,7 +305,8 @@ class Residuals:
             self._scores[key] = (effect, self._test(own, moment[part], cross[:, part], least))
 
     def _least_own_share(self, effect: Effect) -> float:
-        """Of a block's weighted squares; less is the noise of the angles it is written at."""
+        """Return the share of a block's weighted squares below which it is only noise of the
+        measured angles."""
         order = effect.electrical_order(self.observations)
         if order == 0.0:
             return LEAST_OWN_SHARE
@@ -311,9 +315,10 @@ class Residuals:
 
     @cached_property
     def _reading_noise_arcsec(self) -> float:
-        """Of the noisier channel, from its repeats.
+        """Noise of the noisier channel, from its repeats.
 
-        The noise of a model that lacks an effect holds the effect, which is no noise of the phase.
+        The noise of a model that lacks an effect contains the effect, which is not noise of the
+        phase.
         """
         found = [0.0]
         for channel, values in (
@@ -328,7 +333,7 @@ class Residuals:
     def _whitened_side_by_side(
         self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
     ) -> tuple[Matrix | None, list[int]]:
-        """Columns of one channel, and the numbers of the effects that have some."""
+        """Return whitened columns of one channel, and the numbers of the effects that have some."""
         noise = self.solution.noise.capture if capture else self.solution.noise.reference
         assert noise is not None
         blocks: list[Matrix] = []
@@ -352,7 +357,7 @@ class Residuals:
         projected = information - cross.T @ self._inverse @ cross
         moment = moment - cross.T @ (self._inverse @ self._left_moment)
         projected, moment = own_directions(information, projected, moment, least)
-        # What the model explains of the columns to within rounding is not theirs.
+        # A column that the model explains to within rounding is left out.
         alive = np.diag(projected) > 1e-9 * np.maximum(np.diag(information), 1e-300)
         kept = np.where(alive[:, None] & alive[None, :], projected, 0.0)
         moment = np.where(alive, moment, 0.0)
@@ -365,14 +370,14 @@ class Residuals:
 
     @cached_property
     def log_determinant(self) -> float:
-        """Of the normal matrix, over the directions that the data determine."""
+        """Log determinant of the normal matrix, over the directions that the data determine."""
         return log_determinant(self._normal)
 
     def projected(
         self, effect: Effect, nonlinear: Nonlinear, score: Score
     ) -> tuple[tuple[Matrix | None, Matrix | None], Matrix]:
-        """C⁻¹ of what a scored effect adds beside the model, by channel, and the runs' offsets in
-        it, arcseconds."""
+        """Return C⁻¹ of a scored effect with the model projected out, by channel, and the run
+        offsets in it, arcseconds."""
         layout, noise = self._layout, self.solution.noise
         back = self._inverse @ (score.cross @ score.coefficients)
         found: list[Matrix | None] = []
@@ -395,7 +400,7 @@ class Residuals:
     def projected_columns(
         self, effect: Effect, nonlinear: Nonlinear, score: Score
     ) -> tuple[Matrix | None, Matrix | None]:
-        """Whitened columns of a scored effect less what the model makes of them, by channel."""
+        """Return whitened columns of a scored effect with the model projected out, by channel."""
         layout = self._layout
         back = self._inverse @ score.cross
         found: list[Matrix | None] = []
@@ -413,9 +418,9 @@ class Residuals:
         return found[0], found[1]
 
     def solution_with(self, effect: Effect, nonlinear: Nonlinear, score: Score) -> Solution:
-        """The solution of the model with one effect more, its columns held where they are.
+        """Return the solution of the model with one more effect, its search parameters held.
 
-        The same as a fit with this noise, from the sums that the score test has made.
+        It equals a fit with this noise, and is computed from the sums that the score test has made.
         """
         solution, layout = self.solution, self._layout
         shift = self._inverse @ score.cross

@@ -1,8 +1,8 @@
-"""Where the search parameters of an effect fit best to what a model leaves.
+"""Scans for the search parameters of an effect that fit the residuals of a model best.
 
-Each scan goes over the rows once and finds its maxima by FFT on bins, of C⁻¹·residual and over
-what the spectrum of the noise leaves of a wave; the best places are then scored exactly, with the
-model projected out. ``trials`` is the number of independent places.
+A scan goes over the rows once: it bins C⁻¹·residual, transforms it by FFT, divides the power by the
+information that the noise leaves about a wave, and finds the maxima. The best places are then
+scored exactly, with the model projected out. ``trials`` is the number of independent places.
 """
 
 from __future__ import annotations
@@ -37,32 +37,35 @@ BEST_PLACES = 4
 MOST_MOVES = 4
 """Steps that a search takes towards its maximum before it is enclosed."""
 EDGE_STEPS = 5
-"""Of a bisection: a thirtieth of the step is exact enough where the gain is cut off."""
+"""Number of bisection steps: a thirtieth of the grid step is exact enough where the gain is cut
+off."""
 PARABOLAS = 3
-"""Each through the three best places so far."""
+"""Number of parabolas, each through the three best places so far."""
 SAME_PLACE = 2e-3
-"""Of the distance between the outer two: a maximum that moves less is exact enough."""
+"""Share of the distance between the outer two places: a maximum that moves less is exact enough."""
 DISC_BINS = 1 << 15
-"""Bins of a turn; at eight a period the highest order sought is 4,096, a quarter of the
-lines of the paper's disc."""
+"""Number of bins in a turn. With eight bins a period the highest order sought is 4,096, a quarter
+of the lines of the paper's disc."""
 TOLD_APART = 30.0
-"""Gain by which an order must be ahead of the whole or half one beside it: p < 10⁻⁶ for one more
-number, with a gap at every half order."""
+"""Gain by which an order must exceed the nearest whole or half order: p < 10⁻⁶ for one more
+parameter, with a gap at every half order."""
 IN_A_GAP = np.array([-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2])
-"""Of the resolution, an eighth of a period: places in a gap and at its edges. A line
-of one run is half a period wide to either side, which no two neighbours miss."""
+"""Places in a gap and at its edges, in units of the resolution, which is an eighth of a period. A
+line of one run is half a period wide to either side, so that two neighbouring places cannot both
+miss it."""
 LINES = frozenset({"frequency", "line", "unwrapped_order"})
 """Searches for a wave of any rate."""
 LEAST_OWN = 0.05
-"""Of a line's squares: what the model of whole orders must leave of it. In one run of T turns that
-is 1 − sinc²(δT), so that a line is looked for from an eighth of a period beside an order on."""
+"""Least share of a line's weighted squares that the model of whole orders must leave. In one run of
+T turns this share is 1 − sinc²(δT), so that a line is searched for at an eighth of a period or more
+from an order."""
 BLIND_FACTOR = 0.02
-"""|e^{jnα} − 1| below this: two heads cannot see the order."""
+"""Value of |e^{jnα} − 1| below which two heads cannot see the order."""
 ALIAS_AHEAD = 6.0
 """Gain by which an order above half the samples a turn must exceed the best one below: odds of 20
 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 STATION_DECIMALS = 6
-"""Of a radian: stations nearer than this are one."""
+"""Decimals of a radian to which stations are rounded; stations that are then equal are one."""
 LARGEST_GAP_STEPS = 8.0
 """A reference run with a wider gap, in its own steps, does not go round the whole turn."""
 
@@ -96,8 +99,11 @@ def scored(
 
 
 def _gain_of_its_own(effect: Effect, score: Score) -> float:
-    """0 for a line that the model makes nearly whole: beside one of the model's own orders it is
-    that order, slowly changing, with a size that has no meaning."""
+    """Return the gain, or 0 for a line that the model explains nearly whole.
+
+    Next to one of the model's own orders such a line is that order, slowly changing, and its size
+    has no meaning.
+    """
     return score.gain if effect.search_kind not in LINES or score.own_share > LEAST_OWN else 0.0
 
 
@@ -124,7 +130,8 @@ def disc_spectra(residuals: Residuals, bins: int) -> list[NDArray[np.complex128]
 
 
 def order_information(residuals: Residuals, orders: Float, *, capture: bool = True) -> Float:
-    """What the rows of a channel tell of e^{jνθ}: Σ 1/(spectral density of the noise at ν·ω)."""
+    """Return the information of a channel's rows about e^{jνθ}: Σ 1/(spectral density of the noise
+    at ν·ω)."""
     noise = residuals.solution.noise.capture if capture else residuals.solution.noise.reference
     rows = residuals.observations.capture if capture else residuals.observations.reference
     assert noise is not None
@@ -152,9 +159,9 @@ def samples_a_turn(residuals: Residuals) -> float:
 
 
 def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Whole orders of the declared range whose alias at even samples is above that range's start.
+    """Score whole orders of the declared range whose alias at even samples is above its start.
 
-    With N samples a turn, order n and N − n differ by a phase in each run: runs that start at
+    With N samples a turn, orders n and N − n differ only by a phase in each run: runs that start at
     different angles separate them, one run does not. The lower order is then preferred.
     """
     low, high = effect.search_range("order")
@@ -199,7 +206,7 @@ def stations_a_turn(rows: ReferenceRows) -> float:
 
 
 def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Orders that are not whole, over the unwrapped angle of all revolutions together."""
+    """Search orders that are not whole, over the unwrapped angle of all revolutions together."""
     lowest, highest = effect.search_range("order")
     capture, precise = residuals.observations.capture, residuals.capture_precise
     if capture is None or precise is None:
@@ -209,7 +216,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     place -= place.min()
     length = int(place.max()) + 1
     if length > 1 << 24:
-        # Runs that lie thousands of turns apart are put side by side: their phase is lost anyway.
+        # Runs that lie thousands of turns apart are not searched: their relative phase is lost
+        # anyway.
         return []
     padded = 1 << int(np.ceil(np.log2(4 * length)))
     power = power_of_channels(
@@ -226,7 +234,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     power[(orders > highest) | (orders < max(resolution, lowest))] = 0.0
     trials, step = 2.0 * turns * highest, 0.25 / turns
     away = _away_from_halves(orders)
-    # Beside a gap (whole and half orders) the highest point may be its edge: no local maximum.
+    # Next to a gap (whole and half orders) the highest point may be the gap's edge, which is no
+    # local maximum.
     coarse = [
         {"order": float(orders[index])}
         for index in peaks(np.where(away < resolution, 0.0, power), BEST_PLACES)
@@ -234,7 +243,7 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     found = scored(effect, residuals, coarse, trials)
     refined = moved_to_maximum(effect, residuals, found, "order", step)
     if refined and _away_from_halves(refined[0].nonlinear["order"]) < resolution:
-        # Refined into the gap around a whole or half order it would be one of these.
+        # A place refined into the gap around a whole or half order would be that order.
         refined = found
     inside = _inside_a_gap(effect, residuals, power, orders, trials, step)
     return inside if inside and (not refined or inside[0].gain > refined[0].gain) else refined
@@ -249,17 +258,17 @@ def _away_from_halves(orders: Float | float) -> Float:
 def _inside_a_gap(
     effect: Effect, residuals: Residuals, power: Float, orders: Float, trials: float, step: float
 ) -> list[Place]:
-    """The best order nearer to a whole or half one than the turns resolve, if it is told from it.
+    """Return the best order nearer to a whole or half one than the turns resolve, if it differs.
 
-    Two lines are resolved at 1/(2·turns). One line alone is placed as much better as it stands
-    above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it is at an order of
-    its own where it takes more there than at the whole or half one.
+    Two lines are resolved at 1/(2·turns). A single line is located more exactly, the higher it
+    stands above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it has an
+    order of its own where its gain exceeds that at the whole or half order by TOLD_APART.
     """
     resolution = residuals.observations.order_resolution
     near = _away_from_halves(orders) < resolution
     inside = orders[peaks(np.where(near, power, 0.0), BEST_PLACES)]
-    # The model has taken most of a line beside its own order, so that the highest power that is
-    # left may be outside of the gap, or at a place where the line has nothing of its own.
+    # The model has taken most of a line next to one of its own orders: the highest power that is
+    # left may be outside the gap, or at an order that the model explains nearly whole.
     outside = orders[peaks(np.where(near, 0.0, power), 1)]
     gaps = np.unique(np.round(2.0 * np.concatenate([inside[:1], outside])) / 2.0)
     grid = (gaps[:, np.newaxis] + resolution * IN_A_GAP).ravel()
@@ -280,7 +289,7 @@ def _inside_a_gap(
 
 
 def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Frequencies in time; each run has its own phase, so the runs' powers add."""
+    """Search frequencies in time; each run has its own phase, so the powers of the runs add."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
     if capture is None or precise is None or noise is None:
@@ -331,7 +340,7 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         return moved_to_maximum(
             effect, residuals, scored(effect, residuals, coarse, trials), "frequency", spacing
         )
-    # Between the frequencies that a window resolves lie those of the whole run.
+    # The whole run resolves frequencies between those that a window resolves.
     places = [
         {"frequency": float(frequency)}
         for place in coarse[:2]
@@ -343,10 +352,11 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 def _window_power(since_s: Float, precise: Float, period: float, spacing: float) -> Float:
-    """Power of one window at the multiples of ``spacing``; what it cannot resolve is zero."""
+    """Return the power of one window at the multiples of ``spacing``, zero where it cannot resolve
+    one."""
     place = np.round((since_s - since_s[0]) / period).astype(np.int64)
     values = np.bincount(place, weights=precise)
-    # A length of small prime factors: others take several times as long.
+    # Use a length of small prime factors: other lengths take several times as long.
     size = next_fast_len(max(int(np.ceil(1.0 / (spacing * period))), values.size), real=True)
     power = np.abs(np.fft.rfft(values, size)) ** 2 * (2.0 / since_s.size)
     grid = np.arange(int(0.5 / (period * spacing)) + 1) * spacing
@@ -359,10 +369,11 @@ def _window_power(since_s: Float, precise: Float, period: float, spacing: float)
 def moved_to_maximum(
     effect: Effect, residuals: Residuals, found: list[Place], name: str, step: float
 ) -> list[Place]:
-    """The best place moved to its maximum between the grid points.
+    """Move the best place to its maximum between the grid points.
 
-    The model has taken its part of the line, most of it beside one of its own orders: what is
-    left may be highest more than a step away, so that the search goes on where it met its end.
+    The model has taken its part of the line, most of it next to one of its own orders: the maximum
+    that is left may be more than a step away. The search therefore moves on while one side is
+    higher than the centre.
     """
     if not found:
         return found
@@ -389,7 +400,8 @@ def moved_to_maximum(
             break
         if max(heights) < top:
             if min(heights) == 0.0:
-                # Towards a place that the model takes whole the gain may rise until it is cut off.
+                # The gain may rise towards a place that the model explains whole, until it is cut
+                # off.
                 cut_off = sides[heights.index(0.0)]
                 edge = _at_the_edge(gain, centre, top, cut_off)
                 if edge[1] > top:
@@ -407,7 +419,7 @@ def moved_to_maximum(
 def _at_the_edge(
     gain: Callable[[float], float], centre: float, top: float, cut_off: float
 ) -> tuple[float, float]:
-    """The place nearest to one without gain at which the gain still rises, by bisection."""
+    """Return the place nearest to ``cut_off``, which has no gain, where the gain still rises."""
     for _ in range(EDGE_STEPS):
         tried = 0.5 * (centre + cut_off)
         height = gain(tried)
@@ -423,7 +435,7 @@ def _at_the_edge(
 def _top_of_three(
     gain: Callable[[float], float], places: list[float], heights: list[float]
 ) -> tuple[float, float]:
-    """Place and height of a maximum that three places enclose, by parabolas through three."""
+    """Return place and height of a maximum that three places enclose, by parabolas."""
     for _ in range(PARABOLAS):
         (low, middle, high), (left, top, right) = places, heights
         below, above = (middle - low) * (top - right), (middle - high) * (top - left)
@@ -452,18 +464,21 @@ def highest(
 
 
 LEAST_STEP_ROWS = 4
-"""Rows of its run on either side of a step: one more than single wrong rows may stand together."""
+"""Least number of rows of the run on either side of a step: one more than the wrong rows that may
+stand together."""
 STEP_PLACES = 24
-"""Places of a run at which what a step tells is worked out; it changes slowly between them."""
+"""Number of places of a run at which the information about a step is computed; it changes slowly
+between them."""
 
 
 def step_trials(gain: float, rows: int) -> float:
-    """Independent instants of a step among ``rows`` rows; their number grows with its gain.
+    """Return the number of independent instants of a step among ``rows`` rows.
 
-    A larger gain is sharper in time. The chance that white noise gives a gain of b² anywhere is
-    b·φ(b)·Σ ν(b·√r)·r over the instants k, r = n/(k(n − k)) (James, James and Siegmund, Biometrika
-    74 (1987) 71; ν as Siegmund and Yakir, The Statistics of Gene Mapping, 2007, approximate it),
-    divided here by that at one instant, 2·Φ(−b). Below b = 1, where it does not hold, b = 1.
+    It grows with the gain, because a larger gain is sharper in time. The chance that white noise
+    gives a gain of b² anywhere is b·φ(b)·Σ ν(b·√r)·r over the instants k, r = n/(k(n − k)) (James,
+    James and Siegmund, Biometrika 74 (1987) 71; ν as Siegmund and Yakir, The Statistics of Gene
+    Mapping, 2007, approximate it). It is divided here by the chance at one instant, 2·Φ(−b). Below
+    b = 1, where the formula does not hold, b = 1 is used.
     """
     if rows < 2 * LEAST_STEP_ROWS:
         return 0.0
@@ -482,7 +497,7 @@ def _normal_density(value: Float) -> Float:
 
 
 def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """The instant after which one run's residual lies higher or lower, by cumulative sums."""
+    """Search the instant after which a run's residual lies higher or lower, by cumulative sums."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
     if capture is None or precise is None or noise is None:
@@ -505,7 +520,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         own = np.sum(alone.whiten(columns) ** 2, axis=0)
         flat = alone.precise(alone.whiten(np.ones(size)))
         beside = np.cumsum(flat[::-1])[::-1]
-        # Less what the run's own offset can take of it.
+        # Subtract the information that the run's own offset takes.
         information = np.exp(np.interp(np.arange(1, size), tried, np.log(own)))
         information -= beside[1:] ** 2 / (beside[0] + told)
         power = moment**2 / np.maximum(information, 1e-6 * float(own.max()))
@@ -532,7 +547,7 @@ BUMP_WIDTHS_DEG = 0.05 * 1.5 ** np.arange(14)
 
 
 def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Place and width of a bell on the disc, by matched filters over the binned disc angle."""
+    """Search place and width of a bell on the disc, by matched filters over the binned angle."""
     capture = residuals.observations.capture
     if capture is None or residuals.capture_precise is None:
         return []
@@ -555,7 +570,7 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
             template = bell * shift
             correlation += np.fft.irfft(spectrum * np.conj(template), bins)
             norm += np.fft.irfft(np.abs(template) ** 2 * told / bins, bins)[0] / len(spectra)
-        # The graduation of the base model takes the low orders: what it takes is no evidence.
+        # The graduation of the base model takes the low orders, which are therefore no evidence.
         power = correlation**2 / max(norm, 1e-30)
         for index in peaks(power, 2):
             found.append(
@@ -572,7 +587,8 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 def grid_scan(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Every point of the grid over the declared ranges; for effects of no other kind."""
+    """Score every point of the grid over the declared ranges; for effects that no other scan
+    searches."""
     axes = []
     for parameter in effect.search:
         low, high = effect.search_range(parameter.name)

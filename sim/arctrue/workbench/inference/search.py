@@ -1,4 +1,4 @@
-"""Scans the search parameters of an effect by the kind of search that it declares."""
+"""Scans the search parameters of an effect with the kind of search that the effect declares."""
 
 from __future__ import annotations
 
@@ -29,5 +29,5 @@ SCANS: Mapping[SearchKind, Callable[[Effect, Residuals], list[Place]]] = {
 
 
 def places_of(effect: Effect, residuals: Residuals) -> list[Place]:
-    """Values of the search parameters that fit the residuals best, best first."""
+    """Return values of the search parameters that fit the residuals best, best first."""
     return SCANS[effect.search_kind](effect, residuals)

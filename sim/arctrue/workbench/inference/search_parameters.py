@@ -21,15 +21,17 @@ from arctrue.workbench.observations.contrasts import contrast_weights
 Float = NDArray[np.float64]
 
 ROUNDS = 6
-"""Most Gauss–Newton steps; SMALL_STEP ends them before."""
+"""Largest number of Gauss–Newton steps; SMALL_STEP ends them earlier."""
 HALVINGS = 5
-"""Of a step that gains nothing: 1/32 of it is below what a place is known to."""
+"""Largest number of halvings of a step that gains nothing: 1/32 of it is below the uncertainty of a
+place."""
 SMALL_STEP = 0.02
-"""Of its own uncertainty: a step below this ends the refinement."""
+"""Share of its own uncertainty: a step of a search parameter below this ends the refinement."""
 
 
 def refined(solution: Solution) -> Solution:
-    """The solution with its continuous search parameters at the maximum of the likelihood."""
+    """Return the solution with its continuous search parameters at the maximum of the
+    likelihood."""
     for _ in range(ROUNDS):
         if not any(refined_names(term.effect) for term in solution.terms):
             return solution
@@ -72,9 +74,9 @@ def _moved(term: Term, step: Float) -> Term:
 
 
 def with_steps_on_every_row(solution: Solution) -> list[Term]:
-    """The terms with every step moved to its best place between the rows of the part.
+    """Return the terms with every step moved to its best place between the rows of the part.
 
-    A part knows the instant only to the gap between two of its stretches.
+    A part gives the instant only to the gap between two of its stretches.
     """
     stored, part = solution.observations.stored, solution.observations.capture
     terms = list(solution.terms)
@@ -86,7 +88,7 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         run_name, instant_name = term.effect.step_at
         run = round(term.nonlinear[run_name])
         if run < 0:
-            # A step of head 1 is in every channel of its run: the first one shows it whole.
+            # A step of head 1 is in every channel of its run: the first channel shows it whole.
             run = (-run - 1) * part.channels
         kept = part.time_s[part.run == run]
         place = int(np.searchsorted(kept, term.nonlinear[instant_name]))

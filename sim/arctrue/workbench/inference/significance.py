@@ -1,4 +1,4 @@
-"""From a likelihood ratio to a probability that counts every place that was looked at."""
+"""Converts a likelihood ratio to a probability that counts every place of the search."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ import numpy as np
 from scipy.special import chdtrc, fdtrc
 
 SIGNIFICANCE = 0.01
-"""Largest corrected p that names an effect: the aim is a false name on 1 % of adequate sets."""
+"""Largest corrected p with which an effect is named: the aim is a false name on 1 % of adequate
+sets."""
 MANY = 1e5
-"""Degrees of freedom from which the noise is as good as known."""
+"""Degrees of freedom from which the noise counts as known."""
 
 
 def single_p_value(gain: float, rank: int, freedom: float) -> float:
-    """Probability of such a gain, or more, at one place.
+    """Return the probability of such a gain, or more, at one place.
 
     ``gain`` is twice the rise of the log likelihood with the noise free on both sides, of ``rank``
-    columns; ``freedom`` is the number of degrees of freedom that the noise is known with once the
-    columns are fitted. In white noise that is the F test: with m degrees of freedom left, a rise
-    of (m + q)·log(1 + q·F/m). (Kenward and Roger, Biometrics 53 (1997) 983, for m in other noise.)
+    columns; ``freedom`` is the number of degrees of freedom with which the noise is known once the
+    columns are fitted. In white noise this is the F test: with m degrees of freedom left, the rise
+    is (m + q)·log(1 + q·F/m). (Kenward and Roger, Biometrics 53 (1997) 983, for m in other noise.)
     """
     if rank <= 0:
         return 1.0
@@ -30,10 +31,10 @@ def single_p_value(gain: float, rank: int, freedom: float) -> float:
 def corrected_p_value(
     gain: float, rank: int, trials: float, candidates: int, freedom: float = np.inf
 ) -> float:
-    """Probability of such a gain, or more, by chance somewhere among all that was tried.
+    """Return the probability of such a gain, or more, by chance anywhere in the search.
 
-    At the best of ``trials`` independent places, for one of ``candidates`` effects: Šidák over
-    places, Bonferroni over candidates.
+    The gain is that at the best of ``trials`` independent places, for one of ``candidates``
+    effects: Šidák over places, Bonferroni over candidates.
     """
     single = single_p_value(gain, rank, freedom)
     # 1 − (1 − p)^m without loss for small p; for tiny p it is m·p.

@@ -39,7 +39,7 @@ class Solution:
     context: FitContext
     widths: tuple[int, ...]
     coefficients: Matrix
-    """Of all terms, in their order."""
+    """Coefficients of all terms, in the order of the terms."""
     covariance: Matrix
     run_offsets_arcsec: Matrix
     reference_offset_arcsec: float
@@ -49,11 +49,13 @@ class Solution:
     """Number of combinations of coefficients that the data determine."""
     condition: float
     every_row: bool = False
-    """The coefficients come from every row of a set of which only a part is worked on."""
+    """True where the coefficients come from every row of a set of which only a part is worked on.
+    """
     held: bool = False
-    """The coefficients are those of another set: only offsets were fitted to this one."""
+    """True where the coefficients are those of another set: only offsets were fitted to this one.
+    """
     unknown_noise: frozenset[str] = frozenset()
-    """Channels with too few rows beside the coefficients to tell their own scatter."""
+    """Channels with too few rows for their number of coefficients to show their own scatter."""
 
     @property
     def capture_sigma_arcsec(self) -> float | None:
@@ -67,12 +69,13 @@ class Solution:
 
     @property
     def noise_is_unknown(self) -> bool:
-        """No channel has readings beyond what its coefficients take, nor a stated uncertainty."""
+        """True where no channel has more readings than its coefficients take, and none a stated
+        uncertainty."""
         channels = {"capture": self.observations.capture, "reference": self.observations.reference}
         return {name for name, rows in channels.items() if rows is not None} <= self.unknown_noise
 
     def part(self, index: int) -> slice:
-        """Where the coefficients of one term are."""
+        """Return the slice of one term's coefficients."""
         start = sum(self.widths[:index])
         return slice(start, start + self.widths[index])
 
@@ -84,7 +87,7 @@ class Solution:
         return float((self.rank + searched) * np.log(rows) - 2.0 * self.log_likelihood)
 
     def parameters(self) -> list[dict[str, Parameter]]:
-        """Of every term, as people read them."""
+        """Return the parameters of every term, as they are reported."""
         covariance, searched = self._uncertainty
         found = []
         for index, term in enumerate(self.terms):
@@ -114,7 +117,7 @@ class Solution:
         return total + self.run_offsets_arcsec[rows.run] if with_offsets else total
 
     def _of_terms(self, *, capture: bool) -> NDArray[np.float64]:
-        """Prediction of the terms alone; asked for again and again beside other models."""
+        """Return the prediction of the terms alone; it is kept for further calls."""
         if capture not in self._predictions:
             found = channel_prediction(
                 self.terms, self.coefficients, self.observations, self.context, capture=capture
@@ -168,7 +171,7 @@ def joint_normal(
 
 
 def _beside(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Matrix, int, float]:
-    """As :func:`solve_symmetric`, with some of the unknowns at known values."""
+    """Solve as :func:`solve_symmetric` does, with some of the unknowns at known values."""
     free = np.ones(moment.size, dtype=np.bool_)
     free[held.places] = False
     rest, of_rest, rank, condition = solve_symmetric(
@@ -238,7 +241,7 @@ def context_of(solution: Solution) -> FitContext:
 
 
 def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> FitContext:
-    """The same of terms and the coefficients of each."""
+    """Return ε(ψ) of the disc-fixed ones of some terms, from the coefficients of each."""
     orders: list[int] = []
     cosines: list[float] = []
     sines: list[float] = []
@@ -263,7 +266,8 @@ def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> F
 
 
 def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, list[list[int]]]:
-    """Fit the model together with its tangents, noise as it is; also the places of each term's."""
+    """Fit the model together with its tangents, the noise held; also return the places of the
+    tangents."""
     observations = solution.observations
     terms, places = tangent_terms(solution)
     context, noise = solution.context, solution.noise
@@ -295,9 +299,9 @@ def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
 
 
 def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:
-    """Covariance of all coefficients, and of each term the σ of its search parameters.
+    """Return the covariance of all coefficients, and the σ of the search parameters of each term.
 
-    The coefficients' covariance allows for the search: an amplitude's phase is known the less
+    The coefficients' covariance allows for the search: the phase of an amplitude is less certain
     where the frequency is uncertain too. A whole number (an order, a run) has no σ.
     """
     covariance = solution.covariance
@@ -311,7 +315,7 @@ def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]
         spread = np.sqrt(np.maximum(np.diag(joint.covariance), 0.0))
         for index, (term, own) in enumerate(zip(solution.terms, places, strict=True)):
             for name, place in zip(refined_names(term.effect), own, strict=True):
-                # Zero: the data do not determine it at all.
+                # A zero means that the data do not determine it at all.
                 sigmas[index][name] = float(spread[place]) or float("nan")
     for index, term in enumerate(solution.terms):
         if term.effect.step_at is not None:
@@ -321,11 +325,12 @@ def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]
 
 
 def _instant_sigma_s(solution: Solution, index: int) -> float:
-    """Of a step between two samples: by how many samples its place scatters, and half a sample."""
+    """Return the σ of a step's instant, from the scatter of its place and the interval of two
+    samples."""
     step = float(solution.coefficients[solution.part(index)][0])
     of_rows = solution.noise.capture
     noise = 0.0 if of_rows is None else of_rows.white_rms_arcsec
     scatter = position_sigma_samples(abs(step), noise)
     within_s = float(np.hypot(scatter, np.sqrt(1.0 / 12.0)) * solution.observations.sample_period_s)
-    # No less sure than anywhere in the run.
+    # It is at most that of an instant anywhere in the run.
     return min(within_s, solution.observations.longest_run_s / float(np.sqrt(12.0)))

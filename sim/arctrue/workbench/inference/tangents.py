@@ -1,4 +1,4 @@
-"""Tangents of a model along its search parameters, as columns beside those of the model."""
+"""Tangents of a model along its search parameters, as further columns of the model."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 Float = NDArray[np.float64]
 
 PROBE_ROWS = 4096
-"""Rows on which the width of the difference is settled."""
+"""Number of rows on which the width of the difference is chosen."""
 RELATIVE_CHANGE = 1e-4
-"""Share by which a difference moves the prediction: its cubic term is below 1e-8 of it."""
+"""Share by which a difference moves the prediction: the cubic term is then below 1e-8 of the
+prediction."""
 
 
 def refined_names(effect: Effect) -> list[str]:
-    """Search parameters that are continuous."""
+    """Return the names of the continuous search parameters."""
     return [item.name for item in effect.search if not item.integer]
 
 
@@ -32,7 +33,7 @@ class Tangent(Effect):
     depends_on_model = True
 
     def __init__(self, term: Term, coefficients: Float, observations: Observations) -> None:
-        """At the term's own search parameters and these coefficients."""
+        """Take the tangents at the term's own search parameters and these coefficients."""
         super().__init__()
         self.term = term
         self.coefficients = coefficients
@@ -41,19 +42,19 @@ class Tangent(Effect):
         self.widths = {name: self._width(name, observations) for name in self.names}
 
     def column_names(self, observations: Observations) -> list[str]:
-        """The parameters' names."""
+        """Return the names of the parameters."""
         return list(self.names)
 
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """Tangents in R₂ − R₁."""
+        """Return the tangents in R₂ − R₁."""
         return self._differences(self.term.effect.capture_columns, rows, context)
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
-        """Tangents in ε of head 1."""
+        """Return the tangents in ε of head 1."""
         return self._differences(self.term.effect.reference_columns, rows, context)
 
     def _differences(
@@ -70,7 +71,7 @@ class Tangent(Effect):
         return np.stack(found, axis=1) if found else None
 
     def _width(self, name: str, observations: Observations) -> float:
-        """Half the width of the difference: so small that the prediction stays straight."""
+        """Return half the width of the difference, so small that the prediction stays straight."""
         rows = observations.capture
         probe: Any
         columns_of: Callable[..., Columns | None]

@@ -1,6 +1,7 @@
 """The noise of both channels as a part of the model: white, coloured, uneven, index.
 
-``fit`` estimates it beside a design matrix, channel by channel (``estimate``); ``row_noise``
-whitens rows; ``repeats`` is the scatter of repeats without a model, ``degrees_of_freedom`` how well
-the noise of an effect's size is known. Effects and searches are not known here.
+``fit`` estimates it together with a design matrix, channel by channel (``estimate``); ``row_noise``
+whitens rows; ``repeats`` gives the scatter of repeats without a model, and ``degrees_of_freedom``
+tells how well the noise of an effect's size is known. The package does not know effects and
+searches.
 """

@@ -1,4 +1,4 @@
-"""With how many degrees of freedom the noise is known that a combination of rows has."""
+"""Degrees of freedom with which the noise of a combination of rows is known."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from arctrue.workbench.noise.row_noise import RowNoise
 Float = NDArray[np.float64]
 
 LEAST_FREEDOM = 2.0
-"""A mean square of fewer has no finite mean of its inverse: χ² with m degrees of freedom
-needs m > 2 for that, so a test by F at 2 is as little as noise can be known."""
+"""Least number of degrees of freedom: χ² with m degrees of freedom has a finite mean of its inverse
+only for m > 2, so that a test by F at 2 is the weakest possible knowledge of noise."""
 
 
 def degrees_of_freedom(
@@ -22,12 +22,12 @@ def degrees_of_freedom(
     offsets: Float,
     runs: dict[str, NDArray[np.int64]],
 ) -> tuple[float, float]:
-    """Degrees of freedom, and the share of the variance that is the index's.
+    """Return the degrees of freedom, and the index's share of the variance.
 
     ``weights`` is C⁻¹z of each channel, z the projected columns times their coefficients;
-    ``offsets`` what the offsets of the runs take of them. The variance of the estimate has the
-    logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z; with the covariance of the logarithms of the θⱼ
-    that gives the variance of its logarithm, 2/m (Satterthwaite, Biometrics 2 (1946) 110).
+    ``offsets`` is the part of them that the offsets of the runs take. The variance of the estimate
+    has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z; with the covariance of the logarithms of
+    the θⱼ they give the variance of its logarithm, 2/m (Satterthwaite, Biometrics 2 (1946) 110).
     """
     parts: list[tuple[Float, Float]] = []
     total = 0.0
@@ -62,7 +62,7 @@ def degrees_of_freedom(
 def _shares(
     noise: RowNoise, weight: Float, run: NDArray[np.int64], members: tuple[int, ...]
 ) -> Float:
-    """θⱼ·uᵀCⱼu of the white part and of each coloured one."""
+    """Return θⱼ·uᵀCⱼu of the white part and of each coloured part."""
     found: Float | None = None
     for rows, spectrum in zip(noise.stretches, noise.spectra, strict=True):
         if int(run[rows.start]) not in members:
@@ -76,7 +76,7 @@ def _shares(
         for index, constant in enumerate(spectrum.constants):
             rate = np.array([1.0 / constant])
             below = driver.matmul_lower(clock, rate, ones, ones, column, np.zeros_like(column))
-            # K = 1 + lower + upper, and both halves give the same.
+            # K = 1 + lower + upper, and both halves give the same result.
             product = float(scaled @ scaled) + 2.0 * float(scaled @ below[:, 0])
             own[1 + index] = spectrum.variances[index] * product
         found = own if found is None else found + own

@@ -23,14 +23,14 @@ Float = NDArray[np.float64]
 Kind = Literal["exponential", "smooth", "oscillator"]
 
 NEARLY_EQUAL = 1.1
-"""Rate of either exponential of a smooth part over λ, or its inverse: the covariance differs from
-(1 + λτ)·exp(−λτ) by 0.003 of the variance at most (largest difference over τ, both in closed form).
-"""
+"""Ratio of the rate of either exponential of a smooth part to λ, or its inverse: the covariance
+differs from (1 + λτ)·exp(−λτ) by 0.003 of the variance at most (largest difference over τ, both in
+closed form)."""
 MOST_EXACT = 4
-"""Columns of the semiseparable form up to which the library's backward pass is right: beyond, it
-differs from finite differences in every digit (celerite2 0.3.3)."""
+"""Largest number of columns of the semiseparable form for which the library's backward pass is
+right: with more it differs from finite differences in every digit (celerite2 0.3.3)."""
 DIFFERENCE = 1e-5
-"""Of a logarithm, for a slope by differences."""
+"""Change of a logarithm, for a slope by differences."""
 IMPOSSIBLE = -1e15
 """Log likelihood of a covariance that has no factor."""
 
@@ -42,9 +42,9 @@ class Part:
     kind: Kind
     variance: float
     decay: float
-    """1/c or 1/λ, in the unit of the clock."""
+    """Decay time 1/c or 1/λ, in the unit of the clock."""
     frequency: float = 0.0
-    """Of an oscillator, periods a unit of the clock."""
+    """Frequency of an oscillator, periods per unit of the clock."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class KernelNoise:
         return np.log(np.maximum(values, 1e-300))
 
     def with_logs(self, logs: Float) -> KernelNoise:
-        """The same kinds and frequencies with other variances and decay times."""
+        """Return the same kinds and frequencies with other variances and decay times."""
         values = np.exp(logs)
         parts = tuple(
             Part(part.kind, float(values[1 + 2 * at]), float(values[2 + 2 * at]), part.frequency)
@@ -73,18 +73,18 @@ class KernelNoise:
         return KernelNoise(float(values[0]), parts)
 
     def without_oscillators(self) -> KernelNoise:
-        """The same without its oscillators."""
+        """Return the noise without its oscillators."""
         parts = tuple(part for part in self.parts if part.kind != "oscillator")
         return KernelNoise(self.white, parts)
 
     @property
     def columns(self) -> int:
-        """Of the semiseparable form."""
+        """Number of columns of the semiseparable form."""
         return sum(1 if part.kind == "exponential" else 2 for part in self.parts)
 
     @property
     def smooth(self) -> bool:
-        """One of its parts is."""
+        """True if one of the parts is smooth."""
         return any(part.kind == "smooth" for part in self.parts)
 
 
@@ -99,12 +99,13 @@ class _Form:
 
 
 class KernelFactor:
-    """LDLᵀ of the covariance of some rows."""
+    """The factors LDLᵀ of the covariance of some rows."""
 
     def __init__(self, clock: Float, readings: Float, noise: KernelNoise) -> None:
-        """``readings``: how many readings each row is the mean of, shape (rows,).
+        """Factor the covariance of rows at the times ``clock``.
 
-        Raises driver.LinAlgError where the covariance has no factor.
+        ``readings``: number of readings in the mean of each row, shape (rows,). Raises
+        driver.LinAlgError where the covariance has no factor.
         """
         self.clock, self.readings, self.noise = clock, readings, noise
         form = _form(clock, readings, noise)
@@ -124,11 +125,11 @@ class KernelFactor:
 
     @property
     def log_determinant(self) -> float:
-        """Of the covariance."""
+        """Log determinant of the covariance."""
         return float(np.sum(np.log(self._pivots)))
 
     def whiten(self, values: Float) -> Float:
-        """D^(−1/2)·L⁻¹ applied to columns, shape (rows, k)."""
+        """Apply D^(−1/2)·L⁻¹ to columns, shape (rows, k)."""
         found = np.array(values, dtype=np.float64, order="C")
         if self.noise.parts:
             form = self._form
@@ -137,7 +138,7 @@ class KernelFactor:
         return found
 
     def colour(self, white: Float) -> Float:
-        """L·D^(1/2) applied to independent normal numbers, shape (rows,): noise drawn."""
+        """Apply L·D^(1/2) to independent normal numbers, shape (rows,): this draws noise."""
         scaled = np.ascontiguousarray((white * self._deviation)[:, np.newaxis])
         if not self.noise.parts:
             return np.asarray(scaled[:, 0])
@@ -149,7 +150,10 @@ class KernelFactor:
 
 
 def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNoise) -> float:
-    """Of ``values`` (rows, 1 + k): the first column, with the others fitted to it."""
+    """Return the log likelihood of the first column of ``values``, the others fitted to it.
+
+    ``values`` has the shape (rows, 1 + k).
+    """
     try:
         factor = KernelFactor(clock, readings, noise)
     except driver.LinAlgError:
@@ -162,7 +166,7 @@ def log_likelihood(clock: Float, readings: Float, values: Float, noise: KernelNo
 def with_slopes(
     clock: Float, readings: Float, values: Float, noise: KernelNoise, free: Sequence[int]
 ) -> tuple[float, Float]:
-    """The same, and its slopes by those of :attr:`KernelNoise.logs` that are ``free``.
+    """Return the log likelihood, and its slopes by the ``free`` ones of :attr:`KernelNoise.logs`.
 
     The coefficients are at their best, so that only the noise itself moves the likelihood.
     """
@@ -182,7 +186,7 @@ def with_slopes(
 
 
 def _fitted(whitened: Float) -> tuple[Float, Float]:
-    """Whitened first column less what the others take of it, and their coefficients."""
+    """Return the whitened first column less its fit by the others, and the fit's coefficients."""
     own, columns = whitened[:, 0], whitened[:, 1:]
     if columns.shape[1] == 0:
         return own, np.zeros(0)
@@ -195,7 +199,7 @@ def _fitted(whitened: Float) -> tuple[Float, Float]:
 
 
 RIDGE = 1e-11
-"""Of unit diagonals: columns that the model has twice are then each fitted by half."""
+"""Share of unit diagonals: two equal columns of the model then get half of the coefficient each."""
 
 
 def _form(clock: Float, readings: Float, noise: KernelNoise) -> _Form:
@@ -237,7 +241,7 @@ def _form(clock: Float, readings: Float, noise: KernelNoise) -> _Form:
 
 
 def _smooth_shares(ratio: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """(share of the variance, rate over λ) of both exponentials: slope 0 at τ = 0."""
+    """Return (share of the variance, rate over λ) of both exponentials: slope 0 at τ = 0."""
     apart = ratio - 1.0 / ratio
     return (ratio / apart, 1.0 / ratio), (-1.0 / (ratio * apart), ratio)
 
@@ -246,7 +250,7 @@ _SMOOTH = _smooth_shares(NEARLY_EQUAL)
 
 
 def _slopes(factor: KernelFactor, residual: Float) -> Float:
-    """Backward pass through ½·Σz²/D + ½·Σlog D, z = L⁻¹·residual; negative, by the logs."""
+    """Return the slopes of −(½·Σz²/D + ½·Σlog D), z = L⁻¹·residual, by the logs (backward pass)."""
     clock, readings, noise, form = factor.clock, factor.readings, factor.noise, factor._form
     if not noise.parts:
         variance = noise.white / readings
@@ -306,7 +310,7 @@ def _slopes(factor: KernelFactor, residual: Float) -> Float:
 def _by_differences(
     clock: Float, readings: Float, residual: Float, noise: KernelNoise, free: NDArray[np.int64]
 ) -> Float:
-    """The same by one-sided differences, the coefficients held."""
+    """Return the log likelihood's slopes by one-sided differences, the coefficients held."""
     logs, column = noise.logs, residual[:, np.newaxis]
     here = log_likelihood(clock, readings, column, noise)
     found = np.empty(free.size)

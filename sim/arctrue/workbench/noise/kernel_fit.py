@@ -1,4 +1,4 @@
-"""The noise of kernel parts that makes some rows most likely, from several starts."""
+"""Fits the noise of kernel parts that makes some rows most likely, from several starts."""
 
 from __future__ import annotations
 
@@ -21,50 +21,52 @@ Float = NDArray[np.float64]
 
 SMALLEST, LARGEST = 1e-8, 1e3
 """Limits of a part's variance, in variances of the rows: noise that wanders may be far larger in
-the end than in the record."""
+the long term than in the record."""
 SHORTEST_STEPS = 0.5
-"""Limits of a decay time: this many median steps, ..."""
+"""Lower limit of a decay time, in median steps."""
 LONGEST_SPANS = 10.0
-"""... and so many spans, a random walk."""
+"""Upper limit of a decay time, in spans: a random walk."""
 OSCILLATOR_SPANS = 0.25
-"""Most that an oscillator keeps its phase, in spans: it is no line."""
+"""Longest time for which an oscillator keeps its phase, in spans: it is no line."""
 SMOOTH_MUST_GAIN = 2.0
-"""Log likelihood by which smooth noise must be better than two exponentials: with as many
-parameters, odds of 7 to 1 keep the simpler one."""
+"""Log likelihood by which smooth noise must exceed two exponentials: with as many parameters, odds
+of 7 to 1 are needed to leave the simpler noise."""
 ENOUGH = 0.01
-"""Of log likelihood: a step of the search that gains less is the last."""
+"""Gain of log likelihood below which a step of the search is the last."""
 STEPS = 60
-"""Most steps of the optimiser; ENOUGH ends them before."""
+"""Largest number of steps of the optimiser; ENOUGH ends them earlier."""
 MOST_FREE = 5
-"""Columns of a noise of which all parts are fitted: an exponential, a smooth part, an oscillator.
-Beyond four, slopes are taken by differences, which is three times as slow."""
+"""Largest number of columns of a noise of which all parts are fitted: an exponential, a smooth
+part, an oscillator. With more than four, slopes are taken by differences, which is three times as
+slow."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """What the noise is fitted to: a clock, readings a row, and the values of each row."""
+    """The rows that the noise is fitted to: a clock, readings per row, and the values of each
+    row."""
 
     clock: Float
-    """Shape (rows,): rises."""
+    """Clock of the rows, shape (rows,): it rises."""
     readings: Float
-    """Readings that each row is the mean of."""
+    """Number of readings in the mean of each row."""
     values: Float
     """Measured values first, then the columns fitted to them, shape (rows, 1 + k)."""
     step: float
     span: float
-    """Of the longest stretch, in the unit of the clock."""
+    """Length of the longest stretch, in the unit of the clock."""
 
     def beside(self, columns: Float) -> Rows:
-        """The same with further columns."""
+        """Return the rows with further columns."""
         values = np.column_stack([self.values, columns])
         return Rows(self.clock, self.readings, values, self.step, self.span)
 
     def factor(self, noise: KernelNoise) -> KernelFactor:
-        """Of the covariance of the rows."""
+        """Factor the covariance of the rows."""
         return KernelFactor(self.clock, self.readings, noise)
 
     def left(self) -> Float:
-        """Measured values less what the columns take in plain least squares."""
+        """Return the measured values less their fit by the columns in plain least squares."""
         own, columns = self.values[:, 0], self.values[:, 1:]
         if columns.shape[1] == 0:
             return own
@@ -80,15 +82,15 @@ class KernelFit:
 
     @property
     def score(self) -> float:
-        """Log likelihood, less what a smooth part has to be better by."""
+        """Log likelihood, less the amount by which a smooth part must exceed the other noise."""
         return self.log_likelihood - (SMOOTH_MUST_GAIN if self.noise.smooth else 0.0)
 
 
 def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
-    """The maximum of the likelihood that is reached from ``start``.
+    """Return the maximum of the likelihood that is reached from ``start``.
 
-    Of noise with more than MOST_FREE columns, the last part alone is free and the others stay as
-    they are: it was added to a noise that is at its maximum.
+    In noise with more than MOST_FREE columns only the last part is free and the others stay as they
+    are: it was added to a noise that is at its maximum.
     """
     low, high = _limits(rows, start)
     whole = np.clip(start.logs, low, high)
@@ -120,12 +122,13 @@ def fit_from(rows: Rows, start: KernelNoise) -> KernelFit:
 
 
 def best_fit(rows: Rows, starts: Iterable[KernelNoise]) -> KernelFit:
-    """The best over several starts; smooth noise must be better by SMOOTH_MUST_GAIN."""
+    """Return the best fit over several starts; smooth noise must be better by SMOOTH_MUST_GAIN."""
     return max((fit_from(rows, start) for start in starts), key=lambda found: found.score)
 
 
 def usual_starts(rows: Rows) -> list[KernelNoise]:
-    """Two exponentials, and a smooth part with one, from what neighbours and the whole scatter."""
+    """Return two starts, two exponentials and a smooth part with one, from the scatter of
+    neighbours and of all."""
     left = rows.left()
     whole = max(float(np.mean(left**2)), 1e-30)
     white = float(np.clip(0.5 * np.mean(np.diff(left) ** 2), 0.02 * whole, whole))
@@ -148,7 +151,7 @@ def usual_starts(rows: Rows) -> list[KernelNoise]:
 def with_oscillator(
     noise: KernelNoise, rows: Rows, frequency: float, variance: float
 ) -> KernelNoise:
-    """The same with an oscillator of this variance to begin with."""
+    """Return the noise with a further oscillator, which starts with this variance."""
     decay = OSCILLATOR_SPANS * rows.span / 2.0
     return KernelNoise(noise.white, (*noise.parts, Part("oscillator", variance, decay, frequency)))
 

@@ -1,4 +1,4 @@
-"""The noise of one channel as a law: what it is for rows that were, or could be, measured."""
+"""The noise of one channel as a law that also applies to rows that were not measured."""
 
 from __future__ import annotations
 
@@ -25,29 +25,30 @@ class NoiseLaw:
     """Spectrum and scale of every run, and the scale at every angle."""
 
     spectra: tuple[Spectrum, ...]
-    """Of each run; the first stands for runs that were not measured."""
+    """Spectrum of each run; the first one is used for runs that were not measured."""
     runs: Integer
     """Names of the runs, rising."""
     run_scale: Float
-    """Deviation over that of the spectrum, shape (runs,)."""
+    """Standard deviation of each run divided by that of its spectrum, shape (runs,)."""
     angle_scale: Float | None = None
-    """The same over equal parts of the turn, shape (ANGLE_BINS,)."""
+    """Standard deviation in equal parts of the turn over that of the spectrum, shape
+    (ANGLE_BINS,)."""
     weightless: bool = False
 
     def on(self, rows: CaptureRows | ReferenceRows) -> RowNoise:
-        """The noise of some rows of the channel."""
+        """Return the noise of some rows of the channel."""
         goes_on = isinstance(rows, ReferenceRows)
         clock = reference_clock(rows) if isinstance(rows, ReferenceRows) else rows.time_s
         return self.of(clock, rows.run, rows.angle_rad, stated_scale(rows), goes_on=goes_on)
 
     def white_part(self) -> NoiseLaw:
-        """The same without what is coloured."""
+        """Return the law without its coloured parts."""
         return replace(self, spectra=tuple(Spectrum(item.white) for item in self.spectra))
 
     def of(
         self, clock: Float, run: Integer, angle_rad: Float, stated: Float, *, goes_on: bool
     ) -> RowNoise:
-        """The noise of rows with this clock, run, angle and stated scale, shape (rows,) each.
+        """Return the noise of rows with this clock, run, angle and stated scale, each (rows,).
 
         ``goes_on``: the noise of a run continues in the next, because no index separates them.
         """
@@ -63,10 +64,10 @@ class NoiseLaw:
         return RowNoise(clock, starts, spectra, scale, self.weightless)
 
     def _joined(self, starts: Integer, clock: Float, run: Integer, index: Integer) -> Integer:
-        """The starts without those at which the noise of the stretch before continues.
+        """Return the starts without those at which the noise of the stretch before continues.
 
-        It does so where the clock goes on, both stretches have one spectrum, and the pause is no
-        longer than the longer one lasts: rows of that length say nothing of a longer pause.
+        The noise continues where the clock goes on, both stretches have one spectrum, and the pause
+        is no longer than the longer stretch: rows of that length do not show a longer pause.
         """
         if starts.size < 2:
             return starts
@@ -89,7 +90,8 @@ class NoiseLaw:
 
 
 def like_steps(clock: Float, run: Integer) -> list[list[int]]:
-    """Names of the runs, in groups of like clock steps; a run of single rows is in none."""
+    """Return the names of the runs, in groups of like clock steps; a run of single rows is in
+    none."""
     starts = stretch_starts(clock, run)
     ends = [*starts[1:].tolist(), clock.size]
     steps: dict[int, float] = {}
@@ -109,13 +111,13 @@ def like_steps(clock: Float, run: Integer) -> list[list[int]]:
 
 
 def angle_bins(angle_rad: Float) -> Integer:
-    """Number of the part of the turn of each row."""
+    """Return the number of the part of the turn of each row."""
     place = np.floor(np.mod(angle_rad / (2.0 * np.pi), 1.0) * ANGLE_BINS)
     return np.asarray(np.minimum(place.astype(np.int64), ANGLE_BINS - 1))
 
 
 def stretch_starts(clock: Float, run: Integer) -> Integer:
-    """First rows of stretches of one run in which the clock does not go back."""
+    """Return the first rows of stretches of one run in which the clock does not go back."""
     if run.size == 0:
         return np.zeros(0, dtype=np.int64)
     new = (np.diff(run) != 0) | (np.diff(clock) < 0.0)

@@ -1,10 +1,10 @@
 """Restricted likelihood of the noise, from residuals that are averaged where noise is slow.
 
 Fast parts show in a few thousand consecutive rows, slow parts in means over blocks of rows. The
-covariance of such means is known in closed form, so that nothing is approximated but that the
-levels are taken as independent. On the slowest level the columns of the model are beside the
-residuals: what the model takes of the slow noise is allowed for (restricted likelihood, Patterson
-and Thompson, Biometrika 58 (1971) 545).
+covariance of such means is known in closed form; the only approximation is that the levels are
+independent. On the slowest level the columns of the model are added to the residuals: this allows
+for the slow noise that the model takes (restricted likelihood, Patterson and Thompson, Biometrika
+58 (1971) 545).
 """
 
 from __future__ import annotations
@@ -23,21 +23,23 @@ from arctrue.workbench.noise.spectrum import Spectrum
 Float = NDArray[np.float64]
 
 ROWS_A_LEVEL = 1200
-"""Chosen for cost: a likelihood factors a dense covariance of so many rows."""
+"""Largest number of rows of a level, chosen for cost: a likelihood factors their dense
+covariance."""
 WHOLE_ROWS = 2400
-"""A group with no more rows is worked on as it is."""
+"""Number of rows up to which a group is used without averaging."""
 LEVEL_RATIO = 8
-"""Rows averaged from level to level: some three levels span a capture."""
+"""Number of rows averaged from level to level: some three levels span a capture."""
 MOST_STRETCHES = 12
-"""For cost: stretches of rows on which a long group's fast noise is estimated, evenly spread."""
+"""Largest number of evenly spread stretches for the fast noise of a long group; it limits cost."""
 SLOW_BLOCKS = 4.0
-"""A part with a time constant below a block's length over this is white from block to block."""
+"""Ratio of a block's length to a time constant above which a part is white from block to block."""
 RIDGE = 1e-8
-"""Of information: columns that the model has twice are then each fitted by half."""
+"""Share of the information: two equal columns of the model then get half of the coefficient
+each."""
 DIFFERENCE = 1e-5
 """Share of a variance by which it is moved for a derivative."""
 UNCORRELATED = 40.0
-"""Time constants between two stretches: e⁻⁴⁰ is nothing beside one."""
+"""Distance between two stretches in time constants: e⁻⁴⁰ is negligible against one."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,9 @@ class Stretch:
     residual: Float
     columns: Float
     constant: int
-    """Stretches of the same number have one free constant."""
+    """Number of the constant: stretches of the same number have one free constant."""
     ones: Float
-    """What the constant adds to each row, shape (n,)."""
+    """Column that the constant adds, shape (n,)."""
 
 
 @dataclass(frozen=True)
@@ -62,42 +64,44 @@ class _Level:
     """Residual first, then columns, shape (n, 1 + k); k = 0 where the model is left out."""
     block: int
     white_share: Float
-    """Of each coloured part's variance, what is white from block to block."""
+    """Share of each coloured part's variance that is white from block to block."""
     between_share: Float
-    """Of each coloured part's variance, what remains correlated between blocks."""
+    """Share of each coloured part's variance that remains correlated between blocks."""
 
 
 @dataclass(frozen=True)
 class Beside:
-    """What the other rows of the set tell of the model's coefficients."""
+    """Information of the other rows of the set about the model's coefficients."""
 
     information: Float
-    """Shape (k, k)."""
+    """Normal matrix, shape (k, k)."""
     moment: Float
-    """Shape (k,): of the coefficients' change from where the residuals were taken."""
+    """Moment of the coefficients' change since the residuals were taken, shape (k,)."""
 
 
 class RestrictedLikelihood:
-    """Of the spectrum that some stretches have in common."""
+    """Restricted likelihood of the spectrum that some stretches have in common."""
 
     def __init__(
         self, stretches: Sequence[Stretch], step: float, constants: Float, beside: Beside
     ) -> None:
-        """``step`` is the typical step of the clock, ``constants`` those of all spectra."""
+        """Prepare the levels; ``step`` is the typical clock step, ``constants`` those of all
+        spectra."""
         self._beside = beside
         self._levels, self._constant_count = _levels(stretches, step, constants)
         self._ridge: Float | None = None
 
     def __call__(self, spectrum: Spectrum) -> float:
-        """Log likelihood; −∞ where the covariance has no factor."""
+        """Return the log likelihood; −∞ where the covariance has no factor."""
         whitened = self._whitened(spectrum)
         return -np.inf if whitened is None else self._value(whitened)[0]
 
     def with_gradient(self, spectrum: Spectrum) -> tuple[float, Float]:
-        """The same, and its derivatives by the white variance and by each coloured one.
+        """Return the log likelihood, and its derivatives by the white and each coloured variance.
 
         With V the covariance of a level, u = V⁻¹r and W = V⁻¹X, β the coefficients and N their
         normal matrix, a change dV of the covariance changes the likelihood by
+
         ½·(u − Wβ)ᵀdV(u − Wβ) + ½·tr(N⁻¹WᵀdV·W) − ½·tr(V⁻¹dV).
         """
         gradient = np.zeros(1 + spectrum.variances.size)
@@ -119,7 +123,8 @@ class RestrictedLikelihood:
         return value, gradient
 
     def _whitened(self, spectrum: Spectrum) -> list[tuple[_Level, Factor, Float]] | None:
-        """Of every level; None where one has no factor."""
+        """Return each level with its factor and its whitened values; None where one has no
+        factor."""
         found = []
         for level in self._levels:
             try:
@@ -136,7 +141,7 @@ class RestrictedLikelihood:
     def _value(
         self, whitened: Sequence[tuple[_Level, Factor, Float]]
     ) -> tuple[float, Float, Float | None]:
-        """Log likelihood, β, and a root of N⁻¹; no root where no model is taken out."""
+        """Return log likelihood, β, and a root of N⁻¹; no root where no model is projected out."""
         total = 0.0
         own_size = self._beside.moment.size
         width = own_size + self._constant_count
@@ -157,7 +162,8 @@ class RestrictedLikelihood:
         # A direction that no row shows has a diagonal of 0, which rounding makes negative.
         shown = np.maximum(np.diag(normal), 0.0)
         if self._ridge is None:
-            # Fixed once: directions that no row shows add a constant to the likelihood.
+            # The ridge is fixed once: directions that no row shows then add a constant to the
+            # likelihood.
             self._ridge = RIDGE * np.maximum(shown, max(RIDGE * float(shown.max()), 1e-30))
         normal[np.diag_indices(width)] = shown + self._ridge
         scale = 1.0 / np.sqrt(np.diag(normal))
@@ -228,10 +234,10 @@ def _level(
 
 
 def _shares(block: int, step: float, constants: Float) -> tuple[Float, Float]:
-    """What block means keep of parts with these time constants: white, and between blocks.
+    """Return the shares of a part in block means: white, and correlated between blocks.
 
-    exp(−|τ|/τⱼ) averaged over two blocks is gain²·exp(−distance/τⱼ); within one block it is the
-    rest of the variance of a mean.
+    exp(−|τ|/τⱼ) averaged over two blocks is gain²·exp(−distance/τⱼ); within one block the remainder
+    of the variance of a mean is white.
     """
     white, between = np.zeros(constants.size), np.ones(constants.size)
     if block == 1:
@@ -241,19 +247,19 @@ def _shares(block: int, step: float, constants: Float) -> tuple[Float, Float]:
     for index, constant in enumerate(constants):
         decay = step / constant
         if block * decay > SLOW_BLOCKS:
-            # All of its power at low frequencies, as if it were white from block to block.
+            # All of its power is at low frequencies, as if it were white from block to block.
             rho = float(np.exp(-decay))
             white[index], between[index] = (1.0 + rho) / (1.0 - rho) / block, 0.0
             continue
         mean = block + 2.0 * float(np.sum((block - lags) * np.exp(-lags * decay)))
         between[index] = float(np.mean(np.exp(places * decay))) ** 2
-        # A little below 0: the parts between blocks then count a little more than all.
+        # This may be slightly below 0: the parts between blocks then count slightly more than all.
         white[index] = mean / block**2 - between[index]
     return white, between
 
 
 def _log_determinant_slopes(factor: Factor) -> tuple[float, Float]:
-    """tr(V⁻¹dV) for the same changes, by differences.
+    """Return tr(V⁻¹dV) for the same changes, by differences.
 
     The library's own backward pass is wrong beyond four exponentials (celerite2 0.3.3).
     """
@@ -270,8 +276,8 @@ def _log_determinant_slopes(factor: Factor) -> tuple[float, Float]:
 
 
 def _slopes(factor: Factor, left: Float) -> tuple[float, Float]:
-    """½·Σ qᵀdV·q − ½·tr(V⁻¹dV) over the columns q of ``left``, for dV the unit matrix and for
-    each exponential of the level."""
+    """Return ½·Σ qᵀdV·q − ½·tr(V⁻¹dV) over the columns q of ``left``, for dV the unit matrix and
+    for each exponential of the level."""
     white, between = _log_determinant_slopes(factor)
     squares = float(np.sum(left**2))
     forms = np.empty(between.size)
@@ -280,7 +286,7 @@ def _slopes(factor: Factor, left: Float) -> tuple[float, Float]:
         below = driver.matmul_lower(
             factor.clock, np.array([1.0 / constant]), ones, ones, left, np.zeros_like(left)
         )
-        # The exponential is 1 + lower + upper, and both halves give the same.
+        # The exponential is 1 + lower + upper, and both halves give the same result.
         forms[index] = squares + 2.0 * float(np.sum(left * below))
     return 0.5 * (squares - white), 0.5 * (forms - between)
 

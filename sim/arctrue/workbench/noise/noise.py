@@ -15,11 +15,12 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 INDEX_FREEDOM = 6.0
-"""The ±1 count of an index that no set tells of weighs like the scatter of so many runs."""
+"""Number of runs whose scatter has the weight of ±1 count, for an index whose repeatability is not
+stated."""
 
 
 STATED_INDEX_FREEDOM = 60.0
-"""How many runs a repeatability is worth that the set states."""
+"""Number of runs whose scatter has the weight of a repeatability that the set states."""
 
 
 @dataclass(frozen=True)
@@ -34,22 +35,22 @@ class FittedGroup:
 
 @dataclass(frozen=True)
 class Noise:
-    """What makes rows of one set differ from any model of it."""
+    """The deviations of the rows of a set from any model of it."""
 
     capture: RowNoise | None
     reference: RowNoise | None
     index_variance: float
-    """Of a run's offset, arcsec²."""
+    """Variance of a run's offset, arcsec²."""
     capture_law: NoiseLaw | None = None
     reference_law: NoiseLaw | None = None
     groups: tuple[FittedGroup, ...] = ()
     index_freedom: float = INDEX_FREEDOM
-    """Runs' worth of knowledge that the index variance rests on before the set's own runs."""
+    """Weight of the prior of the index variance, as a number of runs."""
 
     def part(
         self, keep_capture: NDArray[np.bool_] | None, keep_reference: NDArray[np.bool_] | None
     ) -> Noise:
-        """The noise of some of the rows."""
+        """Return the noise of some of the rows."""
         capture, reference = self.capture, self.reference
         if capture is not None and keep_capture is not None:
             capture = capture.part(keep_capture)
@@ -58,14 +59,14 @@ class Noise:
         return replace(self, capture=capture, reference=reference)
 
     def with_offsets(self, observations: Observations, offsets: Float) -> Noise:
-        """The same with the variance of the index that these offsets of the runs show."""
+        """Return the noise with the index variance that these offsets of the runs show."""
         if not observations.runs:
             return self
         variance, freedom = index_variance(observations, offsets)
         return replace(self, index_variance=variance, index_freedom=freedom)
 
     def white_part(self) -> Noise:
-        """The same without what is coloured."""
+        """Return the noise without its coloured parts."""
         return replace(
             self,
             capture=None if self.capture is None else self.capture.white_part(),
@@ -76,7 +77,7 @@ class Noise:
         )
 
     def on(self, observations: Observations) -> Noise:
-        """The same laws for the rows of other observations of the same table."""
+        """Apply the same laws to the rows of other observations of the same table."""
         capture, reference = observations.capture, observations.reference
         laws = [self.capture_law or self.reference_law, self.reference_law or self.capture_law]
         assert laws[0] is not None
@@ -89,10 +90,11 @@ class Noise:
 
 
 def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
-    """Variance of a run's offset (arcsec²), and how many runs the knowledge beforehand is worth.
+    """Return the variance of a run's offset (arcsec²), and the weight of its prior in runs.
 
-    The mean of a scaled inverse χ²: ±1 count a head, or what the set states, weighs like so many
-    runs; the offsets of the set's own runs are added.
+    The variance is the mean of a scaled inverse χ²: the prior (±1 count a head, or the
+    repeatability that the set states) has the weight of so many runs, and the offsets of the set's
+    own runs are added.
     """
     stated = observations.index_repeatability_counts is not None
     freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM

@@ -1,7 +1,7 @@
 """The noise of each channel from its own repeats: the scatter of rows at the same place.
 
-No model can take it away, so it is a figure of the set and not of the model. A model of what does
-not repeat, such as a vibration, can leave less than that; then what the model leaves is the noise.
+No model can remove it, so it is a figure of the set and not of the model. A model of a deviation
+that does not repeat, such as a vibration, can leave less; then its residual is the noise.
 """
 
 from __future__ import annotations
@@ -15,36 +15,39 @@ from arctrue.workbench.observations import CaptureRows, Observations
 Float = NDArray[np.float64]
 
 LARGEST_GAP_STEPS = 8.0
-"""Rows further apart than this, in the run's own steps, have a gap between them."""
+"""Distance of rows, in the run's own steps, beyond which there is a gap between them."""
 _SAME_PHASE = 0.02
-"""Of a signal period: within this two rows are at one phase. A subdivision error differs there by
-2π·0.02 of its amplitude at most."""
+"""Share of a signal period within which two rows are at one phase. A subdivision error differs
+there by 2π·0.02 of its amplitude at most."""
 _MOST_ROWS_APART = 25
-"""From the place a turn on, where a row of that phase is looked for."""
+"""Largest number of rows from the place one turn later at which a row of that phase is searched."""
 _LEAST_PAIRS = 50
-"""So many differences know the noise to 10 %."""
+"""Least number of differences: they give the noise to 10 %."""
 
 
 def row_noise_arcsec(
     observations: Observations, residual: Float, channel: str, rms_arcsec: float
 ) -> float:
-    """Standard deviation of one row of ``capture`` or ``reference``; at most what the model leaves.
+    """Return the standard deviation of a row of ``capture`` or ``reference``, up to ``rms_arcsec``.
 
-    ``rms_arcsec``: of what it leaves in every row; ``residual`` may be of a part of them.
+    ``rms_arcsec`` is the RMS of the residual in every row; ``residual`` may cover a part of the
+    rows.
     """
     if channel == "reference":
         return min(reference_noise_arcsec(observations, residual), rms_arcsec)
-    # Each holds a part of an error that the other does not see, and neither less than the noise.
+    # Each estimate contains a part of an error that the other does not see; neither is below the
+    # noise.
     at_one_phase = _at_one_phase_arcsec(observations, residual)
     at_one_angle = capture_noise_arcsec(observations, residual)
     return min(at_one_angle, at_one_phase or at_one_angle, rms_arcsec)
 
 
 def _at_one_phase_arcsec(observations: Observations, residual: Float) -> float | None:
-    """From rows of successive turns at nearly the same angle and at the same phase of the signal.
+    """Return the noise from rows of successive turns at nearly the same angle and one signal phase.
 
-    None: too few. Rows that are a signal period apart or more have no value between them, so that
-    an error within the period counts as noise wherever the later turn is interpolated.
+    The result is None for too few rows. Rows that are a signal period apart or more have no value
+    between them, so that an error within the period counts as noise wherever the later turn is
+    interpolated.
     """
     rows = observations.capture
     assert rows is not None
@@ -63,7 +66,7 @@ def _at_one_phase_arcsec(observations: Observations, residual: Float) -> float |
 
 
 def _turn_to_turn(rows: CaptureRows, electrical: Float, residual: Float, inside: slice) -> Float:
-    """Later less earlier value of the rows of a run that are at one phase."""
+    """Return the later less the earlier value of the rows of a run that are at one phase."""
     angle = rows.angle_rad[inside] * (1.0 if rows.direction[inside.start] > 0 else -1.0)
     phase, values = electrical[inside] / (2.0 * np.pi), residual[inside]
     ahead = angle + 2.0 * np.pi
@@ -82,10 +85,10 @@ def _turn_to_turn(rows: CaptureRows, electrical: Float, residual: Float, inside:
 
 
 def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
-    """Standard deviation of one row, from turn to turn at the same angle within each run.
+    """Return the standard deviation of one row, from turn to turn at one angle within each run.
 
-    The later revolution is interpolated linearly at the angles of the earlier one, which leaves
-    (1 − f)² + f² of its variance. With single turns: from sample to sample.
+    The later revolution is interpolated linearly at the angles of the earlier one; (1 − f)² + f² of
+    its variance is left. With single turns the differences are those from sample to sample.
     """
     rows = observations.capture
     assert rows is not None
@@ -119,7 +122,7 @@ def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
 
 
 def reference_noise_arcsec(observations: Observations, residual: Float) -> float:
-    """Standard deviation of one row, from visit to visit of the same station and direction.
+    """Return the standard deviation of one row, from visit to visit of one station and direction.
 
     Successive visits are compared, so that a slow drift counts little.
     """

@@ -31,7 +31,7 @@ class Spectrum:
 
     @property
     def variance(self) -> float:
-        """Of a row: all parts together."""
+        """Variance of a row, all parts together."""
         return float(self.white + self.variances.sum())
 
     @property
@@ -40,7 +40,7 @@ class Spectrum:
         return float(np.sqrt(self.variances.sum()))
 
     def equals(self, other: Spectrum) -> bool:
-        """Both have the same parts."""
+        """Tell whether both have the same parts."""
         return self is other or (
             self.white == other.white
             and np.array_equal(self.constants, other.constants)
@@ -48,13 +48,13 @@ class Spectrum:
         )
 
     def times(self, factor: float) -> Spectrum:
-        """The same spectrum with all variances multiplied by a factor."""
+        """Return the same spectrum with all variances multiplied by a factor."""
         return Spectrum(self.white * factor, self.constants, self.variances * factor)
 
     def density(self, frequency: Float, step: float) -> Float:
-        """Mean |Σ eᵢ·exp(−2πj·f·tᵢ)|² a row, for rows that are ``step`` apart, arcsec².
+        """Return the mean |Σ eᵢ·exp(−2πj·f·tᵢ)|² per row, for rows ``step`` apart, arcsec².
 
-        White noise has its variance at every frequency. ``frequency`` is in periods a unit of the
+        White noise has its variance at every frequency. ``frequency`` is in periods per unit of the
         clock; the sum over rows is that of the infinite series.
         """
         flat = np.ravel(np.asarray(frequency, dtype=np.float64))
@@ -74,9 +74,9 @@ class Spectrum:
 
 
 def time_constants(step: float, span: float) -> Float:
-    """τⱼ from twice the step of the rows to their whole span, evenly in their logarithm.
+    """Return τⱼ from twice the step of the rows to their whole span, in even logarithmic steps.
 
-    A factor of 8 or less apart, and seven at most.
+    Neighbouring ones have a ratio of 8 or less; there are seven at most.
     """
     shortest = 2.0 * step
     if step <= 0.0 or span <= 2.0 * shortest:
@@ -86,4 +86,4 @@ def time_constants(step: float, span: float) -> Float:
 
 
 LARGEST_RATIO = 8.0
-"""Of neighbouring time constants: a sum of such parts follows a 1/f spectrum to 9 %."""
+"""Largest ratio of neighbouring time constants: such a sum follows a 1/f spectrum to 9 %."""

@@ -1,4 +1,4 @@
-"""The spectrum that makes residuals most likely, with stated priors, and how sure it is."""
+"""Fits the spectrum that makes residuals most likely, with stated priors, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ Float = NDArray[np.float64]
 Cost = Callable[[Float], float]
 
 PRIOR_CENTRE = 1e-3
-"""Variance of a coloured part over that of the rows, before any data: small, ..."""
+"""Prior of a coloured part's variance over that of the rows: its centre ..."""
 PRIOR_WIDTH = float(np.log(1e3))
-"""... within a factor of a thousand either way (log-normal)."""
+"""... and its width in logarithms, a factor of a thousand either way (log-normal)."""
 SMALLEST, LARGEST = 1e-7, 30.0
 """Limits of a coloured part's variance, in variances of the rows."""
 STATED_READINGS = 8.0
-"""A stated uncertainty weighs like so many readings that have it."""
+"""Number of readings whose scatter has the weight of a stated uncertainty."""
 ENOUGH = 0.01
-"""Of log likelihood: a round that gains less is the last."""
+"""Gain of log likelihood below which a round is the last."""
 IMPOSSIBLE = 1e12
 """Cost of a spectrum that no rows can have."""
 
 
 @dataclass(frozen=True)
 class WhiteBounds:
-    """What is known of the white part before the data."""
+    """Prior bounds of the white part."""
 
     floor: float
-    """arcsec²: rounding to counts."""
+    """Variance of the rounding to counts, arcsec²."""
     stated: float | None = None
-    """arcsec²: what the set states of a row."""
+    """Variance that the set states for a row, arcsec²."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class SpectrumFit:
 
     spectrum: Spectrum
     curvature: Callable[[], Float] = field(repr=False, compare=False)
-    """Works out :attr:`covariance`; most fits are never asked for it."""
+    """Computes :attr:`covariance`; most fits never need it."""
 
     @cached_property
     def covariance(self) -> Float:
-        """Of log(white), log(aⱼ); shape (1 + parts, 1 + parts)."""
+        """Covariance of log(white), log(aⱼ); shape (1 + parts, 1 + parts)."""
         return self.curvature()
 
 
@@ -67,9 +67,9 @@ def fit_spectrum(
     start: Spectrum | None = None,
     rounds: int = 40,
 ) -> SpectrumFit:
-    """Maximum of the restricted likelihood times the priors.
+    """Return the maximum of the restricted likelihood times the priors.
 
-    ``start`` is where to begin: the spectrum of the same rows under another hypothesis.
+    ``start`` is the first spectrum: that of the same rows under another hypothesis.
     """
     steps = np.concatenate([np.diff(stretch.clock) for stretch in stretches])
     step = float(np.median(steps)) if steps.size else 1.0
@@ -91,7 +91,7 @@ def fit_spectrum(
         away = (logs[1:] - centre) / PRIOR_WIDTH
         value, slopes = 0.5 * float(away @ away), np.concatenate([[0.0], away / PRIOR_WIDTH])
         if white.stated is not None:
-            # As of readings with the stated variance: ν/2·(log s² + u²/s²).
+            # The prior is that of readings with the stated variance: ν/2·(log s² + u²/s²).
             share = white.stated * float(np.exp(-logs[0]))
             value += 0.5 * STATED_READINGS * (logs[0] + share)
             slopes[0] += 0.5 * STATED_READINGS * (1.0 - share)
@@ -128,7 +128,8 @@ def fit_spectrum(
 def _from_scatter(
     stretches: Sequence[Stretch], constants: Float, variance: float, white: WhiteBounds
 ) -> Float:
-    """Logarithms to begin with: neighbours tell the white part, the rest is shared out evenly."""
+    """Return the first logarithms: neighbours give the white part, the remainder is divided
+    evenly."""
     changes = np.concatenate([np.diff(stretch.residual) for stretch in stretches])
     first = 0.5 * float(np.mean(changes**2)) if changes.size else variance
     first = min(max(first, 0.05 * variance, white.floor), variance)
@@ -137,7 +138,7 @@ def _from_scatter(
 
 
 def _covariance(cost: Cost, best: Float) -> Float:
-    """Inverse of the curvature, at most that of the priors in any direction."""
+    """Return the inverse of the curvature, at most that of the priors in any direction."""
     size, width = best.size, 0.1
     curvature = np.empty((size, size))
     around = {}

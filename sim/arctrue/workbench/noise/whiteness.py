@@ -1,4 +1,4 @@
-"""Whether whitened residuals are white: tests of the noise that σ and p rest on."""
+"""Tests whether whitened residuals are white, which σ and p rely on."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from arctrue.workbench.noise.noise import Noise
 Float = NDArray[np.float64]
 
 LAGS = 20
-"""Chosen: a colour of up to 20 rows shows; more lags would dilute the first ones in χ²."""
+"""Number of lags (chosen): a colour of up to 20 rows shows; more lags would dilute the first ones
+in χ²."""
 LEAST_ROWS = 8
-"""Two lags and the mean leave five free rows: with fewer the statistic is no χ²."""
+"""Least number of rows. Two lags and the mean leave five free rows: with fewer the statistic is no
+χ²."""
 
 
 @dataclass(frozen=True)
 class Whiteness:
-    """p values; a small one says that σ and p of the diagnosis may be too small."""
+    """p values; a small one means that σ and p of the diagnosis may be too small."""
 
     autocorrelation_p: float
-    """Ljung and Box, Biometrika 65 (1978) 297, over LAGS rows, less where rows are few."""
+    """Ljung and Box, Biometrika 65 (1978) 297, over LAGS rows, fewer where rows are few."""
     successive_differences_p: float
     """Von Neumann, Ann. Math. Stat. 12 (1941) 367: mean square of the difference of neighbours over
     the variance."""
@@ -34,7 +36,7 @@ class Whiteness:
 
 
 def whiteness(whitened: Float) -> Whiteness | None:
-    """Of whitened residuals, shape (rows,); None for too few."""
+    """Test whitened residuals, shape (rows,); return None for too few."""
     rows = whitened.size
     values = whitened - whitened.mean() if rows else whitened
     square = float(values @ values)
@@ -48,14 +50,15 @@ def whiteness(whitened: Float) -> Whiteness | None:
 
 
 def autocorrelations(whitened: Float, lags: int) -> Float:
-    """Of whitened residuals (rows,) at each lag from 1 to ``lags``, shape (lags,)."""
+    """Return the autocorrelation of whitened residuals (rows,) at lags 1 to ``lags``, shape
+    (lags,)."""
     values = whitened - whitened.mean()
     products = [values[lag:] @ values[:-lag] for lag in range(1, lags + 1)]
     return np.asarray(np.array(products) / float(values @ values))
 
 
 def _von_neumann_p(values: Float) -> float:
-    """Two-sided, of the ratio whose mean is 2 and whose variance is 4(n − 2)/(n² − 1)."""
+    """Return the two-sided p of the ratio, of mean 2 and variance 4(n − 2)/(n² − 1)."""
     rows = values.size
     ratio = float(np.sum(np.diff(values) ** 2)) / float(values @ values) * rows / (rows - 1.0)
     mean = 2.0 * rows / (rows - 1.0)
@@ -64,7 +67,7 @@ def _von_neumann_p(values: Float) -> float:
 
 
 def _normal_p(values: Float) -> float:
-    """Of the skewness and kurtosis of normal values (Jarque and Bera, Econ. Lett. 6 (1980) 255)."""
+    """Return p of skewness and kurtosis (Jarque and Bera, Econ. Lett. 6 (1980) 255)."""
     centred = values - np.mean(values)
     square = float(np.mean(centred**2))
     skewness = float(np.mean(centred**3)) / square**1.5
@@ -74,7 +77,7 @@ def _normal_p(values: Float) -> float:
 
 
 def noise_data(noise: Noise, whitened: tuple[Float | None, Float | None]) -> dict[str, Any]:
-    """Of both channels as JSON: white and coloured parts, arcseconds, and their tests."""
+    """Return white and coloured parts of both channels, arcseconds, and their tests, as JSON."""
     found: dict[str, Any] = {}
     for channel, law, of_rows, values in (
         ("capture", noise.capture_law, noise.capture, whitened[0]),
@@ -93,7 +96,7 @@ def noise_data(noise: Noise, whitened: tuple[Float | None, Float | None]) -> dic
 
 
 def _parts(law: NoiseLaw) -> dict[str, Any]:
-    """Root mean square over the runs, and each coloured part of the first run."""
+    """Return root mean squares over the runs, and each coloured part of the first run."""
     runs = max(len(law.spectra), 1)
     scale = law.run_scale**2
     white = sum(item.white * factor for item, factor in zip(law.spectra, scale, strict=True))

@@ -10,18 +10,19 @@ from numpy.typing import NDArray
 Columns = NDArray[np.float64]
 
 BLOCK_ROWS = 1024
-"""Rows whose columns stay in the cache of the processor while they are filled one by one."""
+"""Number of rows whose columns stay in the cache of the processor while they are filled one by
+one."""
 SUMMED_ROWS = 1 << 13
-"""Rows whose sum does."""
+"""Number of rows whose sum stays in the cache."""
 
 
 def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) -> Columns:
-    """cos, sin of every order, in the order cos k₁, sin k₁, cos k₂, …: shape (rows, 2·orders)."""
+    """Return cos and sin of every order: cos k₁, sin k₁, cos k₂, …; shape (rows, 2·orders)."""
     columns = np.empty((angle_rad.size, 2 * len(orders)))
     wanted = [round(order) for order in orders]
     rising = wanted == list(orders) and wanted == sorted(set(wanted)) and min(wanted, default=0) > 0
     if rising and wanted[-1] <= 2 * len(wanted):
-        # e^{jkx} by repeated multiplication: two transcendental functions a row in all.
+        # e^{jkx} by repeated multiplication needs two transcendental functions per row.
         places = {order: 2 * index for index, order in enumerate(wanted)}
         for start in range(0, angle_rad.size, BLOCK_ROWS):
             block = columns[start : start + BLOCK_ROWS]
@@ -43,9 +44,10 @@ def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) ->
 def harmonic_sum(
     angle_rad: NDArray[np.float64], orders: Sequence[int], coefficients: Columns
 ) -> NDArray[np.float64]:
-    """:func:`harmonic_columns` times coefficients, shape (rows,), without the columns.
+    """Return :func:`harmonic_columns` times coefficients, shape (rows,), without the columns.
 
-    ``orders`` are whole and positive. Re Σ (a − jb)·zᵏ with z = e^{jx}, by Horner's scheme.
+    ``orders`` are whole and positive. The sum is Re Σ (a − jb)·zᵏ with z = e^{jx}, by Horner's
+    scheme.
     """
     weights = np.zeros(max(orders, default=0) + 1, dtype=np.complex128)
     weights[list(orders)] = coefficients[0::2] - 1j * coefficients[1::2]
@@ -74,5 +76,5 @@ def disc_difference(
 
 
 def harmonic_names(orders: Sequence[float], prefix: str = "") -> list[str]:
-    """Names of the columns of :func:`harmonic_columns`."""
+    """Return the names of the columns of :func:`harmonic_columns`."""
     return [f"{prefix}{kind} {order:g}" for order in orders for kind in ("cos", "sin")]

@@ -1,7 +1,7 @@
-"""Sums of generalised least squares, on rows whose noise is one and uncorrelated.
+"""Sums of generalised least squares, on rows whose noise has variance one and no correlation.
 
-The offsets of the runs are columns of ones that are never written out: of a run they are its
-whitened ones, and their sums are sums over the rows of each run.
+The offsets of the runs are columns of ones that are never written out: the column of a run is its
+part of the whitened ones, and its sums are sums over the rows of the run.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Whole = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class WhitenedRows:
-    """One channel: columns (rows, k), the constant (rows,), the offset's number (rows,)."""
+    """One channel: columns (rows, k), the constant (rows,), each row's offset number (rows,)."""
 
     columns: Matrix
     ones: Matrix
@@ -28,18 +28,18 @@ class WhitenedRows:
     offsets: int
 
     def moment(self, whitened: Matrix) -> Matrix:
-        """Columns and constants times whitened values, shape (k + offsets,) or (…, m)."""
+        """Multiply columns and constants with whitened values, shape (k + offsets,) or (…, m)."""
         two = whitened[:, np.newaxis] if whitened.ndim == 1 else whitened
         found = np.concatenate([self.columns.T @ two, self._times_ones(two)])
         return found[:, 0] if whitened.ndim == 1 else found
 
     @cached_property
     def _spans(self) -> list[tuple[int, int]]:
-        """Rows of each offset; they lie together."""
+        """Rows of each offset, which are contiguous."""
         return run_spans(self.offset)
 
     def _times_ones(self, values: Matrix) -> Matrix:
-        """Each offset's constant times values (rows, k): shape (offsets, k)."""
+        """Multiply each offset's constant with values (rows, k): shape (offsets, k)."""
         total = np.zeros((self.offsets, values.shape[1]))
         for start, end in self._spans:
             total[self.offset[start]] += self.ones[start:end] @ values[start:end]
@@ -47,7 +47,7 @@ class WhitenedRows:
 
     @cached_property
     def gram(self) -> Matrix:
-        """All columns and constants times themselves."""
+        """Gram matrix of all columns and constants."""
         shared = self.columns.shape[1]
         found = np.zeros((shared + self.offsets,) * 2)
         found[:shared, :shared] = self.columns.T @ self.columns
@@ -58,7 +58,7 @@ class WhitenedRows:
         return found
 
     def model(self, coefficients: Matrix) -> Matrix:
-        """Whitened prediction of coefficients (k + offsets,) or (k + offsets, m)."""
+        """Return the whitened prediction of coefficients (k + offsets,) or (k + offsets, m)."""
         shared = self.columns.shape[1]
         constants = coefficients[shared:][self.offset]
         own = (constants.T * self.ones).T
@@ -77,7 +77,7 @@ class ChannelSums:
     """Log determinant of the covariance of the rows."""
 
     def residual_square(self, coefficients: Matrix) -> float:
-        """χ² of these coefficients, without going over the rows again."""
+        """Return χ² of these coefficients, without going over the rows again."""
         explained = 2.0 * self.moment @ coefficients - coefficients @ self.gram @ coefficients
         return max(float(self.square - explained), 0.0)
 
@@ -101,13 +101,13 @@ class Layout:
 
     @property
     def size(self) -> int:
-        """All columns."""
+        """Number of all columns."""
         return self.shared + self.runs + 1
 
     def capture(self) -> NDArray[np.int64]:
-        """Places of the terms and the run offsets."""
+        """Return the places of the terms and the run offsets."""
         return np.arange(self.shared + self.runs)
 
     def reference(self) -> NDArray[np.int64]:
-        """Places of the terms and the constant a₀."""
+        """Return the places of the terms and the constant a₀."""
         return np.append(np.arange(self.shared), self.shared + self.runs)

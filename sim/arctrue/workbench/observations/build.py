@@ -25,12 +25,13 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 LARGEST_ERROR_RAD = 0.05
-"""A reading farther than this from its target has another zero or other counts."""
+"""Largest distance of a reading from its target; beyond it the reading has another zero or other
+counts."""
 MOST_TURNS = 1_000_000
-"""Most turns from the index; farther away, double precision resolves an angle worse than a
-thousandth count."""
+"""Largest number of turns from the index; farther away, double precision resolves an angle worse
+than a thousandth count."""
 MOST_COUNTS = 2**62 - 1
-"""The difference of two heads then fits into 64 bits."""
+"""Largest count: the difference of two heads then fits into 64 bits."""
 
 
 def observations_of(
@@ -175,7 +176,7 @@ def _stored_capture(
 
 
 def _in_channels(stored: StoredCapture, spans: list[tuple[int, int]]) -> StoredCapture:
-    """Every run once a channel, the channels of a run one after another."""
+    """Return the rows with every run once per channel, the channels of a run one after another."""
     channels = len(stored.further_counts) + 1
     sample = np.concatenate([np.tile(np.arange(start, end), channels) for start, end in spans])
     channel = np.concatenate([np.repeat(np.arange(channels), end - start) for start, end in spans])
@@ -200,7 +201,7 @@ def _in_channels(stored: StoredCapture, spans: list[tuple[int, int]]) -> StoredC
 
 
 def _runs_in_order(names: Integer) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
-    """Runs numbered as they come in the file, and where each stretch of one run lies."""
+    """Number the runs as they come in the file; also return the rows of each stretch of one run."""
     spans = run_spans(names)
     numbers: dict[int, int] = {}
     run = np.empty(names.size, dtype=np.int32)
@@ -214,7 +215,7 @@ def _reference_rows(
 ) -> ReferenceRows:
     target = np.radians(columns.target_deg)
     run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
-    # From counts alone: target + error would bring the noise of ε into the phase.
+    # The phase comes from counts alone: target + error would add the noise of ε to it.
     electrical = electrical_rad(columns.head1_counts, facts)
     time = columns.time_s
     reading, seen = _reference_reading(facts, columns)
@@ -228,8 +229,8 @@ def _reference_rows(
         direction=None if columns.direction is None else columns.direction.astype(np.float64),
         target_rad=target,
         angle_rad=angle,
-        # Without a second head nothing ties a high order to the disc (cogging of a motor is fixed
-        # to the angle): what repeats, repeats with the angle.
+        # Without a second head nothing shows whether a high order is fixed to the disc (cogging of
+        # a motor is fixed to the angle): a repeating error is taken to repeat with the angle.
         line_rad=reading if two_heads else angle,
         face=faces_of(faces, run, columns.target_deg),
         faces=faces,
@@ -249,7 +250,8 @@ def _reference_rows(
 
 
 def _reference_reading(facts: Table, columns: Reference) -> tuple[Float, bool]:
-    """Reading of head 1 at each row, radians, and whether the file gives it; else the target."""
+    """Return the reading of head 1 at each row, radians, or the target; and whether it is a
+    reading."""
     target = np.radians(columns.target_deg)
     if columns.head1_counts is None or facts.counts_per_rev is None or target.size == 0:
         return target, False

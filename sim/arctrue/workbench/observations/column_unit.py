@@ -1,4 +1,4 @@
-"""Unit of a further column of a measurement set, as its name tells it."""
+"""Unit of a further column of a measurement set, from the column's name."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ UNITS = {
     "hz": "Hz",
     "rpm": "rpm",
 }
-"""Unit by the last word of a column's name; of a difference, so that °C are K."""
+"""Unit by the last word of a column's name. It is the unit of a difference, so that °C are K."""
 
 
 def column_unit(column: str) -> str:
-    """``elevation_deg``: ``deg``. A name that ends in no unit is its own unit: ``[humidity]``."""
+    """Return the unit: ``deg`` for ``elevation_deg``. A name without a unit is its own:
+    ``[humidity]``."""
     first, _, last = column.rpartition("_")
     return UNITS.get(last.lower(), f"[{column}]") if first else f"[{column}]"

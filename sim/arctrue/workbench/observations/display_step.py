@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 LEAST_AGAIN = 2.0
-"""Times that a rounded value comes again: a file of fewer digits than its noise has more."""
+"""Mean number of times that a rounded value must occur; values coarser than their noise occur more
+often."""
 SAME_VALUE = 1e-12
 """Relative difference up to which two values of a file are equal except for their last bit."""
 WHOLE_STEPS = 0.01
@@ -16,10 +17,10 @@ WHOLE_STEPS = 0.01
 
 
 def display_step(values: Float) -> float:
-    """Step in which an instrument shows its values, 0 where they are not rounded; (rows,) → step.
+    """Return the step in which an instrument shows its values (rows,); 0 if they are not rounded.
 
-    The smallest difference of two values, where every difference is a whole number of it and a
-    value comes again LEAST_AGAIN times in the mean: values of 64 bits come again only if rounded.
+    The step is the smallest difference of two values, if every difference is a whole number of
+    steps and a value occurs LEAST_AGAIN times in the mean: values of 64 bits recur only if rounded.
     """
     different = np.unique(values)
     if different.size < 2 or values.size < LEAST_AGAIN * different.size:

@@ -15,7 +15,7 @@ from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 
 INDEX_SCATTER_COUNTS = 1.0
-"""Repeatability of the index of each head: ±1 count a run."""
+"""Repeatability of the index of each head: ±1 count from run to run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +25,11 @@ class Observations:
     title: str
     """Title of the set."""
     capture: CaptureRows | None
-    """Every row, or of a long capture the part that searches and statistics work on."""
+    """Every row of the capture, or the part of a long one that searches and statistics work on."""
     reference: ReferenceRows | None
-    """The rows of the reference, or the part of a long one that statistics work on."""
+    """Every row of the reference, or the part of a long one that statistics work on."""
     counts_per_rev: int | None
-    """Counts a turn; None: not stated."""
+    """Counts per turn; None: not stated."""
     grating_lines: int | None
     """Lines of the disc; None: not stated."""
     head_separation_rad: float
@@ -47,7 +47,8 @@ class Observations:
     masked: tuple[MaskedRow, ...] = ()
     """Rows that are not used, in the order of the files."""
     may_mask: bool = True
-    """Single wrong rows may be left out; False: the set or its reader says which rows to use."""
+    """True if single wrong rows may be left out; False: the set or its reader says which rows to
+    use."""
     outlying_share: Mapping[str, float] = field(default_factory=dict)
     """Share of outliers among the rows of each channel; above a limit they are not masked."""
     used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
@@ -63,7 +64,7 @@ class Observations:
 
     @property
     def rows(self) -> int:
-        """Rows of both channels together, as far as the statistics work on them."""
+        """Number of rows of both channels together that the statistics work on."""
         capture = 0 if self.capture is None else self.capture.run.size
         return capture + (0 if self.reference is None else self.reference.run.size)
 
@@ -117,24 +118,25 @@ class Observations:
 
     @property
     def every_reference_row(self) -> ReferenceRows | None:
-        """The whole reference, however long it is."""
+        """Every row of the reference, however long it is."""
         return self.reference if self.stored_reference is None else self.stored_reference
 
     @property
     def capture_rows(self) -> int:
-        """Rows of the whole capture."""
+        """Number of rows of the whole capture."""
         if self.stored is not None:
             return self.stored.size
         return 0 if self.capture is None else self.capture.run.size
 
     @property
     def runs(self) -> int:
-        """Runs of the capture; with three or four heads each channel of a run counts as one."""
+        """Number of runs of the capture; with three or four heads each channel of a run counts as
+        one."""
         return 0 if self.capture is None else self.capture.runs
 
     @property
     def recorded_runs(self) -> int:
-        """Runs of the capture as they were recorded, however many heads it has."""
+        """Number of runs of the capture as they were recorded, however many heads it has."""
         return self.runs // self.channels_of_capture
 
     def run_words(self, run: int) -> str:
@@ -154,7 +156,7 @@ class Observations:
 
     @property
     def channels_of_capture(self) -> int:
-        """Rows of each sample of the capture."""
+        """Number of rows of each sample of the capture."""
         return 1 if self.capture is None else self.capture.channels
 
     def pairs(self) -> list[CaptureRows | StoredCapture]:
@@ -175,7 +177,7 @@ class Observations:
 
     @property
     def faces(self) -> int | None:
-        """Faces of the polygon, if the reference is one."""
+        """Number of faces of the polygon, if the reference is one."""
         return None if self.reference is None else self.reference.faces
 
     @property
@@ -194,7 +196,7 @@ class Observations:
 
     @property
     def has_temperature(self) -> bool:
-        """Was a temperature recorded with either channel?"""
+        """True if a temperature was recorded with either channel."""
         channels = (self.capture, self.reference)
         return any(rows is not None and rows.temperature_c is not None for rows in channels)
 
@@ -205,7 +207,8 @@ class Observations:
 
     @property
     def index_sigma_arcsec(self) -> float:
-        """Standard deviation of a run's offset: both heads, as stated or ±1 whole count each."""
+        """Standard deviation of a run's offset: that of both heads, as stated or ±1 whole count
+        each."""
         count = self.count_arcsec or 0.0
         if self.index_repeatability_counts is not None:
             return max(self.index_repeatability_counts * count * float(np.sqrt(2.0)), 1e-6)
@@ -213,7 +216,7 @@ class Observations:
 
     @property
     def longest_run_turns(self) -> float:
-        """Turns of the longest run of the capture."""
+        """Number of turns of the longest run of the capture."""
         return max((span / (2.0 * np.pi) for span in self._run_spans("angle_rad")), default=0.0)
 
     @property

@@ -1,4 +1,4 @@
-"""Whether all rows were read at one speed, so that an order and a frequency are the same."""
+"""Tells whether all rows were read at one speed, so that an order and a frequency are the same."""
 
 from __future__ import annotations
 
@@ -10,21 +10,24 @@ from numpy.typing import NDArray
 from arctrue.workbench.observations.rows import CaptureRows, Float, ReferenceRows
 
 SAME_PHASE_TURNS = 0.25
-"""Angle and time are alike where, at one speed, they differ by less than this share of a period."""
+"""Share of a period within which angle and time must agree at one speed."""
 LEAST_PASS_ROWS = 8
-"""A speed and its scatter need several steps; fewer rows are a turn of the drive."""
+"""Least number of rows of a pass. A speed and its scatter need several steps; fewer rows are a
+turning point of the drive."""
 
 
 def coordinate(rows: CaptureRows | ReferenceRows, *, in_time: bool) -> Float | None:
-    """Unwrapped angle in turns, or time in seconds, of every row; None where there is no time."""
+    """Return the unwrapped angle in turns, or the time in seconds, of every row; None without a
+    time."""
     return rows.time_s if in_time else rows.angle_rad / (2.0 * np.pi)
 
 
 def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> float | None:
-    """The one speed of all passes, turns a second, at which an order and a frequency are the same.
+    """Return the one speed of all passes, turns a second; an order is then a frequency.
 
-    None where speeds differ, or there is no time, so that a line tells what it is fixed to. There
-    and back at one speed, the phase of the way back is all that differs: it may be a lag.
+    The result is None where speeds differ, so that a line shows what it is fixed to, or where there
+    is no time. Forwards and backwards at one speed, only the phase of the way back differs, which
+    may be a lag.
     """
     turns, time_s = coordinate(rows, in_time=False), coordinate(rows, in_time=True)
     if turns is None or time_s is None or highest_order <= 0.0:
@@ -48,7 +51,7 @@ def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> fl
 
 
 def _passes(turns: Float, run: NDArray[np.int64]) -> list[slice]:
-    """Rows between changes of the run or of the sense of motion, LEAST_PASS_ROWS at least."""
+    """Return rows between changes of the run or of the sense of motion, LEAST_PASS_ROWS or more."""
     sense = np.sign(np.diff(turns))
     new = np.diff(run) != 0
     new[1:] |= (sense[1:] * sense[:-1] < 0.0) & ~new[:-1]

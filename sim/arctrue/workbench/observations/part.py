@@ -1,9 +1,9 @@
 """The part of a long capture or reference that searches and statistics work on.
 
-Whole stretches of consecutive rows are kept, spread over every run: pairs of turns where there
-is room for them, so that sample rate, electrical phase, turn-to-turn scatter and every run's own
-conditions are those of the whole capture. What 150,000 rows of 0.2″ noise cannot show is smaller
-than 0.002″, far below what matters (half a count RMS, 0.039″).
+Whole stretches of consecutive rows are kept, spread over every run: pairs of turns where there is
+room for them, so that sample rate, electrical phase, turn-to-turn scatter and every run's own
+conditions are those of the whole capture. An error that 150,000 rows of 0.2″ noise cannot show is
+smaller than 0.002″, far below what matters (half a count RMS, 0.039″).
 """
 
 from __future__ import annotations
@@ -19,29 +19,30 @@ from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 
 MOST_ROWS = 150_000
-"""Captures, and references, up to this size are worked on as a whole."""
+"""Largest number of rows of a capture, or of a reference, that is worked on as a whole."""
 REFERENCE_STRETCH_ROWS = 2048
 """Rows in one piece of a reference: 42 cycles of a polygon, and every line that rows can show."""
 LEAST_ROWS_A_RUN = 256
-"""Every run keeps so many at least: its offset and its conditions stay in the statistics."""
+"""Least number of rows that every run keeps, so that its offset and its conditions stay in the
+statistics."""
 STRETCH_TURNS = 2
-"""Turns in one piece: the later one repeats the earlier one."""
+"""Number of turns in one piece: the later one repeats the earlier one."""
 LEAST_ROWS_A_TURN = 12_000
-"""A turn is thinned, by whole steps, to no fewer rows: the paper's rate."""
+"""Least number of rows of a turn that is thinned, by whole steps: the paper's rate."""
 SEED = 20_120_215
 """Fixed seed of the places within equal shares of a run, so that a set always gives the same part.
 """
 
 
 def part_of(stored: StoredCapture) -> tuple[CaptureRows, StoredCapture | None]:
-    """The rows to work on, and all rows where those are only a part."""
+    """Return the rows to work on, and also all rows where the former are only a part."""
     if stored.size <= MOST_ROWS:
         return stored.rows(slice(None)), None
     return stored.rows(kept_rows(stored, MOST_ROWS)), stored
 
 
 def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows | None]:
-    """The rows to work on, and all rows where those are only a part."""
+    """Return the rows to work on, and also all rows where the former are only a part."""
     if rows.run.size <= MOST_ROWS:
         return rows, None
     numbered = replace(rows, row=np.arange(rows.run.size))
@@ -52,7 +53,7 @@ def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows
         share = max(LEAST_ROWS_A_RUN, round(MOST_ROWS * size / rows.run.size))
         pieces = max(share // REFERENCE_STRETCH_ROWS, 1)
         length = min(share // pieces, size)
-        # Equal shares of the run, in each a place of its own: an even spacing would alias.
+        # Equal shares of the run each have a random place: an even spacing would alias.
         edges = np.linspace(start, end, pieces + 1).astype(int)
         for low, high in pairwise(edges.tolist()):
             first = low + int(random.integers(max(high - low - length, 0) + 1))
@@ -61,7 +62,7 @@ def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows
 
 
 def kept_rows(stored: StoredCapture, most_rows: int) -> NDArray[np.int64]:
-    """Numbers of the rows that the part keeps, ascending; every run has some."""
+    """Return the numbers of the rows that the part keeps, ascending; every run has some."""
     random = np.random.default_rng(SEED)
     pieces = []
     for start, end in stored.run_spans():
@@ -76,7 +77,7 @@ def kept_rows(stored: StoredCapture, most_rows: int) -> NDArray[np.int64]:
 def _stretches(
     revolution: NDArray[np.int32], start: int, share: int, random: np.random.Generator
 ) -> list[tuple[int, int, int]]:
-    """First row, row after the last and step of the stretches kept of one run."""
+    """Return first row, row after the last and step of each stretch that is kept of one run."""
     size = revolution.size
     if size <= share:
         return [(start, start + size, 1)]
@@ -90,7 +91,7 @@ def _stretches(
     if count < 1 or len(turns) < STRETCH_TURNS:
         first = int(random.integers(size - (share - 1) * step)) if size > share * step else 0
         return [(start + first, start + min(first + share * step, size), step)]
-    # Equal shares of the run, in each a place of its own: an even spacing would alias.
+    # Equal shares of the run each have a random place: an even spacing would alias.
     edges = np.linspace(0, len(turns), count + 1).astype(int)
     found = []
     for low, high in pairwise(edges.tolist()):

@@ -1,4 +1,4 @@
-"""Which face of the polygon each reference row was read with."""
+"""Finds the polygon face with which each reference row was read."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 FACE_TOLERANCE_DEG = 0.05
-"""A station belongs to a face when it is this near to it."""
+"""Largest distance of a station from the face that it belongs to."""
 
 
 def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
-    """Face of each row, (rows,); the polygon may be turned on the table between runs.
+    """Return the face of each row, (rows,); the polygon may be turned on the table between runs.
 
-    Rows of a pass between the faces are read with the face that is nearest, the polygon standing as
-    in the first run at the faces. None where no run keeps to the faces: nothing tells how it
-    stands.
+    Rows of a pass between the faces belong to the nearest face, with the polygon placed as in the
+    first run at the faces. The result is None where no run keeps to the faces, so that the place of
+    the polygon is unknown.
     """
     if faces is None or target_deg.size == 0:
         return None
@@ -39,13 +39,14 @@ def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | No
 
 
 def keep_to_faces(faces: int, run: Integer, target_deg: Float) -> bool:
-    """Every row stands at a face; shapes (rows,)."""
+    """Tell whether every row stands at a face; shapes (rows,)."""
     place = target_deg * (faces / 360.0)
     return all(_shift_to_faces(place[rows], faces)[1] for rows in _mountings(faces, run))
 
 
 def _mountings(faces: int, run: Integer) -> list[NDArray[np.bool_]]:
-    """Rows of each run; all rows where a run has too few to tell how the polygon is turned."""
+    """Return the rows of each run; all rows where a run has too few to show how the polygon is
+    turned."""
     names, sizes = np.unique(run, return_counts=True)
     if sizes.min() < faces:
         return [np.ones(run.size, dtype=bool)]

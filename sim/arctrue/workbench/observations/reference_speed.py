@@ -1,4 +1,4 @@
-"""Whether the table stood still at the stations of a reference run, or went past them."""
+"""Tells whether the table stood still at the stations of a reference run, or went past them."""
 
 from __future__ import annotations
 
@@ -14,30 +14,31 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOVING_STEP_DEG = 1.0
-"""Rows as near as this are read on the move: nobody stops at every degree."""
+"""Largest step of rows that are read on the move: nobody stops at every degree."""
 LEAST_ROWS = 8
-"""A median of six second differences: with fewer one odd row decides it."""
+"""Least number of rows for a median of six second differences: with fewer one odd row decides
+it."""
 EVEN = 0.05
-"""At a steady speed the times between marks follow their distances to this share."""
+"""Share within which the times between marks follow their distances at a steady speed."""
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle, commanded or from a finer encoder, written with four decimals."""
 SPEED_RATIO = 1.2
-"""Passes over the same stations at speeds further apart than this were not stops of one length."""
+"""Ratio of speeds over the same stations above which the passes were not stops of one length."""
 
 
 SMOOTH = 0.2
-"""Share of a way between rows by which the next one differs at most, in the median: speed changes
+"""Largest relative difference of neighbouring ways between rows, in the median: speed changes
 smoothly, and stations that were chosen at unequal distances do not."""
 
 
 def reference_speed(columns: Reference) -> Float | None:
-    """Signed speed of every row, rad/s, 0 where the table stood; None when it never moved.
+    """Return the signed speed of every row, rad/s, 0 where the table stood; None if it never moved.
 
-    A pass is what lies between two changes of run, cycle or direction, or of the sense in which
-    the targets follow each other. Passes over near stations are on the move. So are passes that a
-    clock sampled while the speed changed (a ramp): even times, uneven ways. So are passes over far
-    ones (a polygon's faces), if their times are those of steady speeds and at least two of
-    the speeds differ: a table that stops takes about as long at each station, whatever the pass.
+    A pass lies between two changes of run, cycle or direction, or of the sense in which the targets
+    follow each other. Passes over near stations are on the move. Passes that a clock sampled while
+    the speed changed (a ramp) are on the move too: even times, uneven ways. So are passes over far
+    stations (a polygon's faces), if their times are those of steady speeds and at least two of the
+    speeds differ: a table that stops takes about as long at each station in every pass.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
@@ -68,7 +69,8 @@ def reference_speed(columns: Reference) -> Float | None:
 
 
 def passes_of(columns: Reference) -> list[slice]:
-    """Rows of each pass: between changes of run, cycle, direction, or of the sense of motion."""
+    """Return the rows of each pass: between changes of run, cycle, direction, or sense of
+    motion."""
     target = columns.target_deg
     new = np.zeros(target.size, dtype=bool)
     new[0] = True
@@ -85,7 +87,10 @@ def passes_of(columns: Reference) -> list[slice]:
 
 
 def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
-    """Even times and ways that change smoothly, by more than a fifth: no station was stopped at."""
+    """Tell whether a clock sampled the pass, which then has no stops.
+
+    Its times are even, and its ways change smoothly, by more than a fifth.
+    """
     way, taken = np.abs(np.diff(target_deg)), np.diff(time_s)
     usual_s, usual_deg = float(np.median(taken)), float(np.median(way))
     if usual_s <= 0.0 or float(np.abs(taken / usual_s - 1.0).max()) >= EVEN:
@@ -101,7 +106,7 @@ def _mean_speed(target_deg: Float, time_s: Float) -> float:
 
 
 def _steady_speed(target_deg: Float, time_s: Float) -> float | None:
-    """Speed of a pass whose times follow its distances; None for another one."""
+    """Return the speed of a pass whose times follow its distances; None for another pass."""
     if target_deg.size < LEAST_ROWS:
         return None
     way, taken = np.diff(target_deg), np.diff(time_s)

@@ -17,12 +17,13 @@ Integer = NDArray[np.int64]
 
 
 class _Sliceable:
-    """Rows [start:stop] of every column that is an array."""
+    """Slices every column that is an array."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Every array becomes a read-only view: no effect can change what others are fitted to."""
+        """Make every array a read-only view: no effect can change the rows that others are fitted
+        to."""
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
@@ -45,7 +46,7 @@ class _Sliceable:
 
 @dataclass(frozen=True, eq=False)
 class CaptureRows(_Sliceable):
-    """One row a sample of two heads; every array has shape (rows,).
+    """One row per sample of two heads; every array has shape (rows,).
 
     With three or four heads each sample has a row for every further head, in a channel of its own:
     channel 0 is R₂ − R₁, channel k is the reading of head k + 2 less the mean of all heads before
@@ -55,7 +56,7 @@ class CaptureRows(_Sliceable):
     run: Integer
     """0 … runs − 1, in the order of the file; with K channels: recorded run · K + channel."""
     revolution: Integer
-    """Number of the revolution, counted over all runs; an unfinished rest has its own."""
+    """Number of the revolution, counted over all runs; an unfinished remainder has its own."""
     time_s: Float
     """Time of the sample, seconds."""
     temperature_c: Float | None
@@ -63,7 +64,7 @@ class CaptureRows(_Sliceable):
     direction: Float
     """+1 or −1, of the run."""
     speed_rad_s: Float
-    """Signed; of the run where it turns evenly, else of the rows around."""
+    """Signed speed; that of the run where it turns evenly, else that of the rows around."""
     angle_rad: Float
     """Estimate of the true angle θ of the table, unwrapped."""
     disc1_rad: Float
@@ -95,9 +96,10 @@ class CaptureRows(_Sliceable):
     conditions: Mapping[str, Float] = field(default_factory=dict)
     """Further columns of the file by name, in their own units."""
     reference_in_time: bool = False
-    """Has the set a reference whose rows have a time?"""
+    """True if the set has a reference whose rows have a time."""
     channel: Integer | None = None
-    """0 … heads − 2; None with two heads, and of the rows of :meth:`of_head`."""
+    """Number of the channel, 0 … heads − 2; None with two heads, and in the rows of
+    :meth:`of_head`."""
     further_places_rad: tuple[float, ...] = ()
     """Angles of heads 3 and 4 relative to head 1."""
     further_line_rad: Float | None = None
@@ -105,7 +107,7 @@ class CaptureRows(_Sliceable):
     further_electrical_rad: Float | None = None
     """Phases of their signal periods, shape (rows, heads − 2)."""
     head: int = 2
-    """Whose reading less that of head 1 an effect is asked for."""
+    """Number of the head whose reading less that of head 1 an effect is asked for."""
 
     @property
     def measured_arcsec(self) -> Float:
@@ -193,7 +195,8 @@ class CaptureRows(_Sliceable):
 
     @cached_property
     def _of_heads(self) -> dict[int, CaptureRows]:
-        """Kept, so that an effect that keeps something for its rows finds the same ones again."""
+        """Rows of each head; they are kept, so that an effect with data for its rows finds the same
+        ones."""
         return {head: self._asked_of(head) for head in range(2, self.heads + 1)}
 
     def _asked_of(self, head: int) -> CaptureRows:
@@ -217,7 +220,7 @@ class CaptureRows(_Sliceable):
 
 @dataclass(frozen=True, eq=False)
 class ReferenceRows(_Sliceable):
-    """One row a comparison of head 1 with the reference; every array has shape (rows,)."""
+    """One row per comparison of head 1 with the reference; every array has shape (rows,)."""
 
     run: Integer
     """Number of the run, 0, 1, … in the order of the file."""
@@ -236,7 +239,7 @@ class ReferenceRows(_Sliceable):
     line_rad: Float
     """Disc angle of the lines that head 1 sees there: its reading."""
     face: Integer | None
-    """Number of the polygon face, 0 … faces − 1: between the faces the nearest one."""
+    """Number of the polygon face, 0 … faces − 1; between the faces that of the nearest one."""
     faces: int | None
     """Faces of the polygon; None: the reference is none."""
     electrical1_rad: Float | None

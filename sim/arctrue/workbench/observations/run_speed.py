@@ -12,23 +12,24 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 WINDOW_ROWS = 65
-"""Rows that a local speed is taken over, odd: 65 ms at the paper's sampling rate."""
+"""Number of rows, odd, over which a local speed is taken: 65 ms at the paper's sampling rate."""
 EVEN = 0.01
 """A run turns evenly if its local speed stays within this share of its mean speed."""
 NOISE_FACTOR = 6.0
-"""... or within so many standard deviations of the local speed's own noise."""
+"""Standard deviations of the local speed's own noise within which a run also turns evenly."""
 
 
 @dataclass(frozen=True)
 class RunSpeeds:
-    """Signed speeds, rad/s: the mean of each run, (runs,), and of each row where they differ."""
+    """Signed speeds, rad/s: the mean of each run, (runs,), and the speed of each row where they
+    differ."""
 
     mean_rad_s: Float
     local_rad_s: Float | None
-    """Shape (rows,); None where every run turns evenly."""
+    """Speed of each row, (rows,); None where every run turns evenly."""
 
     def of(self, run: Integer, rows: slice | Integer) -> Float:
-        """Speed of some rows; ``run``: the run of each of them."""
+        """Return the speed of some rows; ``run``: the run of each of them."""
         if self.local_rad_s is None:
             return self.mean_rad_s[run]
         return self.local_rad_s[rows]
@@ -51,11 +52,12 @@ class RunSpeeds:
 def run_speeds(
     angle_rad: Float, time_s: Float, spans: Sequence[tuple[int, int]], angle_noise_rad: float
 ) -> RunSpeeds:
-    """Speeds of the runs in ``spans``; ``angle_noise_rad``: standard deviation of one angle.
+    """Return the speeds of the runs in ``spans``.
 
-    The local speed of a row is the least-squares slope of the angle over the time of the rows
-    around it. In a run that turns evenly it would only add noise to the columns that depend on
-    the speed, so there the mean of the run stands for every row.
+    ``angle_noise_rad``: standard deviation of one angle. The local speed of a row is the
+    least-squares slope of the angle over the time of the rows around it. In a run that turns evenly
+    it would only add noise to the columns that depend on the speed, so there the mean of the run is
+    used for every row.
     """
     mean = np.zeros(len(spans))
     local: Float | None = None
@@ -80,10 +82,11 @@ def run_speeds(
 
 
 def _local_slope(time: Float, angle: Float, angle_noise_rad: float) -> tuple[Float, float]:
-    """Least-squares slope over WINDOW_ROWS rows around each row, and its largest noise."""
+    """Return the least-squares slope over WINDOW_ROWS rows around each row, and its largest
+    noise."""
     half = WINDOW_ROWS // 2
     t = time - time[0]
-    # Of the angle less the mean motion, so that the sums keep their digits.
+    # The mean motion is subtracted from the angle, so that the sums keep their digits.
     mean = (angle[-1] - angle[0]) / t[-1]
     rest = angle - angle[0] - mean * t
 
@@ -91,7 +94,7 @@ def _local_slope(time: Float, angle: Float, angle_noise_rad: float) -> tuple[Flo
         total = np.concatenate([[0.0], np.cumsum(values)])
         return np.asarray(total[WINDOW_ROWS:] - total[:-WINDOW_ROWS])
 
-    # About the middle of the run, for the same reason.
+    # Times count from the middle of the run, for the same reason.
     centred = t - 0.5 * t[-1]
     n = float(WINDOW_ROWS)
     s1, s2 = windowed(centred), windowed(centred * centred)

@@ -1,4 +1,4 @@
-"""All rows of a long capture, kept small: conditions are worked out for a stretch at a time."""
+"""All rows of a long capture, kept small: conditions are computed for one stretch at a time."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ class RunFacts:
 
 @dataclass(frozen=True)
 class StoredCapture:
-    """Every row in 48 bytes; :class:`CaptureRows` takes 112 and is made a part at a time.
+    """Every row in 48 bytes; :class:`CaptureRows` takes 112 and is made for a part at a time.
 
-    With three or four heads each sample has a row a channel, as :class:`CaptureRows` describes.
-    The counts are those of the samples: row k is of sample ``sample[k]``.
+    With three or four heads each sample has one row per channel, as :class:`CaptureRows` describes.
+    The counts are those of the samples: row k belongs to sample ``sample[k]``.
     """
 
     table: Table
     run: Small
     """0 … runs − 1, in the order of the file."""
     revolution: Small
-    """Number of the revolution, counted over all runs; an unfinished rest has its own."""
+    """Number of the revolution, counted over all runs; an unfinished remainder has its own."""
     time_s: Float
     temperature_c: Float | None
     head1_counts: Integer
@@ -61,16 +61,16 @@ class StoredCapture:
     channel: Integer | None = None
     """Channel of each row, as in :class:`CaptureRows`."""
     head: int = 2
-    """Which head ``head2_counts`` are of, as in :class:`CaptureRows`."""
+    """Number of the head that ``head2_counts`` belong to, as in :class:`CaptureRows`."""
 
     @property
     def size(self) -> int:
-        """Rows."""
+        """Number of rows."""
         return int(self.run.size)
 
     @property
     def runs(self) -> int:
-        """Runs."""
+        """Number of runs."""
         return int(self.run_facts.start_s.size)
 
     @property
@@ -80,11 +80,11 @@ class StoredCapture:
         return tuple(float(np.radians(place)) for place in places[2 : 2 + len(self.further_counts)])
 
     def samples(self, rows: slice | Integer) -> slice | Integer:
-        """Numbers of the samples of some rows."""
+        """Return the numbers of the samples of some rows."""
         return rows if self.sample is None else self.sample[rows]
 
     def difference_rad(self, rows: slice | Integer) -> Float:
-        """R₂ − R₁ − α (nominal) of some rows, or the contrast of their channels."""
+        """Return R₂ − R₁ − α (nominal) of some rows, or the contrast of their channels."""
         samples = self.samples(rows)
         apart = self._apart_rad(self.head2_counts, samples, self.head_separation_rad)
         if self.channel is None:
@@ -97,7 +97,7 @@ class StoredCapture:
         return apart
 
     def _apart_rad(self, counts: Integer, samples: slice | Integer, place_rad: float) -> Float:
-        """Rᵢ − R₁ less the head's place."""
+        """Return Rᵢ − R₁ less the head's place."""
         assert self.table.counts_per_rev is not None
         apart = (counts[samples] - self.head1_counts[samples]).astype(np.float64)
         apart *= 2.0 * np.pi / self.table.counts_per_rev
@@ -105,7 +105,7 @@ class StoredCapture:
         return np.asarray(apart)
 
     def of_head(self, head: int) -> StoredCapture:
-        """Every sample once, with the counts of head ``head`` for those of head 2."""
+        """Return every sample once, with the counts of head ``head`` for those of head 2."""
         if self.channel is None or self.sample is None:
             return self
         first = np.flatnonzero(self.channel == 0)
@@ -138,7 +138,7 @@ class StoredCapture:
         return run_spans(self.run)
 
     def rows(self, rows: slice | Integer) -> CaptureRows:
-        """Some rows with all their conditions."""
+        """Return some rows with all their conditions."""
         assert self.table.counts_per_rev is not None
         count_rad = 2.0 * np.pi / self.table.counts_per_rev
         samples = self.samples(rows)
@@ -184,10 +184,10 @@ class StoredCapture:
 
 
 def electrical_rad(counts: Integer | None, table: Table) -> Float | None:
-    """2π·frac(counts·lines/counts_per_rev), by whole numbers: no count is rounded."""
+    """Return 2π·frac(counts·lines/counts_per_rev), by whole numbers: no count is rounded."""
     if counts is None or table.grating_lines is None or table.counts_per_rev is None:
         return None
-    # In lowest terms, so that the product stays within 64 bits.
+    # The ratio is in lowest terms, so that the product stays within 64 bits.
     common = gcd(table.counts_per_rev, table.grating_lines)
     period, multiple = table.counts_per_rev // common, table.grating_lines // common
     within = (counts % period) * (multiple % period) % period

@@ -16,18 +16,18 @@ Float = NDArray[np.float64]
 
 ORDERS = tuple(range(1, 21))
 LEAST_GAIN = 0.3
-"""Orders whose factor |e^{jnα} − 1| is smaller are left out of this rough estimate."""
+"""Least factor |e^{jnα} − 1| of the orders in this rough estimate."""
 ROUNDS = 2
-"""Rounds of the iteration: an angle error of 10⁻³ rad is 10⁻³ per order of ε, and two rounds leave
-10⁻⁶."""
+"""Number of rounds of the iteration: an angle error of 10⁻³ rad is 10⁻³ per order of ε, and two
+rounds leave 10⁻⁶."""
 BLOCK_ROWS = 1 << 16
-"""Rows of one product, for memory alone."""
+"""Number of rows of one product, for memory alone."""
 MOST_ROWS = 200_000
-"""A rough ε does not need more samples than this."""
+"""Largest number of samples for the rough ε, which does not need more."""
 
 
 def true_angle(reading1_rad: Float, difference_rad: Float, head_separation_rad: float) -> Float:
-    """θ of every sample, radians, unwrapped like ``reading1_rad``.
+    """Return θ of every sample, radians, unwrapped like ``reading1_rad``.
 
     ``difference_rad`` is R₂ − R₁ − α. Shapes (rows,).
     """

@@ -1,4 +1,5 @@
-"""Leaves out the rows of a measurement set that must not be used, and tells which and why."""
+"""Leaves out the rows of a measurement set that must not be used, and lists them with the
+reason."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ class UsedRows(Generic[Channel]):
 
     rows: Channel
     numbers: Integer | None
-    """Their places in the file (0, 1, …); None: all rows are used."""
+    """Places of these rows in the file (0, 1, …); None: all rows are used."""
     masked: list[MaskedRow]
     outlying_share: float
     """Share of outliers among the checked rows; above MOST_SHARE no outlier is masked."""
@@ -40,7 +41,7 @@ class UsedRows(Generic[Channel]):
 def used_capture_rows(
     capture: Capture, table: Table, separation_rad: float, *, mask_outliers: bool
 ) -> UsedRows[Capture]:
-    """The capture without the rows that the set masks and without outliers."""
+    """Return the capture without the rows that the set masks and without outliers."""
     kept, masked = _without(capture, "capture", _column_mask(capture), None, "mask")
     if not mask_outliers or table.counts_per_rev is None or kept.run.size == 0:
         return UsedRows(kept, _numbers(capture, masked), masked, 0.0)
@@ -61,7 +62,7 @@ def used_capture_rows(
 
 
 def used_reference_rows(reference: Reference, *, mask_outliers: bool) -> UsedRows[Reference]:
-    """The reference without the rows that the set masks and without outliers."""
+    """Return the reference without the rows that the set masks and without outliers."""
     kept, masked = _without(reference, "reference", _column_mask(reference), None, "mask")
     if not mask_outliers or kept.error_arcsec.size < LEAST_ROWS:
         return UsedRows(kept, _numbers(reference, masked), masked, 0.0)
@@ -84,7 +85,7 @@ def _with_outliers(
 ) -> UsedRows[Channel]:
     if kept.trusted is not None:
         outlying = outlying & ~kept.trusted
-    # So many are no single rows: all stay, and the check of the data says that it is faulty.
+    # These are too many for single rows: all stay, and the check of the data reports the fault.
     share = float(outlying.mean())
     if share > MOST_SHARE:
         return UsedRows(kept, _numbers(whole, masked), masked, share)
@@ -116,7 +117,8 @@ def _without(
     reason: Reason,
     away: Float | None = None,
 ) -> tuple[Channel, list[MaskedRow]]:
-    """``rows`` less those where ``out`` is True; ``numbers``: the place of each row in its file."""
+    """Return ``rows`` less those where ``out`` is True; ``numbers``: the place of each row in its
+    file."""
     if not out.any():
         return rows, []
     places = np.flatnonzero(out)

@@ -1,4 +1,4 @@
-"""Single wrong rows that show once a model has taken what is larger than they are."""
+"""Single wrong rows that show only after a model has removed larger deviations."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Float = NDArray[np.float64]
 def without_wrong_rows(
     observations: Observations, left_arcsec: Float | None
 ) -> Observations | None:
-    """The observations without capture rows that are off alone in what a model leaves.
+    """Return the observations without capture rows that are single outliers in a model's residual.
 
-    ``left_arcsec``: residual of each capture row, (rows,). None where there is no such row, where
-    the set says itself which rows to use, or where so many are off that it is no matter of single
-    rows. Of a long capture all rows stay: one in 150,000 moves nothing.
+    ``left_arcsec``: residual of each capture row, (rows,). The result is None where there is no
+    such row, where the set itself says which rows to use, or where so many are off that the
+    recording is faulty. A long capture keeps all rows: one in 150,000 moves nothing.
     """
     rows, count = observations.capture, observations.count_arcsec
     if rows is None or count is None or left_arcsec is None or not observations.may_mask:

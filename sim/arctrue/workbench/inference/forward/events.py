@@ -1,7 +1,7 @@
-"""Looks for what happens once in a record: a step.
+"""Searches for single events in a record: steps.
 
-No block of a record can predict what happens in another one only, so that a step is judged by its
-likelihood alone, and is no cause: it is reported as what it looks like.
+No block of a record can predict an event that occurs in another block only. A step is therefore
+judged by its likelihood alone and is not named as a cause: it is reported as what it looks like.
 """
 
 from __future__ import annotations
@@ -20,23 +20,24 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, usual_
 Float = NDArray[np.float64]
 
 MOST_STEPS = 3
-"""So many as a diagnosis looks at (:data:`.case.DEEPEST`): limits cost, decides no verdict."""
+"""Largest number of steps, the same as in a diagnosis (:data:`.case.DEEPEST`): it limits cost and
+decides no verdict."""
 LEAST_SIDE_ROWS = 5
-"""Rows of its stretch before and after a step."""
+"""Least number of rows of its stretch before and after a step."""
 STEPS_TOGETHER = 200
-"""Columns of one product, for memory alone."""
+"""Largest number of columns of one product, for memory alone."""
 FREEDOMS = (1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 20.0, 50.0, 200.0)
-"""Of Student's t, tried for the tails of the whitened residuals."""
+"""Degrees of freedom of Student's t that are tried for the tails of the whitened residuals."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """Something jumped, once."""
+    """A single jump of the readings."""
 
     row: int
-    """First averaged row after it."""
+    """First averaged row after the step."""
     place: float
-    """Of the record there: turns or seconds."""
+    """Place of the step in the record, turns or seconds."""
     size_arcsec: float
     sigma_arcsec: float
     """Standard uncertainty of the size at this place."""
@@ -44,13 +45,16 @@ class Step:
 
 
 def step_column(record: Record, row: int) -> Float:
-    """0 before a row, 1 from it to the end of its stretch; shape (rows, 1)."""
+    """Return a column (rows, 1) that is 0 before a row and 1 from it to the end of its stretch."""
     after = (np.arange(record.clock.size) >= row) & (record.stretch == record.stretch[row])
     return np.asarray(after, dtype=np.float64)[:, np.newaxis]
 
 
 def search_steps(record: Record, lines: Float, fit: KernelFit) -> list[Step]:
-    """Steps beside some lines, one after the other; ``fit`` is the noise beside the lines."""
+    """Return the steps found one after another.
+
+    ``lines`` are the columns of the lines, and ``fit`` is the noise with these lines.
+    """
     found: list[Step] = []
     others = lines
     while len(found) < MOST_STEPS:
@@ -97,7 +101,7 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
 
 
 def _inside(record: Record) -> NDArray[np.int64]:
-    """Rows with enough of their stretch on both sides."""
+    """Return the rows with enough rows of their stretch on both sides."""
     found = []
     for number in np.unique(record.stretch):
         own = np.flatnonzero(record.stretch == number)
@@ -106,7 +110,7 @@ def _inside(record: Record) -> NDArray[np.int64]:
 
 
 def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelNoise) -> Float:
-    """Log likelihood that a step at each row would gain, the noise held."""
+    """Return the log likelihood that a step at each row would gain, the noise held."""
     factor = rows.factor(noise)
     whitened = factor.whiten(rows.values)
     vectors, values, _ = np.linalg.svd(whitened[:, 1:], full_matrices=False)
@@ -128,7 +132,7 @@ def _gains(record: Record, rows: Rows, places: NDArray[np.int64], noise: KernelN
 def _one_row_does_it(
     record: Record, others: Float, row: int, gain: float, without: KernelFit, grown: KernelFit
 ) -> bool:
-    """A single wrong row at the step, or before it, makes the rows as likely."""
+    """Tell whether a single wrong row at the step, or before it, makes the rows as likely."""
     for wrong in (row - 1, row):
         column = np.zeros((record.clock.size, 1))
         column[wrong] = 1.0
@@ -142,11 +146,12 @@ def _one_row_does_it(
 def _tails_make_it(
     record: Record, others: Float, row: int, places: NDArray[np.int64], beside: KernelFit
 ) -> bool:
-    """Tails as heavy as those of the steps at all other instants make one as large.
+    """Tell whether the tails of the noise make a step as large somewhere in the record.
 
-    In noise that wanders, each innovation is a step. What a step at every other instant would gain
-    has its tails from the innovations: Student's t is fitted to the roots of twice these gains, and
-    each of FREEDOMS counts as far as it is likely. ``beside``: the noise beside the step.
+    In noise that wanders, each innovation is a step, and the gains of steps at all other instants
+    have their tails from the innovations. Student's t is fitted to the square roots of twice these
+    gains, and each of FREEDOMS is weighted with its likelihood. ``beside``: the noise with the step
+    in the model.
     """
     column = record.rows(others).factor(beside.noise).whiten(step_column(record, row))
     if float(np.max(column**2)) < FEW * float(np.sum(column**2)):
@@ -167,7 +172,7 @@ def _tails_make_it(
 
 
 def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:
-    """Log likelihood of Student's t with its best scale, and that scale."""
+    """Return the log likelihood of Student's t with its best scale, and that scale."""
     return max(
         (float(np.sum(student.logpdf(left / scale, freedom) - np.log(scale))), float(scale))
         for scale in scales
@@ -175,7 +180,8 @@ def _tail(left: Float, freedom: float, scales: Float) -> tuple[float, float]:
 
 
 OF_TAILS = 0.1
-"""Of the family-wise level: the roots are not independent where the noise wanders a little."""
+"""Share of the family-wise level: the roots are not independent where the noise wanders a
+little."""
 FEW = 0.07
-"""Share of what is known of a step that its largest innovation tells: with less it rests on
-fourteen or more, whose tails average."""
+"""Share of the information about a step that comes from its largest innovation: below this the step
+rests on fourteen innovations or more, whose tails average."""

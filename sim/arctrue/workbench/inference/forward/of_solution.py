@@ -1,4 +1,4 @@
-"""The records that are searched forward: what a fitted model leaves of a reference."""
+"""The records of the forward search: residuals of a fitted model in the reference."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from arctrue.workbench.observations.rows import ReferenceRows
 Float = NDArray[np.float64]
 
 LEAST_ROWS = 200
-"""A record with fewer rows has 40 independent rates at most, of which the model takes some: what it
-shows, the other searches find."""
+"""Fewest rows of a record. With fewer it has 40 independent rates at most, of which the model takes
+some; the other searches find the lines that it shows."""
 LEAST_STRETCH_ROWS = 50
-"""Ten periods of the shortest line that is looked for."""
+"""Fewest rows of a stretch: ten periods of the shortest line of the search."""
 LEAST_EVENT_ROWS, LEAST_STRETCH_STATIONS = 30, 12
-"""With fewer rows a part of them is not enough to tell a step from a line through all."""
+"""Fewest rows of a record, and of each of its stretches, for the search of events: a part of fewer
+rows does not distinguish a step from a line through all."""
 LEAST_FREE = 0.5
-"""Of the rows, what the base leaves free: with less, 1 of 10 sets of white noise shows a step
-(``python -m scripts.calibrate_line_search --short``, 72 stations once and 40 coefficients)."""
+"""Share of the rows that the base must leave free: with less, 1 of 10 sets of white noise shows a
+step (``python -m scripts.calibrate_line_search --short``, 72 stations once and 40 coefficients)."""
 SAME_STATION_RAD = 1e-6
 """0.2″, below what a station is set to again: it splits rounding of a file, not stations."""
 FROM_ONE_SIDE = 0.5
@@ -35,9 +36,9 @@ scatter, and no line."""
 
 
 def records_of(solution: Solution, declared: float | None) -> list[Record]:
-    """Over the angle, and over time where one speed does not make both the same; none for stations.
+    """Return records over the angle, and over time unless one speed makes both the same.
 
-    ``declared``: order of which multiples are expected.
+    There is none for stations. ``declared``: order whose multiples are expected.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise or not _is_dense(rows):
@@ -47,7 +48,7 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
     stretch = np.zeros(clock.size, dtype=np.int64)
     stretch[starts[1:]] = 1
     if rows.direction is not None:
-        # What changes with the direction of approach is no step in time.
+        # A change with the direction of approach is no step in time.
         stretch[1:] |= np.diff(rows.direction) != 0.0
     stretch = np.cumsum(stretch)
     size = np.bincount(stretch)
@@ -75,17 +76,19 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
         found.append(record)
         one_speed = not in_time and speed_turns_s(rows, record.highest) is not None
         if one_speed or record.whole_orders_only:
-            # Over time, what depends on the direction on one turn would be lines beside its orders.
+            # Over time, a dependence on the direction in one turn would look like lines next to its
+            # orders.
             break
     return found
 
 
 def records_of_events(solution: Solution) -> list[Record]:
-    """Every row over time, or by its number, for what happens once; none for too few rows.
+    """Return records of every row over time, or by row number, for events; none for too few rows.
 
-    First, where time goes on from run to run, as one stretch: what was knocked stays where it is.
-    Then each run for itself: an index undoes what a counter lost. What depends on the direction of
-    approach is fitted beside a step, which is then none at a reversal.
+    The first record is one stretch, where time goes on from run to run: what was knocked stays
+    where it is. Then each run is a record of its own: an index undoes a counter's loss. An effect
+    of the direction of approach is fitted together with a step, so that a reversal is not taken for
+    a step.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise:
@@ -112,10 +115,10 @@ def records_of_events(solution: Solution) -> list[Record]:
 
 
 def reversal_beside(solution: Solution, steps_s: Sequence[float]) -> Reversal | None:
-    """How much the readings differ with the direction of approach, beside steps at these times.
+    """Return the difference of the readings between directions of approach, with steps fitted too.
 
-    None for stations at faces, for few rows, and without both directions and a time that goes on
-    through all rows.
+    ``steps_s``: times of the steps. The result is None for stations at faces, for few rows, and
+    without both directions and a time that goes on through all rows.
     """
     rows = solution.observations.every_reference_row
     if rows is None or rows.direction is None or rows.time_s is None:
@@ -136,7 +139,7 @@ def reversal_beside(solution: Solution, steps_s: Sequence[float]) -> Reversal | 
 
 
 def _is_dense(rows: ReferenceRows) -> bool:
-    """A log rather than stations that are visited again and again."""
+    """Tell whether the rows are a log, not stations that are visited again and again."""
     if rows.run.size < LEAST_ROWS or rows.faces is not None:
         return False
     station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) / SAME_STATION_RAD).astype(np.int64)
@@ -146,7 +149,7 @@ def _is_dense(rows: ReferenceRows) -> bool:
 
 
 def _left(solution: Solution, rows: ReferenceRows) -> tuple[Float, Float]:
-    """Columns of the model on every row, and what the model leaves."""
+    """Return the columns of the model on every row, and the residuals of the model."""
     columns = np.empty((rows.run.size, sum(solution.widths)))
     for block in row_blocks(rows.run.size):
         columns[block] = block_columns(

@@ -1,7 +1,7 @@
-"""A damped oscillation that noise drives, as a part of the noise of a record.
+"""A damped oscillation driven by noise, as a part of the noise of a record.
 
-It keeps its phase for some of its periods only, so that it is no line: no effect that is regular
-explains it, and whatever follows it for a while is taken for one.
+It keeps its phase for some of its periods only and is therefore no line: no regular effect explains
+it, and any effect that follows it for a while may be taken for one.
 """
 
 from __future__ import annotations
@@ -22,28 +22,30 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, fit_fr
 Float = NDArray[np.float64]
 
 LEAST_QUALITY = 2.0
-"""Of a damped oscillation: with less its covariance has fallen to e^(−π/2) = 0.2 within a period,
-and it is slow noise."""
+"""Least quality of a damped oscillation: with less its covariance has fallen to e^(−π/2) = 0.2
+within a period, and it is slow noise."""
 LEAST_GAIN_LOGS = 2.0
-"""Logarithms of the rows that it must gain: ½ for each of variance, decay and frequency, and ½ for
-the frequencies that were tried."""
+"""Logarithms of the number of rows that it must gain: ½ for each of variance, decay and frequency,
+and ½ for the frequencies that were tried."""
 LEAST_SHARE = 0.1
-"""Of the mean square that is left: with less it may stand for a shape of the noise that no kernel
-has (of a moving mean, whose density has zeros, 0.05; 4 logs of each of 16 kinds of noise,
-``sim/tests/workbench/noisy_logs.py``)."""
+"""Least share of the mean square of the residuals: with less it may stand for a shape of the noise
+that no kernel has (0.05 for a moving mean, whose density has zeros; 4 logs of each of 16 kinds of
+noise, ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
-"""Most rounds of frequency and other parameters; a round that gains nothing ends them."""
+"""Largest number of rounds that fit frequency and other parameters; a round that gains nothing ends
+them."""
 WIDTHS = 1.5
-"""Widths between half powers by which a round may move the frequency."""
+"""Largest change of the frequency in a round, in widths between half powers."""
 OF_A_WIDTH = 0.005
-"""Of that width, to which the frequency is found."""
+"""Accuracy of the frequency, as a share of that width."""
 BENT_WIDTHS = 0.25
-"""Of that width, at which the bend of the log likelihood is taken."""
+"""Step, as a share of that width, at which the curvature of the log likelihood is taken."""
 MOST_CAPTURE_ROWS = 1600
-"""Rows of a capture, one after the other and none averaged: its oscillations are fast."""
+"""Largest number of consecutive rows of a capture; none are averaged, since its oscillations are
+fast."""
 LEAST_CAPTURE_ROWS = 400
-"""A quarter of the rows that are used of a long run: Ljung and Box over 20 lags and a
-quality of 2 need some tens of periods."""
+"""Least number of rows of a capture, a quarter of those used of a long run: Ljung and Box over 20
+lags and a quality of 2 need some tens of periods."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +59,10 @@ class Oscillation:
     quality: float
     channel: str
     gain: float
-    """Log likelihood over the best noise without it."""
+    """Log likelihood gained over the best noise without the oscillation."""
 
     def data(self) -> dict[str, float | str]:
-        """As JSON."""
+        """Return the oscillation as JSON."""
         return {
             "frequency_hz": self.hz,
             "frequency_sigma_hz": self.sigma_hz,
@@ -70,7 +72,8 @@ class Oscillation:
         }
 
     def words(self) -> str:
-        """In words; of one whose frequency wanders the phase is lost as well."""
+        """Describe the oscillation in words; where its frequency wanders, its phase is lost as
+        well."""
         return (
             f"a damped oscillation near {self.hz:.3g} Hz (noise-driven), {self.rms_arcsec:.2g}″ "
             f"RMS in the {self.channel}, which keeps its phase for about "
@@ -79,7 +82,7 @@ class Oscillation:
 
 
 def oscillation_of(found: LineSearch, channel: str) -> Oscillation | None:
-    """The resonance in the noise of a record over time, its lines in the model."""
+    """Return the resonance in the noise of a record over time, its lines in the model."""
     part = _largest(found.noise)
     if part is None or _quality(part) < LEAST_QUALITY:
         return None
@@ -106,15 +109,15 @@ def _quality(part: Part) -> float:
 
 
 def _width_hz(part: Part) -> float:
-    """Between its half powers."""
+    """Return the width between the half powers."""
     return float(1.0 / (np.pi * part.decay))
 
 
 def _sharpened(rows: Rows, fit: KernelFit, part: Part) -> tuple[Part, float]:
-    """The oscillator at its most likely frequency, and the standard uncertainty of that.
+    """Return the oscillator at its most likely frequency, and the frequency's standard uncertainty.
 
     The search takes the frequency from a smoothed spectrum. Here the frequency and the other
-    parameters are fitted in turn; the uncertainty is that of the curvature of the log likelihood.
+    parameters are fitted in turn; the uncertainty follows from the curvature of the log likelihood.
     """
     for _ in range(SHARPENED):
         wide = min(WIDTHS * _width_hz(part), 0.9 * part.frequency)
@@ -147,9 +150,9 @@ def _with_frequency(noise: KernelNoise, part: Part, hz: float) -> KernelNoise:
 
 
 def oscillation_in_capture(solution: Solution) -> Oscillation | None:
-    """The same of the longest run of a capture, its first rows, the model's coefficients held.
+    """Return the resonance in the first rows of the longest run, the model's coefficients held.
 
-    The gain is that of all rows.
+    The gain is that of all rows of the capture.
     """
     record, rows = _record_of_capture(solution), solution.observations.capture
     if record is None or rows is None:
@@ -157,7 +160,7 @@ def oscillation_in_capture(solution: Solution) -> Oscillation | None:
     found = oscillation_of(search_lines(record), "capture")
     if found is None:
         return None
-    # All rows together would tell so much more of it.
+    # All rows together would gain more, in proportion to their number.
     return replace(found, gain=found.gain * rows.run.size / record.clock.size)
 
 

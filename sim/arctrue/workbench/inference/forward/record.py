@@ -1,4 +1,4 @@
-"""What a model leaves of one channel, averaged to rows that a search can go over many times."""
+"""The residual of one channel, averaged to rows that a search can use many times."""
 
 from __future__ import annotations
 
@@ -16,38 +16,39 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOST_ROWS = 1600
-"""A longer record is averaged to so many rows: a fit of the noise then takes 20 ms."""
+"""Largest number of rows; a longer record is averaged to these. A fit of the noise then takes 20
+ms."""
 ROWS_A_PERIOD = 4.0
-"""Fewest averaged rows in a period that is looked for: their mean keeps 90 % of its amplitude
-(sinc 1/4), which the columns allow for."""
+"""Fewest averaged rows in a period of a line: their mean keeps 90 % of its amplitude (sinc 1/4),
+which the columns allow for."""
 APART = 500.0
-"""Longest stretches between two stretches on the common clock: noise with a decay time of ten
-stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation."""
+"""Distance of two stretches on the common clock, in longest stretches: noise with a decay time of
+ten stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation."""
 SAME_COLUMNS = 1e-4
-"""Of the largest singular value: what the base has less of is not its own (orders of the disc on a
-short arc are a few slow curves)."""
+"""Share of the largest singular value below which a direction is not the base's own (orders of the
+disc on a short arc are a few slow curves)."""
 WHOLE_TURN = 0.1
-"""A record that goes round the turn once, within this share, shows whole orders only: a line beside
-one differs from it by less than a period."""
+"""Tolerance within which a record counts as one turn. Such a record shows whole orders only:
+another line near one differs from it by less than a period."""
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Averaged rows of one channel with the base that is fitted beside every line."""
+    """Averaged rows of one channel, with the base that is fitted together with every line."""
 
     clock: Float
-    """Of the noise: time or row number, with stretches far apart; shape (rows,)."""
+    """Clock of the noise: time or row number, with stretches far apart; shape (rows,)."""
     measured: Float
-    """The same as it was measured, shape (rows,)."""
+    """The clock as it was measured, shape (rows,)."""
     place: Float
-    """In which lines are regular: turns or seconds, shape (rows,)."""
+    """Place, in which lines are regular: turns or seconds, shape (rows,)."""
     width: Float
     """Way or time over which each row is averaged, shape (rows,)."""
     readings: Float
-    """Readings that each row is the mean of, shape (rows,)."""
+    """Number of readings in the mean of each row, shape (rows,)."""
     residual_arcsec: Float
     base: Float
-    """Orthonormal columns: the model's, a constant of each stretch, a drift; shape (rows, k)."""
+    """Orthonormal columns (rows, k): those of the model, a constant of each stretch, a drift."""
     stretch: Integer
     """Number of the stretch of each row."""
     step: float
@@ -55,46 +56,47 @@ class Record:
     clock_span: float
     """Longest stretch on the clock."""
     span: float
-    """Of the place, from end to end."""
+    """Distance of the first and the last place."""
     longest: float
-    """Of the place, the longest stretch."""
+    """Length of the longest stretch, in the unit of the place."""
     in_time: bool
     declared: float | None = None
-    """Rate whose multiples are expected, as the tooth count of the drive is."""
+    """Rate whose multiples are expected, such as the tooth count of the drive."""
 
     @property
     def whole_orders_only(self) -> bool:
-        """Lines are looked for at whole orders: the record is one turn."""
+        """True if lines are searched at whole orders only: the record is one turn."""
         return not self.in_time and abs(self.span - 1.0) < WHOLE_TURN
 
     @property
     def highest(self) -> float:
-        """Highest rate that is looked for."""
+        """Highest rate of the search."""
         steps = np.abs(np.diff(self.place))[np.diff(self.stretch) == 0]
         return float(1.0 / (ROWS_A_PERIOD * max(np.median(steps), 1e-300)))
 
     @property
     def independent(self) -> float:
-        """Rates up to the highest that the record tells apart."""
+        """Number of rates up to the highest that the record resolves."""
         return max(self.highest * self.span, 1.0)
 
     @cached_property
     def turns_on_the_clock(self) -> float:
-        """Way of the place a unit of the clock, in the mean over the record."""
+        """Distance in the place per unit of the clock, as a mean over the record."""
         same = np.diff(self.stretch) == 0
         ways, times = np.abs(np.diff(self.place))[same], np.diff(self.clock)[same]
         return float(np.sum(ways) / np.sum(times))
 
     def on_the_clock(self, rate: float) -> float:
-        """Periods a unit of the clock of a line that is regular in the place."""
+        """Return the periods per unit of the clock of a line that is regular in the place."""
         return rate * self.turns_on_the_clock
 
     def line_columns(self, rate: float) -> Float:
-        """cos and sin at one rate, as the average over each row shows them; shape (rows, 2)."""
+        """Return cos and sin at one rate, averaged like each row; shape (rows, 2)."""
         return self.columns(np.array([rate]))
 
     def columns(self, rates: Float) -> Float:
-        """The same of several rates, cos and sin of each side by side; shape (rows, 2·rates)."""
+        """Return cos and sin of several rates, side by side for each rate; shape (rows,
+        2·rates)."""
         phase = 2.0 * np.pi * np.outer(self.place - self.place[0], rates)
         kept = np.sinc(np.outer(self.width, rates))
         found = np.empty((self.place.size, 2 * rates.size))
@@ -103,16 +105,16 @@ class Record:
         return found
 
     def of_few_rows(self, gain: float) -> float:
-        """A gain less what the base has made of the noise by itself.
+        """Return a gain, reduced for the noise that the base itself has taken.
 
-        Of white noise with v rows more than columns Student's t of one column is
+        In white noise with v rows more than columns, Student's t of one column is
         √(v·(e^(2·gain/rows) − 1)), and its tail falls as e^(−gain·v/rows).
         """
         rows = self.clock.size
         return float(gain * max(rows - self.base.shape[1] - 1, 1) / rows)
 
     def rows(self, further: Float | None = None) -> Rows:
-        """For a fit of the noise, with the base and what ``further`` has beside it."""
+        """Return the rows for a fit of the noise, with the base and the columns of ``further``."""
         blocks = [self.residual_arcsec[:, np.newaxis], self.base]
         if further is not None:
             blocks.append(further)
@@ -130,7 +132,7 @@ def record_of(
     declared: float | None = None,
     most_rows: int = MOST_ROWS,
 ) -> Record:
-    """Average rows that follow each other within a stretch; ``columns`` are the model's.
+    """Average consecutive rows of a stretch; ``columns`` are the model's.
 
     Rows must be sorted by stretch and, within one, by the clock.
     """
@@ -174,7 +176,7 @@ def record_of(
 
 
 def _blocks(stretch: Integer, block: int) -> Integer:
-    """First rows of blocks of so many rows, none across two stretches."""
+    """Return the first rows of blocks of this many rows, none across two stretches."""
     new = np.flatnonzero(np.diff(stretch) != 0) + 1
     bounds = [0, *new.tolist(), stretch.size]
     pieces = [
@@ -196,7 +198,7 @@ def _base(columns: Float, stretch: Integer, clock: Float) -> Float:
 
 
 def orthonormal(blocks: Sequence[Float]) -> Float:
-    """Orthonormal columns that span each block beside those before it."""
+    """Return orthonormal columns that span each block together with those before it."""
     found = np.zeros((blocks[0].shape[0], 0))
     for block in blocks:
         own = block - found @ (found.T @ block)

@@ -1,6 +1,6 @@
-"""How much a reference's readings differ with the direction of approach, beside steps in time.
+"""The difference of a reference's readings between directions of approach, with steps in time.
 
-A jump or a slow change in a record of several passes is taken for a drift by any single effect, and
+Any single effect takes a jump or a slow change in a record of several passes for a drift, and so
 hides that the table stops short on each side. Here the direction is fitted together with them.
 """
 
@@ -18,30 +18,34 @@ from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 Float = NDArray[np.float64]
 
 LEAST_PASSES = 4
-"""Two each way: what changed with time at a single reversal looks the same as the direction."""
+"""Least number of passes, two each way: a change in time at a single reversal looks the same as the
+direction."""
 LEAST_OWN = 1e-6
-"""Of the squares of the direction, what the model leaves: with less it has a reversal error."""
+"""Share of the squares of the direction that the model must leave: with less it already contains a
+reversal error."""
 
 MOST_P = 0.1 * FAMILY_WISE
-"""It is asked of every log of both directions, beside what the other searches ask."""
+"""Largest p: the test is made in every log of both directions, in addition to the other
+searches."""
 
 
 @dataclass(frozen=True)
 class Reversal:
-    """Readings that differ with the direction of approach."""
+    """The difference of the readings between the directions of approach."""
 
     size_arcsec: float
-    """Upwards less downwards."""
+    """Mean of the readings upwards less that downwards."""
     sigma_arcsec: float
     passes: int
 
 
 def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | None:
-    """Beside the record's base and ``steps``, shape (rows, k); ``direction``: ±1, shape (rows,).
+    """Fit the direction, ±1, shape (rows,), with the record's base and ``steps``, shape (rows, k).
 
-    The size is the mean over all rows, in plain least squares: slow noise in the weights would ask
-    the rows next to each reversal only. The passes are the sample: each is left out once
-    (jackknife). None where they are too few, the base has the direction, or noise makes as much.
+    The size is the mean over all rows, in plain least squares: with weights for slow noise only the
+    rows next to each reversal would count. The passes are the sample: each is left out once
+    (jackknife). The result is None where the passes are too few, the base contains the direction,
+    or noise makes as large a size.
     """
     number = np.concatenate([[0], np.cumsum(np.diff(direction) != 0.0)])
     passes = int(number[-1]) + 1
@@ -65,6 +69,6 @@ def reversal_of(record: Record, direction: Float, steps: Float) -> Reversal | No
 
 
 def _size(measured: Float, columns: Float, kept: NDArray[np.bool_]) -> float:
-    """Twice the coefficient of the first column over some rows."""
+    """Return twice the coefficient of the first column over some rows."""
     found = np.linalg.lstsq(columns[kept], measured[kept], rcond=1e-9)[0]
     return 2.0 * float(found[0])

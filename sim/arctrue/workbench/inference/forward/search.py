@@ -1,8 +1,8 @@
-"""Adds one regular line after the other to what a model leaves, and orders them by size.
+"""Adds one regular line after another to the model of a record, and orders them by size.
 
 Each step scans all rates with the noise that is estimated without a further line, and with white
-noise alone: a line far above the scatter of neighbouring rows is otherwise taken for slow noise,
-whole. What stands out is tried with the noise estimated anew on both sides.
+noise alone: otherwise a line far above the scatter of neighbouring rows is taken whole for slow
+noise. The highest places are then tried with the noise estimated anew on both sides.
 """
 
 from __future__ import annotations
@@ -37,29 +37,31 @@ from arctrue.workbench.noise.whiteness import whiteness
 Float = NDArray[np.float64]
 
 LEAST_PERIODS, DECLARED_PERIODS = 4.0, 3.0
-"""Fewer periods in a record are a slow change of unknown form: 3 where the period is declared."""
+"""Fewest periods of a line in a record; fewer are a slow change of unknown form. Where the period
+is declared, 3 are enough."""
 TRIED = 3
-"""Highest places of each scan that are tried."""
+"""Number of the highest places of each scan that are tried."""
 OVERSAMPLED = 3.0
-"""Rates a 1/span in a scan: the highest place between two of them keeps 91 % of its gain
-(sinc² 1/6)."""
+"""Rates per 1/span in a scan: the highest place between two rates keeps 91 % of its gain,
+sinc²(1/6)."""
 APART = 1.5
-"""Of 1/span: places of a scan nearer to a higher one are its side lobe."""
+"""Distance, in 1/span, below which a place of a scan is the side lobe of a higher one."""
 MOST_LINES = 16
-"""Limits cost: three times the five lines of the benchmark's fullest log."""
+"""Largest number of lines, to limit cost: three times the five lines of the benchmark's fullest
+log."""
 MOST_MULTIPLE = 8
-"""Highest multiple of a declared period that is asked for."""
+"""Highest multiple of a declared period that is searched."""
 OSCILLATOR_GAIN = 7.0
-"""Log likelihood that a line must gain beside an oscillator at its frequency. In 24 logs of a
+"""Log likelihood that a line must gain over an oscillator at its frequency. In 24 logs of a
 resonance that keeps its phase for a sixth of the log 65 places pass all other tests, and none gains
 more (``python -m scripts.calibrate_line_search --logs 24 --kinds Q --oscillator``); in other noise
 no place passes the other tests, or it gains 5.1 at most."""
 PREDICTED_SHARE = 0.5
-"""Of a line's own error, what the other blocks must predict."""
+"""Share of a line's own error that the other blocks must predict."""
 NOT_WHITE = 1e-4
 """p of Ljung and Box below which the noise gets an oscillator of its own before a line is named."""
 COLUMNS_TOGETHER = 400
-"""Columns of one product, for memory alone."""
+"""Largest number of columns of one product, for memory alone."""
 
 
 @dataclass(frozen=True)
@@ -70,19 +72,21 @@ class Line:
     """Periods a turn, or Hz."""
     amplitude_arcsec: float
     phase_rad: float
-    """Of the amplitude's cosine at the first row's place."""
+    """Phase of the amplitude's cosine at the first row's place."""
     taken_arcsec: float
-    """Root mean square over all rows of what its prediction from other blocks takes away."""
+    """Root mean square over all rows of the error that the line's prediction from other blocks
+    takes away."""
     share: float
-    """Of its own error, what the other blocks predict; 1 where one turn cannot say."""
+    """Share of the line's own error that the other blocks predict; 1 where one turn cannot show
+    it."""
     gain: float
-    """Log likelihood when it was added, the noise estimated on both sides."""
+    """Log likelihood gained when the line was added, the noise estimated on both sides."""
     oscillator_gain: float
     periods: float
     independent: float
-    """Rates among which it was found."""
+    """Number of independent rates among which the line was found."""
     multiple: int | None = None
-    """Of the declared rate; None: it is none of its multiples."""
+    """Multiple of the declared rate; None if the line is not one of its multiples."""
 
 
 @dataclass(frozen=True)
@@ -96,19 +100,19 @@ class Rejected:
 
 @dataclass(frozen=True, eq=False)
 class LineSearch:
-    """What a forward search found in one record."""
+    """Result of the forward search in one record."""
 
     record: Record
     lines: tuple[Line, ...]
-    """By the error they take away, the largest first."""
+    """Lines, ordered by the error that they take away, the largest first."""
     noise: KernelFit
-    """With all lines in the model."""
+    """Noise with all lines in the model."""
     whiteness_p: float
-    """Of Ljung and Box, of the whitened residuals with all lines and steps in the model."""
+    """p of Ljung and Box for the whitened residuals with all lines and steps in the model."""
     steps: tuple[Step, ...] = ()
-    """What jumped once, the largest gain first."""
+    """Single jumps, the largest gain first."""
     rejected: tuple[Rejected, ...] = field(default=(), repr=False)
-    """Of the last step."""
+    """Rejected places of the last step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +126,8 @@ class _Tried:
 
 
 def search_record(record: Record) -> LineSearch:
-    """Lines, then steps beside them; lines once more where there are steps."""
+    """Search lines, then steps with the lines in the model; where there are steps, lines once
+    more."""
     found = search_lines(record)
     lines = record.columns(np.array([line.rate for line in found.lines]))
     steps = search_steps(record, lines, found.noise)
@@ -134,9 +139,9 @@ def search_record(record: Record) -> LineSearch:
 
 
 def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) -> LineSearch:
-    """Every line that the record shows; a place that failed is tried again after each addition.
+    """Return every line that the record shows; retry a rejected place after each addition.
 
-    ``oscillator_gain`` is there for its own calibration.
+    ``oscillator_gain`` is a parameter for its own calibration.
     """
     rates: list[float] = []
     found: list[_Tried] = []
@@ -171,7 +176,7 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
 
 
 def noise_beside(record: Record, others: Float, near: KernelNoise | None = None) -> KernelFit:
-    """The noise beside some columns, with an oscillator where its residuals are not white."""
+    """Estimate the noise with some columns, and an oscillator where the residuals are not white."""
     rows = record.rows(others)
     starts = usual_starts(rows)
     if near is not None:
@@ -180,18 +185,19 @@ def noise_beside(record: Record, others: Float, near: KernelNoise | None = None)
     if whiteness_of(rows, found.noise) >= NOT_WHITE:
         return found
     wider = best_fit(rows, _with_resonance(rows, [found, *(fit_from(rows, at) for at in starts)]))
-    # Variance, decay and frequency have to be worth a logarithm of the rows, each by half.
+    # Variance, decay and frequency must each gain half a logarithm of the number of rows.
     worth = 1.5 * float(np.log(rows.clock.size))
     return wider if wider.score > found.score + worth else found
 
 
 def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoise]:
-    """Each with an oscillator where its own whitened residuals have a broad peak, no line."""
+    """Add to each noise an oscillator where its whitened residuals have a broad peak that is no
+    line."""
     variance = max(float(np.mean(rows.left() ** 2)) / 10.0, 1e-30)
     for fit in fits:
         noise = fit.noise
         if noise.smooth:
-            # Without its exponential: the slopes are then exact.
+            # Leave out the exponential: the slopes are then exact.
             parts = tuple(part for part in noise.parts if part.kind == "smooth")
             noise = KernelNoise(noise.white, parts)
         level = level_of(rows, fit.noise)
@@ -200,7 +206,7 @@ def _with_resonance(rows: Rows, fits: Iterable[KernelFit]) -> Iterator[KernelNoi
 
 
 def whiteness_of(rows: Rows, noise: KernelNoise) -> float:
-    """p of Ljung and Box of the whitened residuals."""
+    """Return p of Ljung and Box for the whitened residuals."""
     found = whiteness(_whitened_left(rows, noise))
     return 1.0 if found is None else found.autocorrelation_p
 
@@ -213,23 +219,23 @@ def _whitened_left(rows: Rows, noise: KernelNoise) -> Float:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """How much more than white noise the whitened residuals have around each frequency."""
+    """The excess of the whitened residuals over white noise around each frequency."""
 
     frequency: Float
-    """On the clock."""
+    """Frequency on the clock."""
     excess: Float
-    """Over the noise that is taken, 1 or more."""
+    """Ratio of the local power to that of the assumed noise, 1 or more."""
 
     def at(self, record: Record, rate: float) -> float:
-        """By which a gain at a rate is divided."""
+        """Return the factor by which a gain at a rate is divided."""
         return float(np.interp(record.on_the_clock(rate), self.frequency, self.excess))
 
 
 def level_of(rows: Rows, noise: KernelNoise) -> Level:
-    """Where the noise has a shape that its parts cannot take, gains are measured by what is there.
+    """Measure the local level of the noise, for shapes of a spectrum that its parts cannot follow.
 
-    Median of the periodogram of the whitened residuals over NEIGHBOURS ordinates, over that of
-    white noise, ln 2: a line in the midst moves no median.
+    The level is the median of the periodogram of the whitened residuals over NEIGHBOURS ordinates,
+    divided by that of white noise, ln 2: a line in their midst does not move the median.
     """
     left = _whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
@@ -241,13 +247,13 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
 
 
 NEIGHBOURS = 41
-"""Their median scatters by a sixth (1/√41)."""
+"""Number of ordinates; their median scatters by a sixth (1/√41)."""
 
 
 def _places(
     record: Record, rates: Sequence[float], without: KernelFit, level: Level
 ) -> Iterator[float]:
-    """Rates that stand out, with the noise as it is and with white noise alone."""
+    """Return rates that stand out, with the noise as it is and with white noise alone."""
     others = record.columns(np.array(rates))
     rows = record.rows(others)
     white = KernelNoise(max(float(np.mean(rows.left() ** 2 * rows.readings)), 1e-30))
@@ -276,9 +282,9 @@ def _places(
 
 
 LITTLE = 0.5
-"""Of the gain that is needed: with less, noise estimated anew beside a small line does not help."""
+"""Share of the needed gain below which noise estimated anew with a small line does not help."""
 SAME_PLACE = 0.1
-"""Of 1/span: two scans found the same line."""
+"""Distance, in 1/span, within which two scans found the same line."""
 
 
 def _grid(record: Record) -> Float:
@@ -306,7 +312,7 @@ def _near(grid: Float, rates: Sequence[float], record: Record) -> NDArray[np.boo
 
 
 def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Float:
-    """Log likelihood that each rate would gain, the noise held; shape (rates,)."""
+    """Return the log likelihood that each rate would gain, the noise held; shape (rates,)."""
     found = np.zeros(rates.size)
     if rates.size == 0:
         return found
@@ -338,11 +344,12 @@ def scan(record: Record, rates: Float, others: Float, noise: KernelNoise) -> Flo
 
 
 OWN_SHARE = 1e-3
-"""Of the squares of a line's columns: what the base leaves less of is the base's."""
+"""Share of the squares of a line's columns: a line of which the base leaves less belongs to the
+base."""
 
 
 def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
-    """The highest places, each apart from higher ones."""
+    """Return the highest places, each apart from higher ones."""
     left = gains.copy()
     found: list[float] = []
     while len(found) < TRIED and left.size and float(left.max()) > 0.0:
@@ -353,7 +360,7 @@ def _highest(grid: Float, gains: Float, record: Record) -> list[float]:
 
 
 def _refined(record: Record, rate: float, others: Float, noise: KernelNoise) -> float:
-    """The highest place around a rate, within half of 1/span."""
+    """Return the highest place around a rate, within half of 1/span."""
     wide = 0.5 / record.span
     for _ in range(2):
         grid = rate + np.linspace(-wide, wide, 11)
@@ -363,7 +370,7 @@ def _refined(record: Record, rate: float, others: Float, noise: KernelNoise) -> 
 
 
 def _moved(record: Record, rates: Sequence[float], noise: KernelNoise) -> list[float]:
-    """Each line moved to its highest place beside all others, one after the other."""
+    """Move each line in turn to its highest place, with all other lines in the model."""
     if record.whole_orders_only:
         return list(rates)
     found = list(rates)
@@ -380,11 +387,13 @@ def _takes_much(record: Record, others: Float, line: Float) -> bool:
 
 
 MUCH = 0.05
-"""Of the squares of what is left: a line that takes less leaves the noise about as it was."""
+"""Share of the squares of the residuals: a line that takes less leaves the noise nearly as it
+was."""
 
 
 def _multiple_of(record: Record, rate: float) -> int | None:
-    """Which multiple of the declared rate it is, as far as the record tells."""
+    """Return the multiple of the declared rate that a rate is, within the resolution of the
+    record."""
     if record.declared is None:
         return None
     times = round(rate / record.declared)
@@ -401,13 +410,13 @@ def _needed(record: Record, rate: float, gain: float) -> float:
 def _tried(
     record: Record, rate: float, rates: Sequence[float], without: KernelFit, level: Level
 ) -> _Tried:
-    """What a line gains with the noise estimated anew beside it."""
+    """Return the gain of a line with the noise estimated anew with the line."""
     others = record.columns(np.array(rates))
     line = record.line_columns(rate)
     rows = record.rows(np.hstack([others, line]))
     starts = [without.noise]
     if _takes_much(record, others, line):
-        # The noise without it is far from the noise beside it.
+        # The noise without the line is far from the noise with it.
         starts += usual_starts(rows)
     grown = best_fit(rows, starts)
     if not record.whole_orders_only:
@@ -429,11 +438,11 @@ def _tried(
 
 
 def own_shares(record: Record, columns: Float) -> Float:
-    """Of the squares of each line's columns, what the base does not make; shape (lines,).
+    """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
-    A gain counts by this share. What the base makes of a line it has made of the noise as well,
-    which is known so much less there: next to the orders of the table on a part of a turn, what
-    they leave of anything slow would be lines that cancel against them.
+    A gain counts by this share. Where the base explains a part of a line, it has also taken that
+    part of the noise, which is known the less there: next to the orders of the table on a part of a
+    turn, the remainder of any slow change would look like lines that cancel these orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)
@@ -449,9 +458,10 @@ def _judged(
     level: Level,
     oscillator_gain: float,
 ) -> _Tried:
-    """Whether it is the same in all blocks, and more than an oscillator that noise drives."""
+    """Tell whether the line is the same in all blocks, and more than an oscillator driven by
+    noise."""
     if record.whole_orders_only:
-        # Neighbouring orders cannot be split on one turn, so that neither test can say anything.
+        # Neighbouring orders cannot be separated on one turn, so that neither test applies.
         return tried
     rate, line = tried.rate, record.line_columns(tried.rate)
     found = coherence(record, line, others, tried.fit.noise, periods_in(record, rate))
@@ -475,7 +485,8 @@ def _ordered(
     fit: KernelFit,
     rejected: Sequence[Rejected],
 ) -> LineSearch:
-    """Lines with their figures beside all others, by the error that they take away."""
+    """Return the lines with their figures given all others, ordered by the error that they take
+    away."""
     columns = record.columns(np.array(rates))
     rows = record.rows(columns)
     whitened = rows.factor(fit.noise).whiten(rows.values)

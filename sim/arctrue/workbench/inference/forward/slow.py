@@ -12,27 +12,31 @@ from arctrue.workbench.inference.forward.record import Record, orthonormal
 Float = NDArray[np.float64]
 
 HALF_PERIODS = 8
-"""Curves cos(πk·t/T), k = 1 to 8: up to the four periods from which on a line is looked for."""
+"""Number of curves cos(πk·t/T), k = 1 to 8: up to the four periods from which a line is
+searched."""
 LEAST_OF_LEFT = 0.5
-"""Of the mean square that model, drift, lines and steps leave: with more, the slow change is most
-of it."""
+"""Least share of the mean square that model, drift, lines and steps leave: with more, the slow
+change is most of the residual."""
 LEAST_ROWS = 44
-"""Free rows of white noise, of which 8 curves take more than half with the probability 0.0007 (beta
-distribution of 4 and 18)."""
+"""Fewest free rows: in white noise of 44, 8 curves take more than half with the probability 0.0007
+(beta distribution of 4 and 18)."""
 
 
 @dataclass(frozen=True)
 class SlowChange:
-    """What goes up and down in fewer than four periods."""
+    """A change up and down with fewer than four periods in the record."""
 
     size_arcsec: float
-    """From its lowest to its highest."""
+    """Difference of its highest and its lowest value."""
     length: float
-    """Of the record, on its clock."""
+    """Length of the record, on its clock."""
 
 
 def slow_change(record: Record, others: Float) -> SlowChange | None:
-    """Beside columns of lines and steps, shape (rows, k); None where it is not most of the rest."""
+    """Fit a slow change with columns of lines and steps, shape (rows, k).
+
+    The result is None where the change is not most of the residual.
+    """
     if record.clock.size - record.base.shape[1] - others.shape[1] < LEAST_ROWS:
         return None
     when = record.measured - record.measured.min()

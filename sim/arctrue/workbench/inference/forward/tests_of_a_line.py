@@ -1,4 +1,4 @@
-"""What a line has to pass before it is believed, beyond its likelihood ratio."""
+"""The tests that a line must pass in addition to its likelihood ratio."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ Float = NDArray[np.float64]
 FAMILY_WISE = 0.01
 """Probability that noise alone gives a record any line."""
 FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
-"""Blocks of a record, each a period at least, that predict one another."""
+"""Numbers of blocks of a record, each a period at least, that predict one another."""
 
 
 def needed_gain(gain: float, independent: float) -> float:
-    """Log likelihood that a line must gain, which is found among so many independent rates.
+    """Return the log likelihood that a line must gain, found among so many independent rates.
 
-    Of a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the
-    probability M·√(π·Δ/3)·e^(−Δ): the highest maximum of a χ² field of two degrees of freedom
-    (Davies, Biometrika 74 (1987) 33; Baluev, MNRAS 385 (2008) 1279).
+    In a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the probability
+    M·√(π·Δ/3)·e^(−Δ): the highest maximum of a χ² field of two degrees of freedom (Davies,
+    Biometrika 74 (1987) 33; Baluev, MNRAS 385 (2008) 1279).
     """
     return float(np.log(independent / FAMILY_WISE) + 0.5 * np.log(np.pi * max(gain, 1.0) / 3.0))
 
 
 @dataclass(frozen=True)
 class Coherence:
-    """How much of a line's own error the other blocks of a record predict."""
+    """The share of a line's own error that the other blocks of a record predict."""
 
     share: float
-    """Of the error that the line has in each block by itself; 1: all of it."""
+    """Predicted share of the error that the line has in each block by itself; 1 means all of it."""
     taken_arcsec: float
     """Root mean square over all rows of the error that the prediction takes away."""
 
@@ -43,12 +43,14 @@ class Coherence:
 def coherence(
     record: Record, columns: Float, others: Float, noise: KernelNoise, periods: float
 ) -> Coherence:
-    """Of a line with these columns beside ``others``: each block predicted by the other blocks.
+    """Return how well the other blocks predict a line in each block; ``others`` are also fitted.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
-    Waugh): what the base alone would take is no error of the line. c_b is the line's coefficients
-    in block b by itself, c₋ those in all other blocks, both at once with the covariance of the
-    noise, so that correlation across the edges counts. Share: 1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
+    Waugh): the part that the base alone would take is no error of the line. c_b is the line's
+    coefficients in block b by itself, c₋ those in all other blocks, both at once with the
+    covariance of the noise, so that correlation across the edges counts. The share is
+
+    1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
     rows = record.rows(others)
     factor = rows.factor(noise)
@@ -92,11 +94,11 @@ def gain_beside_an_oscillator(
     record: Record, line: Float, others: Float, rate: float, without: KernelFit, grown: KernelFit,
     enough: float,
 ) -> float:  # fmt: skip
-    """Log likelihood that a line gains where the noise has an oscillator at its frequency.
+    """Return the log likelihood that a line gains over an oscillator at its frequency.
 
-    An oscillator that noise drives makes a line that loses its phase; it may keep it for a quarter
-    of the record. ``without`` and ``grown`` are the fits without and with the line. Above
-    ``enough`` it is a lower bound: the noise beside the line is then offered no oscillator.
+    An oscillator driven by noise looks like a line that loses its phase; it may keep it for a
+    quarter of the record. ``without`` and ``grown`` are the fits without and with the line. Above
+    ``enough`` the result is a lower bound: the noise with the line then gets no oscillator.
     """
     rows = record.rows(others)
     both = record.rows(np.hstack([others, line]))
@@ -117,21 +119,21 @@ def gain_beside_an_oscillator(
 
 
 def _kept(noise: KernelNoise) -> KernelNoise:
-    """Without parts that are nothing beside the others: the exact slopes have room for four."""
+    """Return the noise without negligible parts: the exact slopes have room for four columns."""
     largest = max((part.variance for part in noise.parts), default=0.0)
     parts = tuple(part for part in noise.parts if part.variance > NOTHING * largest)
     return KernelNoise(noise.white, parts)
 
 
 NOTHING = 1e-5
-"""Of the largest part's variance."""
+"""Share of the largest part's variance below which a part is negligible."""
 
 
 def periods_in(record: Record, rate: float) -> float:
-    """Of a line, from end to end of the record."""
+    """Return the number of periods of a line in the record, from end to end."""
     return rate * record.span
 
 
 def nearest(rates: Sequence[float], rate: float) -> float:
-    """Distance to the nearest of some rates; infinite where there is none."""
+    """Return the distance to the nearest of some rates; infinite where there is none."""
     return min((abs(rate - other) for other in rates), default=float("inf"))

@@ -10,31 +10,31 @@ from arctrue.workbench.observations.outliers.single_rows import MOST_ROWS, NORMA
 Float = NDArray[np.float64]
 
 FAR_SIGMA = 12.0
-"""Distance of an excursion in scatters from row to row; a probability of 10⁻³² for any number of
-rows."""
+"""Least distance of an excursion, in scatters from row to row: a probability of 10⁻³² for any
+number of rows."""
 SAME_SIZE = 0.5
-"""Way there and way back differ by less than this share."""
+"""Share within which way there and way back must agree."""
 ENOUGH = 100_000
-"""Steps that a scatter is taken of, spread over all."""
+"""Number of steps, spread over all, from which a scatter is taken."""
 
 
 def step_scatter(steps: Float) -> float:
-    """Robust standard deviation of a step that white noise of the rows makes.
+    """Return the robust standard deviation of a step that white noise of the rows makes.
 
-    From the differences of steps, so that a speed which swings slowly does not count.
+    It comes from the differences of steps, so that a slowly changing speed does not count.
     """
     if steps.size < 3:
         return 0.0
     place = np.arange(0, steps.size - 1, max(steps.size // ENOUGH, 1))
     second = steps[place + 1] - steps[place]
-    # Noise σ makes √2·σ of a step and √6·σ of a difference of steps.
+    # Noise σ makes √2·σ in a step and √6·σ in a difference of steps.
     return float(NORMAL_MAD * np.median(np.abs(second - np.median(second))) * np.sqrt(2.0 / 6.0))
 
 
 def excursions(values: Float, least: float) -> list[tuple[int, int, float]]:
-    """First row, row after the last and size of every excursion of ``values``, shape (rows,).
+    """Return first row, row after the last, and size of every excursion of ``values``, (rows,).
 
-    An excursion is larger than ``least`` and FAR_SIGMA, and back after MOST_ROWS at most.
+    An excursion is larger than ``least`` and FAR_SIGMA, and ends after MOST_ROWS at most.
     """
     steps = np.diff(values)
     far = np.flatnonzero(np.abs(steps) > max(least, FAR_SIGMA * step_scatter(steps)))

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 Reason = Literal["mask", "outlier"]
-"""The set masks it, in a column or in mask.csv; or it was found here."""
+"""Reason for masking: the set masks the row, in a column or in mask.csv; or a rule here found
+it."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,6 @@ class MaskedRow:
         }
 
     def __str__(self) -> str:
-        """One line for people."""
+        """Return one line for people."""
         away = "" if self.away_arcsec is None else f" ({self.away_arcsec:+.2f}″)"
         return f"{self.channel}.csv, row {self.row}: {self.reason}{away}"

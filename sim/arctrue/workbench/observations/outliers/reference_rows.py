@@ -25,14 +25,16 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 DENSE_STEP_DEG = 1.0
-"""Rows of a pass as near as this show what lies between them; far ones need repeated visits."""
+"""Largest step of a dense pass, whose rows show what lies between them; rows farther apart need
+repeated visits."""
 SAME_STATION_DEG = 1e-6
-"""0.004″, the rounding of a file: rows of one station are written alike."""
+"""Angle within which rows are at one station: 0.004″, the rounding of a file."""
 
 
 def reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
-    """Which rows are outliers, (rows,), and how far each lies from the rows it is compared with."""
-    # Rounding alone scatters by its step over √12, and readings that it makes alike tell no less.
+    """Return True for outliers, (rows,), and each row's distance from the rows it is compared
+    with."""
+    # Rounding alone scatters by its step over √12; equal readings do not show a smaller scatter.
     rounding = display_step(rows.error_arcsec) / float(np.sqrt(12.0))
     least = max(rows.standard_uncertainty_arcsec or 0.0, rounding)
     passes = passes_of(rows)

@@ -1,9 +1,9 @@
-"""Finds single rows that a recording got wrong, before any model is fitted.
+"""Finds single rows that are wrong in a recording, before any model is fitted.
 
 A row is an outlier if it lies far from the rows around it, alone or with at most two neighbours,
-and if nothing like it happens at the same angle in other revolutions. What a table does is not so:
-a lost count stays, a scratch comes again with the angle and is seen by both heads, a vibration
-goes on.
+and if no similar deviation occurs at the same angle in other revolutions. Real motion of a table is
+different: a lost count stays, a scratch recurs with the angle and is seen by both heads, a
+vibration goes on.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ Integer = NDArray[np.int64]
 Boolean = NDArray[np.bool_]
 
 FAR_SIGMA = 6.0
-"""An outlier is at least so far off: normal noise of known σ is, once in 5·10⁸ rows."""
+"""Least distance of an outlier, in scatters: normal noise of known σ exceeds it once in 5·10⁸
+rows."""
 FALSE_ROWS = 0.02
-"""Rows of a channel that white normal noise makes outliers in the mean, however many rows."""
+"""Mean number of rows of a channel that white normal noise makes outliers, for any number of
+rows."""
 MAD_EFFICIENCY = 0.37
 """Efficiency of the median absolute deviation relative to the standard deviation (Rousseeuw and
 Croux, J. Am. Stat. Assoc. 88 (1993) 1273): n rows give 0.37·n degrees of freedom."""
@@ -31,9 +33,9 @@ NEAR_SIGMA = 3.0
 """Largest distance, in scatters, of the rows next to an outlier and at the same angle in other
 revolutions."""
 MOST_ROWS = 3
-"""Off for longer, it may be real."""
+"""Largest number of neighbouring outliers; a longer deviation may be real."""
 SIDE_ROWS = 2 * MOST_ROWS + 1
-"""Rows on each side whose median is taken: outliers are always the smaller part of them."""
+"""Number of rows on each side whose median is taken: outliers are always a minority of them."""
 LEAST_SIDE_ROWS = 5
 """Fewest rows on a side near an end: two wrong rows do not move their median far."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
@@ -41,44 +43,45 @@ TO_MIDDLE = SIDE_ROWS // 2 + 1
 LEAST_ROWS = 3 * SIDE_ROWS
 """Fewest rows of a run or pass in which a single wrong row can be recognised."""
 SCALE_ROWS = 256
-"""Rows that one value of the local scatter is taken over."""
+"""Number of rows from which one value of the local scatter is taken."""
 END_ROWS = 4 * SCALE_ROWS
-"""Rows at each end of a run that tell how well a row is known from one side."""
+"""Number of rows at each end of a run that show how well a row is predicted from one side."""
 WAVE_ORDERS = 20
-"""Orders of the paper's model, which are taken off before rows on both sides of a gap are
+"""Number of orders of the paper's model that are subtracted before rows on both sides of a gap are
 compared."""
 WAVE_CONDITION = 1e-6
-"""Singular values below this share are orders that an arc does not tell apart."""
+"""Share of the largest singular value below which an arc does not separate orders."""
 MOST_FITTED = 20_000
-"""Rows, evenly spread, that the wave is fitted to."""
+"""Number of evenly spread rows to which the wave is fitted."""
 MOST_SHARE = 0.05
-"""A larger share of outliers is no matter of single rows: the recording is faulty."""
+"""Largest share of outliers; with more of them the recording is faulty."""
 NORMAL_MAD = 1.4826
 """Standard deviation of normal noise over its median absolute deviation."""
 LEAST_VISITS = 4
 """Fewest readings of a station among which a single wrong one can be recognised."""
 SAME_PLACE_ROWS = 1.5
-"""Rows of other revolutions as near as this, in steps between rows, are at the same angle."""
+"""Distance, in steps between rows, within which rows of other revolutions are at the same angle."""
 MOST_COMPARED = 20_000
-"""Rows that are compared with other revolutions; so many outliers are above any sensible share."""
+"""Largest number of rows that are compared with other revolutions; more outliers exceed any
+sensible share."""
 
 
 def far_threshold(rows: int, scatter_rows: float) -> float:
-    """How many scatters off an outlier among ``rows`` rows is, never below FAR_SIGMA.
+    """Return the least distance of an outlier among ``rows`` rows, in scatters, at least FAR_SIGMA.
 
-    Of a scatter that ``scatter_rows`` rows tell, Student's t is the distribution of a normal row:
-    beyond the threshold there are FALSE_ROWS of all rows in the mean, on both sides together.
+    With a scatter from ``scatter_rows`` rows a normal row has Student's t distribution: beyond the
+    threshold there are FALSE_ROWS of all rows in the mean, on both sides together.
     """
     freedom = max(MAD_EFFICIENCY * scatter_rows, 1.0)
     return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))
 
 
 def local_scatter(away: Float, resolution: float) -> Float:
-    """Robust standard deviation around each row, (rows,), never below that of all rows.
+    """Return the robust standard deviation around each row, (rows,), at least that of all rows.
 
-    The scatter of a stretch of SCALE_ROWS rows and of its neighbours, the largest of the three:
-    noise that is larger over a part of the turn is no stretch of outliers. Values with steps of
-    ``resolution`` do not tell a scatter of less than half a step.
+    It is the largest scatter of a stretch of SCALE_ROWS rows and of its two neighbours: rows with
+    larger noise over a part of the turn are then no outliers. Values with steps of ``resolution``
+    do not show a scatter of less than half a step.
     """
     half = 0.5 * resolution
     overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)
@@ -95,9 +98,10 @@ def local_scatter(away: Float, resolution: float) -> Float:
 
 
 def middle(values: Float) -> Float:
-    """The mean of the middle fifth along the last axis, (…, rows) → (…): a median without steps.
+    """Return the mean of the middle fifth along the last axis, (…, rows) → (…).
 
-    The median of values with a resolution is one of them, or half-way between two.
+    It is a median without steps: the median of values with a resolution is one of them, or half-way
+    between two.
     """
     last = values.shape[-1] - 1
     low, high = int(np.floor(0.4 * last)), int(np.ceil(0.6 * last))
@@ -105,10 +109,11 @@ def middle(values: Float) -> Float:
 
 
 def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean:
-    """True where up to MOST_ROWS rows together lie far off and the rows beside them do not.
+    """Return True where up to MOST_ROWS rows together lie far off and the rows next to them do not.
 
     ``away``: distance of each row from the rows around it; ``scatter``: its standard deviation
-    there. Shapes (rows,). ``threshold``: scatters that are far, see :func:`far_threshold`.
+    there. Shapes (rows,). ``threshold``: distance in scatters that is far, see
+    :func:`far_threshold`.
     """
     found = np.zeros(away.size, dtype=bool)
     size = np.abs(away)
@@ -129,12 +134,12 @@ def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean
 
 
 def from_both_sides(values: Float) -> Float:
-    """What the rows before and after each row let expect there, (rows,).
+    """Return the value of each row that the rows before and after it predict, (rows,).
 
-    The mean of the median of the SIDE_ROWS rows before and of those after: exact where the values
-    rise evenly, and not moved by MOST_ROWS wrong rows on each side. Nearer to an end as many rows
-    as there are, on each side. The first and the last LEAST_SIDE_ROWS rows are not-a-number:
-    :func:`from_one_side` tells of them.
+    It is the mean of the medians of the SIDE_ROWS rows before and of those after: exact where the
+    values rise evenly, and unaffected by MOST_ROWS wrong rows on each side. Nearer to an end all
+    rows up to the end are used, and as many on the other side. The first and the last
+    LEAST_SIDE_ROWS rows are not-a-number: :func:`from_one_side` predicts them.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -150,10 +155,10 @@ def from_both_sides(values: Float) -> Float:
 
 
 def from_one_side(values: Float) -> Float:
-    """What the rows after each row let expect there; not-a-number at the last 2·SIDE_ROWS rows.
+    """Return the value of each row that the rows after it predict.
 
-    The straight line through the medians of the next SIDE_ROWS rows and of as many after them,
-    of which MOST_ROWS may be wrong.
+    It lies on the straight line through the medians of the next SIDE_ROWS rows and of as many after
+    them, of which MOST_ROWS may be wrong. It is not-a-number at the last 2·SIDE_ROWS rows.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
@@ -166,12 +171,13 @@ def from_one_side(values: Float) -> Float:
 def far_from_neighbours(
     values: Float, least: float, resolution: float = 0.0, pieces: Sequence[slice] = ()
 ) -> tuple[Float, Float]:
-    """Distance of each row from the rows around it, and its scatter, never below ``least``.
+    """Return the distance of each row from the rows around it, and its scatter, at least ``least``.
 
     ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``. ``pieces``:
-    LEAST_ROWS rows or more each, between which rows are missing; one where none are. The first and
-    last LEAST_SIDE_ROWS rows of a piece are judged by the rows on their one side, and by the
-    scatter that this makes of the END_ROWS rows there: it is larger than that from both sides.
+    LEAST_ROWS rows or more each, between which rows are missing; one piece where none are. The
+    first and last LEAST_SIDE_ROWS rows of a piece are judged by the rows on their one side. Their
+    scatter is that of this prediction over the END_ROWS rows there, which is larger than from both
+    sides.
     """
     away = np.full(values.size, np.nan)
     after, before = away.copy(), away.copy()
@@ -197,10 +203,10 @@ def _scatter_of_all(away: Float, resolution: float) -> Float:
 
 
 def gaps(angle: Float) -> Integer:
-    """Places of the steps over missing rows in a run; ``angle``: (rows,), steps: (rows − 1,).
+    """Return the places of the steps over missing rows in a run; ``angle``: (rows,).
 
-    More than SIDE_ROWS usual steps, both of the mean of the run and of the median around it: a
-    speed that changes makes none.
+    There are rows − 1 steps. A step over missing rows exceeds SIDE_ROWS usual steps, both the mean
+    step of the run and the median around it: a changing speed makes none.
     """
     step = np.abs(np.diff(angle))
     long = np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))) if step.size else step
@@ -213,7 +219,7 @@ def gaps(angle: Float) -> Integer:
 
 
 def pieces_between_gaps(angle: Float) -> list[slice]:
-    """Rows of a run between gaps, each piece of LEAST_ROWS or more; ``angle``: (rows,).
+    """Return the pieces of a run between gaps, LEAST_ROWS or more each; ``angle``: (rows,).
 
     Fewer rows than LEAST_ROWS stay with their neighbours.
     """
@@ -226,10 +232,10 @@ def pieces_between_gaps(angle: Float) -> list[slice]:
 
 
 def without_wave(values: Float, angle_rad: Float) -> Float:
-    """Values less the first WAVE_ORDERS orders of the turn, which running medians show; (rows,).
+    """Subtract the first WAVE_ORDERS orders of the turn, fitted to running medians; (rows,).
 
-    What stands on both sides of a gap is then alike, so that the few rows between two gaps are
-    not far from those beyond. Values without gaps are left as they are.
+    Values on both sides of a gap are then alike, so that the few rows between two gaps are not far
+    from those beyond. Values without gaps are left as they are.
     """
     if gaps(angle_rad).size == 0:
         return values
@@ -248,10 +254,10 @@ def without_wave(values: Float, angle_rad: Float) -> Float:
 def repeats(
     rows: Integer, away: Float, scatter: Float, angle_rad: Float, revolution: Integer
 ) -> Boolean:
-    """For each of ``rows``: is something alike at the same angle in other revolutions?
+    """Tell for each of ``rows`` whether other revolutions deviate alike at the same angle.
 
     ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). True if the median
-    over the other revolutions of what stands there, in the same sense, is beyond NEAR_SIGMA.
+    over the other revolutions of the deviation there, in the same sense, exceeds NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -274,7 +280,7 @@ def repeats(
 
 
 def _in_most_revolutions(values: Float, revolution: Integer) -> float:
-    """The median over the revolutions of the largest value in each; both shapes (rows,)."""
+    """Return the median over the revolutions of the largest value in each; both shapes (rows,)."""
     turns, inverse = np.unique(revolution, return_inverse=True)
     largest = np.full(turns.size, -np.inf)
     np.maximum.at(largest, inverse, values)
@@ -289,11 +295,11 @@ def seen_by_other_head(
     revolution: Integer,
     separation_rad: float,
 ) -> Boolean:
-    """For each of ``rows``: does R₂ − R₁ show the opposite where the other head is there?
+    """Tell for each of ``rows`` whether R₂ − R₁ shows the opposite where the other head is there.
 
-    A place on the disc passes head 2 first and head 1 by α later, with opposite sign in R₂ − R₁,
-    in every revolution. In one alone it is another outlier: where one row in 300 is wrong, some
-    row of a dozen turns lies there by chance for every tenth of them.
+    A place on the disc passes head 2 first and head 1 by α later, with opposite sign in R₂ − R₁, in
+    every revolution. An opposite deviation in a single revolution is another outlier: where one row
+    in 300 is wrong, some row of a dozen turns lies there by chance for every tenth outlier.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
@@ -322,7 +328,7 @@ def capture_outliers(
     separation_rad: float,
     count_arcsec: float,
 ) -> tuple[Boolean, Float]:
-    """Outliers of R₂ − R₁, True where a row is one, and the distance of each row; (rows,)."""
+    """Return True for outliers of R₂ − R₁, and the distance of each row; (rows,)."""
     away = np.zeros(difference_arcsec.size)
     scatter = np.ones(difference_arcsec.size)
     found = np.zeros(difference_arcsec.size, dtype=bool)
@@ -348,11 +354,11 @@ def capture_outliers(
 def station_outliers(
     error_arcsec: Float, station: Integer, order_of_visit: Integer, sense: Integer, least: float
 ) -> tuple[Boolean, Float]:
-    """Outliers among readings of stations that were visited LEAST_VISITS times or more.
+    """Find outliers among readings of stations that were visited LEAST_VISITS times or more.
 
     ``station``: number of the station of each row. ``order_of_visit``: label of the pass of each
-    row; rows of one pass stand together. ``sense`` of motion, 1 or −1. What a whole pass shows
-    (another temperature, another direction) is taken off by the running median of its rows.
+    row; rows of one pass stand together. ``sense`` of motion, 1 or −1. The running median of a pass
+    removes a deviation of the whole pass (another temperature, another direction).
     """
     edges = np.flatnonzero(np.diff(order_of_visit)) + 1
     size = np.diff([0, *edges.tolist(), error_arcsec.size])
@@ -374,11 +380,11 @@ def station_outliers(
 def at_every_visit(
     rows: Integer, away: Float, scatter: float, station: Integer, sense: Integer
 ) -> Boolean:
-    """For each of ``rows``: is something alike at its station, on the other passes of its sense?
+    """Tell for each of ``rows`` whether other passes of its sense deviate alike at its station.
 
-    ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). What a table does after a
-    reversal comes again after each; True if the median of the other passes, in the same sense, is
-    beyond NEAR_SIGMA.
+    ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). An effect of a reversal
+    recurs after each reversal; True if the median of the other passes, in the same sense, exceeds
+    NEAR_SIGMA.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size > MOST_COMPARED:
@@ -397,7 +403,7 @@ def at_every_visit(
 
 
 def _medians(values: Float, group: Integer) -> Float:
-    """The median of each value's group, which are numbered from 0; (rows,)."""
+    """Return the median of each value's group; groups are numbered from 0; (rows,)."""
     ordered = values[np.lexsort((values, group))]
     count = np.bincount(group)
     first = np.cumsum(count) - count
@@ -406,10 +412,10 @@ def _medians(values: Float, group: Integer) -> Float:
 
 
 def of_the_others(values: Float, group: Integer) -> Float:
-    """The median of all other values of each value's group, 0 where it is alone; (rows,).
+    """Return the median of all other values of each value's group, 0 where it is alone; (rows,).
 
-    The value itself is left out: a median that may be the value is 0 away too often, so that the
-    scatter of what is left comes out too small for the rest.
+    The value itself is left out: the distance to a median that may be the value is 0 too often, so
+    that the scatter of these distances would be too small for the other rows.
     """
     order = np.lexsort((values, group))
     ordered, count = values[order], np.bincount(group)[group[order]]
@@ -425,10 +431,11 @@ def of_the_others(values: Float, group: Integer) -> Float:
 
 
 def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
-    """The median of the SIDE_ROWS rows around each row of its pass, less itself; (rows,).
+    """Return the median of the SIDE_ROWS rows around each row of its pass, without the row.
 
-    ``pass_of``: number of each row's pass; ``size``: rows of each pass. Of all others in a short
-    pass. A pass of fewer than three rows tells of none that it is off: its rows themselves.
+    ``pass_of``: number of each row's pass; ``size``: rows of each pass. In a short pass it is the
+    median of all other rows. A pass of fewer than three rows does not show that one is off: its
+    values are returned. Shape (rows,).
     """
     expected = of_the_others(values, pass_of)
     rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)
@@ -437,7 +444,7 @@ def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
     half = (SIDE_ROWS + 1) // 2
     around = []
     for shift in (*range(-half, 0), *range(1, half)):
-        # Beyond the ends of the pass, the rows inside of them once more.
+        # Beyond the ends of the pass, its rows are mirrored.
         place = np.where(rows + shift < first, 2 * first - rows - shift, rows + shift)
         around.append(values[np.where(place > last, 2 * last - place, place)])
     expected[rows] = np.median(around, axis=0)
