@@ -48,40 +48,39 @@ enum {
 
 struct saved {
     struct settings settings;
-    /* Of the calibration, and of the operator. */
+    /* Coefficients of the calibration, and those of the operator. */
     struct coefficients own;
     struct coefficients loaded;
     struct thermal thermal;
     struct followed followed;
-    /* Loaded lanes, by place, that nobody could judge. */
+    /* Places of loaded lanes that nobody could judge. */
     uint64_t unjudged;
 };
 
 enum saved_answer {
     SAVED_READ,
-    /* Nothing was ever written there. */
+    /* The sector was never written. */
     SAVED_EMPTY,
-    /* Written, but not to the end, or changed since. */
+    /* The record was not written to its end, or has changed since. */
     SAVED_DAMAGED,
     SAVED_OTHER_VERSION,
     SAVED_OUT_OF_RANGE,
-    /* The flash does not answer: what it holds is not known. */
+    /* The flash does not answer, so its content is not known. */
     SAVED_UNREAD,
     SAVED_ANSWERS,
 };
 
 const char *saved_answer_name(enum saved_answer answer);
 
-/* The record's words, at most SAVED_WORDS_MOST; their number. */
+/* Writes the words of the record, at most SAVED_WORDS_MOST, and returns their number. */
 uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words);
 
-/* Of words that were read, of which SAVED_WORDS_MOST are there. `sequence` changes where the check sum
-   is right. A parameter that the record does
-   not have is at its preset, one that this firmware does not know is left out. `saved` is changed
-   even where the record is refused. */
+/* Reads a record from `words`, of which SAVED_WORDS_MOST exist. `sequence` is set if the check sum is right. A
+   parameter that the record does not have gets its preset; one that this firmware does not know is ignored. `saved`
+   changes even if the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
 
-/* The lanes that are used, of both owners, and those that follow a condition. */
+/* Number of used lanes of both owners and of lanes that follow a condition. */
 uint32_t saved_lanes(const struct saved *saved);
 
 #endif
