@@ -230,7 +230,7 @@ void core_write_followed(const struct core_access *core, const struct followed *
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,
                           uint32_t counts_per_rev, uint32_t lanes);
 /* Writes the lanes of real orders and the turn step of every lane. The second function reads them back; false if a
-   word differs. Without REAL_ORDERS both do nothing. */
+   word differs. Without REAL_ORDERS the first does nothing, and the second is true if there is no such lane. */
 void core_write_real(const struct core_access *core, const struct followed *followed,
                      uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_real(const struct core_access *core, const struct followed *followed,
