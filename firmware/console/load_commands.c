@@ -281,16 +281,16 @@ static void order_lines(struct console *console, const char *name, const struct 
 }
 
 /* In the order of their numbers. */
-static void tell_real(struct console *console, const struct followed *followed) {
-    ASSERT(followed->real_lanes <= REAL_LANES_MAX);
-    for (uint32_t place = 0; place < followed->real_lanes; place++) {
-        const struct real_lane *lane = &followed->real[place];
+static void tell_real(struct console *console, const struct followed *loaded) {
+    ASSERT(loaded->real_lanes <= REAL_LANES_MAX);
+    for (uint32_t place = 0; place < loaded->real_lanes; place++) {
+        const struct real_lane *one = &loaded->real[place];
         text_word(&console->sink, "real_order ");
-        text_fixed(&console->sink, real_lane_order(lane), ORDER_DECIMALS);
-        text_word(&console->sink, lane->phase_known ? " phase_known" : " phase_unknown");
+        text_fixed(&console->sink, real_lane_order(one), ORDER_DECIMALS);
+        text_word(&console->sink, one->phase_known ? " phase_known" : " phase_unknown");
         text_line(&console->sink, "");
     }
-    if (followed->real_lanes != 0) {
+    if (loaded->real_lanes != 0) {
         text_word(&console->sink, "turn_number ");
         text_signed(&console->sink, core_turn_number(&console->application->core));
         text_line(&console->sink, "");

@@ -58,6 +58,8 @@ architecture rtl of mean_words is
   constant USED_FIRST    : positive := WEIGHTS_FIRST + HEADS * HEAD_WEIGHT_WIDTH;
   constant CARRIER_FIRST : positive := USED_FIRST + HEADS;
 
+  constant NO_WEIGHT : std_ulogic_vector(HEAD_WEIGHT_WIDTH - 1 downto 0) := (others => '0');
+
   subtype all_words is std_ulogic_vector(CARRIER_FIRST + 1 downto 0);
 
   constant HEAD1_ALONE : all_words := std_ulogic_vector(shift_left(to_unsigned(1, all_words'length), USED_FIRST));
@@ -91,7 +93,7 @@ begin
         for head in 0 to HEADS - 1 loop
           if idle(USED_FIRST + head) = '0' then
             active(WEIGHTS_FIRST + (head + 1) * HEAD_WEIGHT_WIDTH - 1 downto WEIGHTS_FIRST + head * HEAD_WEIGHT_WIDTH)
-            <= (others => '0');
+            <= NO_WEIGHT;
           end if;
         end loop;
 

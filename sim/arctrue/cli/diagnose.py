@@ -169,8 +169,8 @@ def _print(result: Diagnosis) -> None:
         console.print(candidates)
         if any(item.name not in result.left for item in shown):
             console.print(
-                "–: was not added. What is left is worked out by adding the effect that is spoken "
-                "of, and those that this data cannot tell from it."
+                "–: not calculated. The remaining error is calculated for the effect of the "
+                "verdict, and for those that this data cannot distinguish from it."
             )
         if len(result.candidates) > len(shown):
             more = len(result.candidates) - len(shown)

@@ -138,10 +138,11 @@ def effect_or_noise(
     if not alike:
         return None
     return Blindness(
-        f"{' or '.join(alike)} and slow noise explain the rows alike: beside the scatter of single "
-        "readings the effect would be seen, beside noise that changes as slowly it is not",
+        f"{' or '.join(alike)} and slow noise explain the rows equally well: the effect is "
+        "significant against the scatter of single readings, but not against noise that changes "
+        "as slowly",
         "the same measurement once more, in another order and with the temperature: an effect "
-        "comes back, noise does not",
+        "repeats, noise does not",
         "again",
     )
 
@@ -176,11 +177,10 @@ def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
         size = float(np.sqrt(slow / max(len(law.spectra), 1)))
         if slow > COLOURED_SHARE * variance and size > matters:
             return Blindness(
-                f"{size:.2g}″ of what the model leaves in the {channel} changes slowly, far above "
-                "the scatter of single readings: an effect as slow as that cannot be told from "
-                "noise",
+                f"{size:.2g}″ of the residual of the {channel} changes slowly, far more than "
+                "single readings scatter: such a slow effect cannot be distinguished from noise",
                 "the same measurement once more, in another order and with the temperature: what "
-                "comes back at the same angle is not noise",
+                "repeats at the same angle is not noise",
                 "again",
             )
     return None
@@ -209,8 +209,8 @@ def _residual_unseen(
     if unseen <= UNSEEN_SHARE * tried:
         return None
     return Blindness(
-        f"{unseen} of {tried} simple effects would have to be larger than all that the model "
-        "leaves, to be found",
+        f"{unseen} of {tried} simple effects would be found only if they were larger than the "
+        "whole residual",
         "the same measurement with more rows: more turns, or more visits of each station",
         "turns" if residuals.observations.capture is not None else None,
     )

@@ -253,7 +253,7 @@ class Findings:
         if self.slow is not None:
             found.append(
                 f"A slow change of unknown form, {_angle(self.slow.size_arcsec)} over "
-                f"{self.slow.length:.4g} s, is most of what else is left in the reference."
+                f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
             )
         if self.oscillation is not None:
             found.append(f"In the noise: {self.oscillation.words()}.")
@@ -265,7 +265,7 @@ class Findings:
             words = "; ".join(cause.words() for cause in self.causes)
             yield (
                 max(cause.taken_arcsec for cause in self.causes),
-                f"Regular in the reference, by the error that goes with it: {words}.",
+                f"Regular in the reference, with the error that each causes: {words}.",
             )
         if self.reversal is not None:
             # Half of it up and half of it down.
@@ -279,7 +279,7 @@ class Findings:
             words = "; ".join(step.words() for step in self.steps)
             yield (
                 max(abs(step.size_arcsec) for step in self.steps) / 2.0,
-                f"Once, which no other part of the record can confirm: {words}.",
+                f"A single event, which no other part of the record can confirm: {words}.",
             )
 
 

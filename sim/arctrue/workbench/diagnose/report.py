@@ -267,7 +267,7 @@ def _probable(result: Diagnosis) -> list[str]:
     said = [f"Probability of what to add next: {', '.join(shown)}."]
     if len(result.unlike) >= LIKE_BENCHMARK:
         said.append(
-            "The probability was calibrated on few sets like this one, or on none: "
+            "The probability was calibrated on few or no sets like this one: "
             f"{'; '.join(result.unlike)}."
         )
     return said
@@ -284,8 +284,8 @@ def _covered(covers: Coverage) -> list[str]:
     few = sorted(name for name, item in covers.smallest.items() if item.noise_hardly_known)
     if few:
         said.append(
-            f"The slow noise beside {', '.join(few)} is known so little that these sizes are 2.8 "
-            "times those with known noise, or more: a smaller one may be found all the same."
+            f"The slow noise is known so poorly for {', '.join(few)} that these sizes are at least "
+            "2.8 times those with known noise; a smaller effect may still be found."
         )
     if covers.blind_orders:
         first = ", ".join(f"{order}" for order in covers.blind_orders[:MOST_ORDERS])
@@ -341,13 +341,13 @@ def _undecided(result: Diagnosis) -> list[str]:
     if len(result.effect_class) > 1:
         said = [f"This data cannot tell between: {', '.join(result.effect_class)}."]
         if result.decision.look_alikes and why is not None:
-            said.append(f"Beside {first}: {why}.")
+            said.append(f"In addition to {first}: {why}.")
     elif why is not None:
         said = [f"{first} fits best, but this data is not enough to name it: {why}."]
     else:
         said = [f"{first} fits best, but this data is not enough to name it."]
     if result.description is not None:
-        said.append(f"It may as well be this, which is in no catalogue: {result.description}.")
+        said.append(f"A description that no catalogue has fits equally well: {result.description}.")
     return said
 
 

@@ -68,15 +68,15 @@ def faulty_rows(facts: Facts) -> Decision | None:
 
 
 def unknown_noise(facts: Facts) -> Decision | None:
-    """No channel has three readings more than coefficients, nor a stated uncertainty."""
+    """No channel has three readings more than coefficients or a stated uncertainty."""
     if facts.case is not None:
         return None
-    why = "its rows are too few beside the coefficients to show noise"
+    why = "it has too few rows for its coefficients to show the noise"
     return Decision("cannot_tell", cannot_tell=why, next=MORE_READINGS_THAN_COEFFICIENTS)
 
 
 def too_little_to_see(facts: Facts) -> Decision | None:
-    """Nothing is found, and little could be, or the rows do not determine the model.
+    """Nothing is found, but little could have been, or the rows do not determine the model.
 
     Slow noise, few rows, or effects that lack data hide what there may be.
     """
@@ -88,7 +88,7 @@ def too_little_to_see(facts: Facts) -> Decision | None:
 
 
 def unknown_is_likelier(facts: Facts) -> Decision | None:
-    """A class would be said, and `unknown` has 95 % of what both have (of one effect: half)."""
+    """`unknown` has 95 % of the probability of it and the class (of a single effect: half)."""
     said, case, offered = facts.said, facts.case, facts.offered
     if said.verdict not in ("named", "ambiguous") or case is None:
         return None
@@ -104,18 +104,18 @@ def unknown_is_likelier(facts: Facts) -> Decision | None:
     return replace(
         unknown,
         resembles=max(refused or case.ranked[:1], key=lambda item: item.delta_bic),
-        unlike="what is in no catalogue is more probable than any effect, "
+        unlike="a cause that no catalogue has is more probable than any effect, "
         + probability_percent(offered[UNKNOWN]),
     )
 
 
 def too_improbable_for_a_name(facts: Facts) -> Decision | None:
-    """An effect would be named, and has less than 0.8 of the probability."""
+    """An effect would be named, but its probability is below 0.8."""
     said = facts.said
     if said.verdict != "named" or facts.offered[said.effect_class[0]] >= LEAST_OF_A_NAME:
         return None
     share = probability_percent(facts.offered[said.effect_class[0]])
-    why = f"it has {share} of the probability, which is too little for a name"
+    why = f"its probability of {share} is too low for a name"
     return replace(said, verdict="ambiguous", unconfirmed=why, beside=None)
 
 
@@ -123,14 +123,14 @@ def too_improbable_for_a_name(facts: Facts) -> Decision | None:
 
 
 def described_by_parts(case: Case) -> Decision | None:
-    """A product of parts is far ahead of the whole catalogue."""
+    """A product of parts leads the whole catalogue by more than ΔBIC 10."""
     if case.product is None or case.ahead <= PARTS_ADVANTAGE:
         return None
     return Decision("unknown", described=case.product)
 
 
 def jumped_once(case: Case) -> Decision | None:
-    """Something jumped once, and that takes more than any effect or product of parts."""
+    """A single jump explains more than any effect or product of parts."""
     step = max(case.survey.findings.steps, key=lambda item: item.gain, default=None)
     if step is None or (case.best is not None and case.best.regular is not None):
         return None
@@ -141,7 +141,7 @@ def jumped_once(case: Case) -> Decision | None:
 
 
 def driven_by_noise(case: Case) -> Decision | None:
-    """The noise has a damped oscillation, and nothing but a line has a name, which takes less."""
+    """The noise has a damped oscillation, and the only candidates are lines that explain less."""
     best = case.best
     if best is not None and (best.regular is not None or not _only_lines(case, best)):
         return None
@@ -172,7 +172,7 @@ def _not_white(case: Case) -> bool:
 
 
 def shown_at_one_speed(case: Case) -> Decision | None:
-    """The only effect that is seen would show at all speeds, and shows at one."""
+    """The only effect that is found appears at one speed, but should appear at every speed."""
     if case.best is not None or not case.seen:
         return None
     first, refused = without_unspecific(case.seen)[0], case.refused
@@ -182,13 +182,13 @@ def shown_at_one_speed(case: Case) -> Decision | None:
         "ambiguous",
         first=first,
         effect_class=[first.name],
-        unconfirmed="it shows at one of several speeds only, and would show at all",
+        unconfirmed="it appears at one of several speeds only, but should appear at each",
         next=AT_ONE_SPEED,
     )
 
 
 def refused_is_ahead(case: Case) -> Decision | None:
-    """What fits best by far is not what it seems to be, and the best of the others adds nothing."""
+    """Other rows contradict the effect that fits best by far, and the next one adds nothing."""
     refused, best = case.refused, case.best
     if refused is None or refused.delta_bic <= PARTS_ADVANTAGE:
         return None
@@ -198,12 +198,12 @@ def refused_is_ahead(case: Case) -> Decision | None:
         refused.delta_bic - best.delta_bic <= PARTS_ADVANTAGE or adds(best, refused)
     ):
         return None
-    why = "rows that were left out of the fit, or other passes and speeds, do not show it"
+    why = "rows that were left out of the fit, other passes or other speeds do not show it"
     return Decision("unknown", resembles=refused, unlike=why)
 
 
 def left_undescribed(case: Case) -> Decision | None:
-    """Nothing describes what the model leaves, and that is sure and large."""
+    """The model leaves a large and significant error that nothing describes."""
     if case.best is not None:
         return None
     left = {
@@ -217,7 +217,7 @@ def left_undescribed(case: Case) -> Decision | None:
 
 
 def jumped_or_not_white(case: Case) -> Decision | None:
-    """Nothing has a name, and something jumped once, or what is left is no known noise."""
+    """No effect is found, but something jumped once or the residuals are no known noise."""
     if case.best is not None:
         return None
     found = set(case.not_white) | ({"reference"} if case.survey.findings.not_noise else set())
@@ -232,12 +232,12 @@ def jumped_or_not_white(case: Case) -> Decision | None:
 
 
 def nothing_found(case: Case) -> Decision | None:
-    """No effect and no product of parts is real."""
+    """No effect and no product of parts is significant."""
     return Decision("adequate") if case.best is None else None
 
 
 def contradicts_itself(case: Case) -> Decision | None:
-    """The best has values that its own physics does not allow."""
+    """The best effect has values that its own physics excludes."""
     best = case.best
     assert best is not None
     solution = best.solution
@@ -259,7 +259,7 @@ def contradicts_itself(case: Case) -> Decision | None:
 
 
 def makes_it_worse(case: Case) -> Decision | None:
-    """Added to the model, the best makes the error larger, all channels together.
+    """The best effect makes the error of all channels together larger when it is added.
 
     What is known from run to run only is in the offsets of the runs, whose error is not counted. A
     line that other blocks predict is there: the fit of the table's orders to slow noise beside it
@@ -277,7 +277,7 @@ def makes_it_worse(case: Case) -> Decision | None:
         f"{channel} {value:.4g}″ RMS ({before.rms_arcsec[channel]:.4g}″ before)"
         for channel, value in after.rms_arcsec.items()
     )
-    return _only_resembles(case, f"adding it leaves more: {said}")
+    return _only_resembles(case, f"adding it makes the error larger: {said}")
 
 
 def _of_the_runs(case: Case) -> bool:
@@ -291,7 +291,7 @@ def _of_the_runs(case: Case) -> bool:
 
 
 def takes_little(case: Case) -> Decision | None:
-    """Added to the model, the best takes less than a tenth of a sure excess, unless blocks show it.
+    """The best effect removes less than a tenth of a sure excess, and no blocks confirm it.
 
     What other blocks of the rows predict is there, however much more is; the rest is to be found.
     If one kind is then found as often as a diagnosis looks, and all of them take as little, what is
@@ -317,7 +317,7 @@ def takes_little(case: Case) -> Decision | None:
     )
     if said is None:
         return None
-    why = f"of what the model leaves beyond the noise it takes only {said}"
+    why = f"of the error above the noise it removes only {said}"
     return _only_resembles(case, why, case.beside)
 
 
@@ -341,8 +341,8 @@ def _one_kind_takes_little(case: Case) -> Decision | None:
     if said is None:
         return None
     why = (
-        f"it is found {DEEPEST} times, and of what the model leaves beyond the noise the first "
-        f"{DEEPEST - 1} together take only {said}"
+        f"it is found {DEEPEST} times, and the first {DEEPEST - 1} together remove only {said} of "
+        "the error above the noise"
     )
     return _only_resembles(case, why)
 
@@ -384,7 +384,7 @@ def _channels_moved(case: Case) -> list[str]:
 
 
 def leaves_its_own_kind(case: Case) -> Decision | None:
-    """With the best in the model, what is left is unknown, and about as large as the best.
+    """With the best effect in the model, an unknown error of about its size remains.
 
     A shape that the catalogue does not have is taken in part by an effect that is a little like
     it: a flat track by the faces of a polygon, the knocks of a loose head by a slip.
@@ -397,12 +397,14 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     if left is None or not _unknown_within(left, case):
         return None
     return _only_resembles(
-        case, "beside it as much again is left, which no effect of the catalogue explains", left
+        case,
+        "with it in the model an unknown error of about its size remains",
+        left,
     )
 
 
 def comes_again_and_again(case: Case) -> Decision | None:
-    """An event at an instant, and beside it the same event at two more, about as large.
+    """The best effect is an event, and two more events of its kind and size exist.
 
     One slip is an accident; a head that steps again and again is loose, sticks, or is disturbed.
     """
@@ -417,12 +419,12 @@ def comes_again_and_again(case: Case) -> Decision | None:
         event = None if left is None else left.once_more(best)
         if event is None:
             return None
-    return _only_resembles(case, f"it is there {AGAIN} times or more, at instants without a rule")
+    return _only_resembles(case, f"it occurs {AGAIN} times or more, at irregular instants")
 
 
 def fails_its_own_test(case: Case) -> Decision | None:
-    """The best is one order of a shape with corners, or a constant and the runs differ, or the
-    error follows the reading.
+    """The best effect is an order of a shape with corners, a constant although the runs differ, or
+    an error that follows the reading.
 
     A pattern with corners is no order, what differs with the speed of the runs is no constant, and
     what follows the reading of the reference is no error of the table.
@@ -431,13 +433,13 @@ def fails_its_own_test(case: Case) -> Decision | None:
     assert best is not None
     why = one_pattern(*_disc_one_after_the_other(case))
     if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
-        why = "it follows the reading of the reference, whose scale is then bent"
+        why = "it follows the reading of the reference, so that the reference's scale is nonlinear"
     beside = case.beside
     explained = beside is not None and beside.verdict in ("named", "ambiguous")
     if why is None and _of_the_runs(case) and case.with_best is not None and not explained:
         condition = runs_differ_with(case.with_best.survey.residuals)
         if condition is not None:
-            why = f"beside it the runs differ with the {condition}, by more than the index"
+            why = f"the runs still differ with the {condition}, by more than the index scatters"
     return None if why is None else _only_resembles(case, why)
 
 
@@ -459,7 +461,7 @@ def _disc_one_after_the_other(case: Case) -> tuple[list[float], int]:
 
 
 def cannot_be_split(case: Case) -> Decision | None:
-    """Others explain the same on these rows, or the set lacks what a name needs."""
+    """Other effects explain these rows as well, or the set lacks what the name needs."""
     best, similar = case.best, case.similar
     assert best is not None
     stranger = case.stand_in
@@ -492,7 +494,7 @@ def looks_like_untestable(case: Case) -> Decision | None:
         "ambiguous",
         look_alikes=found,
         unconfirmed=(
-            f"{', '.join(found)} would look the same on the rows there are, and cannot be tested: "
+            f"{', '.join(found)} would look the same on these rows and cannot be tested: "
             f"the set lacks {lacking}"
         ),
         measurement=NextMeasurement(f"a set that has {lacking}", None),
@@ -500,7 +502,7 @@ def looks_like_untestable(case: Case) -> Decision | None:
 
 
 def grows_with_another(case: Case) -> Decision | None:
-    """It would grow with another condition just as well: the two went together in this set."""
+    """It may depend on another condition, which changed together with its own in this set."""
     best, other = case.best, case.confounded
     assert best is not None
     if other is None:
@@ -509,14 +511,14 @@ def grows_with_another(case: Case) -> Decision | None:
         case,
         "ambiguous",
         described=other,
-        unconfirmed="what it grows with went together with something else in this set",
+        unconfirmed="the condition it depends on changed together with another one in this set",
         question=Question(best, [other]),
     )
     return replace(found, confounded=True)
 
 
 def known_by_name(case: Case) -> Decision | None:
-    """One effect is missing, and nothing speaks against its name."""
+    """One effect is missing, and no other rule contradicts its name."""
     assert case.best is not None
     larger = [case.others[name] for name in case.similar.larger]
     return _of_class(case, "named", question=Question(case.best, larger) if larger else None)

@@ -60,7 +60,7 @@ class SecondFinding:
             return f"And it differs from place to place by ±{100.0 * self.variation:.0f} %: {left}."
         # What would be named next is said elsewhere; without a product its form is not known.
         what = "" if self.description is None else f"; {self.description}"
-        return f"With it in the model something is left: {left}{what}."
+        return f"With it in the model an error remains: {left}{what}."
 
 
 def second_finding(

@@ -86,7 +86,7 @@ def test_an_alias_of_the_named_effect_is_no_finding_of_its_own() -> None:
     assert found.beside == []
     words = " ".join(sentences(found))
     assert "explains still more" not in words
-    assert "something is left" not in words
+    assert "an error remains" not in words
 
 
 def test_the_alias_is_stated_to_be_the_named_effect() -> None:
