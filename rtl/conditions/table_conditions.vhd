@@ -62,7 +62,7 @@ architecture rtl of table_conditions is
 
   constant SLEW_AT_RESET : bus_word := x"00010000";
 
-  -- At most 1 in size: the formats of the lanes hold no more.
+  -- Limits a value to -1 to 1: the formats of the lanes hold no more.
   function limited (value : bus_word) return modulator is
 
     variable whole : u_signed(31 downto 0);
@@ -242,7 +242,7 @@ begin
         serves_speed    := '0';
       elsif step = SPEED_STEP and is_measured = '1' then
         start        <= '1';
-        -- Both in 2⁻³² count
+        -- Both in units of 2⁻³² count
         dividend     <= shift_left(resize(travel, NOMINAL_WIDTH), 32 - CORRECTION_FRACTION);
         divisor      <= nominal_travel;
         down_then    := is_down;

@@ -59,7 +59,7 @@ end entity table_speed;
 architecture rtl of table_speed is
 
   constant FINE_WIDTH : positive := TRAVEL_WIDTH + 1;
-  -- Counts, in 2⁻¹¹
+  -- Counts, in units of 2⁻¹¹
   constant TREMBLE    : positive := 2 * 2 ** CORRECTION_FRACTION;
   constant MOST_QUIET : positive := 8 * 2 ** CORRECTION_FRACTION;
 
@@ -73,18 +73,18 @@ begin
 
   measure : process (clock) is
 
-    -- Registers; the number is the clock after the position in which they hold.
+    -- Registers; the number is that of the clock after the position in which they are valid.
     variable fine_1       : fine_count                               := (others => '0');
     variable period_1     : u_unsigned(3 downto 0)                   := (others => '0');
     variable period_2     : u_unsigned(3 downto 0)                   := (others => '0');
     variable fine_2       : fine_count                               := (others => '0');
     variable way_2        : fine_count                               := (others => '0');
     variable passes_2     : std_ulogic                               := '0';
-    -- Of the window: where it began, for how long it lasts, and the way at the nominal speed
+    -- The window: its beginning, its duration, and the travel at the nominal speed
     variable base         : fine_count                               := (others => '0');
     variable elapsed      : u_unsigned(LONGEST - 1 downto 0)         := (others => '0');
     variable nominal_way  : u_unsigned(NOMINAL_WIDTH - 1 downto 0)   := (others => '0');
-    -- The window began with a passage; it held others
+    -- The window began with a passage; it contained further ones
     variable is_anchored  : std_ulogic                               := '0';
     variable has_passed   : std_ulogic                               := '0';
     variable was_over     : std_ulogic                               := '0';
@@ -152,7 +152,7 @@ begin
       passes_2 := period_1 ?/= period_2;
       period_2 := period_1;
 
-      -- First clock. The reading is the corrected position and the rounded correction.
+      -- First clock. The reading is the corrected position plus the rounded correction.
       raw      := u_unsigned(position(5 downto 0)) + u_unsigned(correction(CORRECTION_FRACTION + 5 downto CORRECTION_FRACTION))
                   + ("" & correction(CORRECTION_FRACTION - 1));
       period_1 := raw(5 downto 2);

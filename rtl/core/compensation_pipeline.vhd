@@ -134,7 +134,7 @@ end entity compensation_pipeline;
 
 architecture rtl of compensation_pipeline is
 
-  -- Lanes that are built. Raises an error for a FOLD that does not fit, and for an unknown ROTATION.
+  -- Returns the number of built lanes. Raises an error for a FOLD that does not fit, and for an unknown ROTATION.
   function built_lanes return positive is
   begin
 
@@ -204,7 +204,7 @@ begin
       last_sums  => last_sums
     );
 
-  -- In the other slots the lanes meet the angle of slot 0.
+  -- In the other slots the lanes use the angle of slot 0.
   hold : process (clock) is
   begin
 

@@ -99,7 +99,7 @@ architecture rtl of head_failover is
 
   subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
 
-  -- Whether a set has one of these heads.
+  -- Tells whether a set uses one of these heads.
   function uses_one (
     set    : u_unsigned(2 downto 0);
     chosen : heads_bits

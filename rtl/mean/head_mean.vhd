@@ -88,7 +88,7 @@ architecture rtl of head_mean is
   constant WEIGHTS_FIRST : positive := HEADS * HEAD_OFFSET_WIDTH;
   constant USED_FIRST    : positive := WEIGHTS_FIRST + HEADS * HEAD_WEIGHT_WIDTH;
   constant CARRIER_FIRST : positive := USED_FIRST + HEADS;
-  -- Two heads keep the latency; with more, the offsets have a clock of their own.
+  -- Two heads keep the latency; with more heads, the offsets take an additional clock.
   constant HAS_CLOCK     : boolean  := HEADS > 2;
   constant JUMP_CLOCKS   : positive := DIFFERENCE_LATENCY + 1;
   constant SETTLE_CLOCKS : positive := 8;
@@ -101,7 +101,7 @@ architecture rtl of head_mean is
 
   type position_counts is array (1 to JUMP_CLOCKS) of position_count;
 
-  -- Word `place` of words of one width side by side; the first one where there are not so many.
+  -- Returns word `place` of words of equal width side by side; the first word if there are fewer.
   function word_at (
     words : std_ulogic_vector;
     place : u_unsigned(1 downto 0);
@@ -126,7 +126,7 @@ architecture rtl of head_mean is
 
   end function word_at;
 
-  -- An angle less the whole counts of an offset, within the turn.
+  -- Returns an angle minus the whole counts of an offset, within the turn.
   function whole_reading (
     reading : std_ulogic_vector;
     offset  : std_ulogic_vector;
@@ -158,11 +158,11 @@ architecture rtl of head_mean is
   signal this_head    : u_unsigned(1 downto 0);
   signal next_head    : u_unsigned(1 downto 0);
 
-  -- Readings of all heads, and of the next carrier with the idle words.
+  -- Readings of all heads, and the reading of the next carrier with the idle words
   signal wholes     : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);
   signal whole_next : std_ulogic_vector(ANGLE_WIDTH - 1 downto 0);
 
-  -- The same, and what came with them, in the clock of the angle that is put out
+  -- The same readings, and the values that belong to them, in the clock of the output angle
   signal wholes_now     : std_ulogic_vector(wholes'range)         := (others => '0');
   signal whole_next_now : std_ulogic_vector(whole_next'range)     := (others => '0');
   signal positions_now  : std_ulogic_vector(positions'range)      := (others => '0');
@@ -207,7 +207,7 @@ begin
       next_words        => next_words
     );
 
-  -- A register between offsets and angle needs the words a clock earlier.
+  -- With a register between offsets and angle, the words are needed one clock earlier.
   words_met <= next_words when HAS_CLOCK else
                active_words;
   this_head <= u_unsigned(active_words(CARRIER_FIRST + 1 downto CARRIER_FIRST));
@@ -311,7 +311,7 @@ begin
 
     type jump_counts is array (JUMP_CLOCKS + 1 to MEAN_LATENCY + 1) of jump_count;
 
-    -- Registers; the number is the clock after the readings in which they hold.
+    -- Registers; the number is that of the clock after the readings in which they are valid.
     variable count_1_to_4   : position_counts                               := (others => (others => '0'));
     variable jump_4         : jump_count                                    := (others => '0');
     variable jump_5_to_11   : jump_counts                                   := (others => (others => '0'));
@@ -322,7 +322,8 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- With the first angle of other words, a clock after swap_comes, MEAN_LATENCY clocks late.
+      -- The jump belongs to the first angle of the new words, one clock after swap_comes; it is output MEAN_LATENCY
+      -- clocks later.
       jump_5_to_11   := jump_4 & jump_5_to_11(JUMP_CLOCKS + 1 to MEAN_LATENCY);
       jump           <= jump_5_to_11(MEAN_LATENCY + 1);
       jumped_1_to_11 := swap_comes & jumped_1_to_11(1 to MEAN_LATENCY);
@@ -330,7 +331,7 @@ begin
 
       next_base <= base + count_1_to_4(JUMP_CLOCKS) + resize(jump_4, POSITION_WIDTH);
 
-      -- Bits above the format are copies of the sign, or the jump is limited, to the same size up and down.
+      -- Either the bits above the format are copies of the sign, or the jump is limited, to the same size up and down.
       sign   := to_next(to_next'high);
       jump_4 := to_next(jump_4'range);
       if (or (to_next(to_next'high downto jump_4'high) xor (to_next'high downto jump_4'high => sign))) = '1' then

@@ -125,7 +125,7 @@ begin
 
     type heads_bits_of_causes is array (0 to 3) of heads_bits;
 
-    -- Flags and lowest bits of their counters, a clock ago
+    -- Flags and lowest bits of their counters, one clock ago
     variable flags_before  : heads_bits_of_causes := (others => (others => '0'));
     variable counts_before : heads_bits_of_causes := (others => (others => '0'));
 
@@ -214,7 +214,7 @@ begin
     variable is_begun    : std_ulogic                         := '0';
     variable elapsed     : u_unsigned(INTERVAL_BITS - 1 downto 0) := (others => '0');
     variable settling    : natural range 0 to SETTLE_CLOCKS   := SETTLE_CLOCKS;
-    -- Comparison: clock in it, changes of the readings, and without which heads all others agree
+    -- Comparison: its clock, the changes of the readings, and the heads without which all others agree
     variable phase       : natural range 0 to PAIRS + 1       := 0;
     variable moved       : moved_counts                       := (others => (others => '0'));
     variable agree       : heads_bits                         := (others => '0');
@@ -263,7 +263,7 @@ begin
         phase := phase + 1;
       else
 
-        -- One bit alone.
+        -- Exactly one bit is high.
         for head in 0 to HEADS - 1 loop
           alone       := (others => '0');
           alone(head) := '1';
@@ -275,7 +275,7 @@ begin
         phase := 0;
       end if;
 
-      -- Store the readings: the first of a new beginning, then one an interval.
+      -- Store the readings: at the beginning, then once per interval.
       if settling = 1 or (is_begun = '1' and (and elapsed) = '1') then
         stored(to_integer(place)) := differences;
         is_full  := is_full or (and place);

@@ -84,7 +84,7 @@ architecture rtl of prepared_sets is
   constant SET_WORDS    : positive := LANE_WORDS + MEAN_WORDS;
   constant STORED_WORDS : positive := (HEADS + 1) * SET_WORDS;
   constant OFFSET_PLACE : natural  := SET_WORDS - 1;
-  -- The words of the mean end with its choice; between that and the offset nothing is stored.
+  -- The words of the mean end with the choice of heads; nothing is stored between the choice and the offset.
   constant LAST_OF_MEAN : natural  := LANE_WORDS + 2 * HEADS_MAX;
 
   subtype word is std_ulogic_vector(31 downto 0);
@@ -95,7 +95,7 @@ architecture rtl of prepared_sets is
 
   type kind is (NOTHING, OF_LANE, OF_OFFSET, OF_MEAN, OF_TURN_STEP);
 
-  -- Where the words of a set begin.
+  -- Returns the place of the first word of a set.
   function first_word (set : u_unsigned(2 downto 0)) return natural is
   begin
 
@@ -148,7 +148,7 @@ begin
                      or (access_word(9) = '1' and access_word(8 downto 0) < MEAN_WORDS) else
  '0';
 
-  -- One port: of the set that is loaded, else of the access.
+  -- The memory has one port: it serves the set that is loaded, otherwise the access.
   choose_word : process (all) is
   begin
 
@@ -179,7 +179,7 @@ begin
 
   end process memory;
 
-  -- An access waits while a set is loaded.
+  -- An access waits while a set is being loaded.
   answer : process (clock) is
   begin
 
@@ -241,7 +241,7 @@ begin
 
         when FETCH =>
 
-          -- The memory's register takes the word; a write of the processor that is under way ends.
+          -- The memory reads the word; a processor's write in progress ends first.
           if in_flight = NOTHING then
             now <= HAND_OVER;
           end if;

@@ -64,7 +64,7 @@ architecture rtl of head_registers is
 
   type counts_of_heads is array (0 to 1) of word;
 
-  -- What a head says in one clock: time of its last edge, angle, turn position, position.
+  -- Returns the values of a head in one clock: time of its last edge, angle, turn position, position.
   function snapshot_of (head : decoded_head) return std_ulogic_vector is
   begin
 
@@ -73,7 +73,7 @@ architecture rtl of head_registers is
 
   end function snapshot_of;
 
-  -- The words of a head, but for those that are latched.
+  -- Returns the words of a head, except those that are latched.
   function words_of (
     head     : decoded_head;
     settings : std_ulogic_vector(15 downto 0);
