@@ -53,7 +53,7 @@ entity correction_ramp is
     reset      : in    std_ulogic;
     correction : in    u_signed(20 + PAIR_FRACTION downto 0);                    -- ε, counts, s20.F
     marker     : in    std_ulogic;                                               -- with the first ε of another origin
-    withdrawn  : in    u_signed(15 downto 0);                                    -- counts, less in the reading, with the marker
+    withdrawn  : in    u_signed(15 downto 0);                                    -- counts that the reading loses at the marker
     limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
     ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
     ramp_acceleration : in    u_unsigned(31 downto 0);                           -- 2⁻⁵⁹ count a clock and clock

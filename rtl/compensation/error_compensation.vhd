@@ -56,8 +56,8 @@ library ieee;
 
 entity error_compensation is
   generic (
-    LANES       : positive range 1 to LANES_MAX := LANES_DEFAULT; -- whose pair sums arrive in one clock
-    FOLD        : positive range 1 to 8         := 1;             -- clocks in which those of an angle arrive
+    LANES       : positive range 1 to LANES_MAX := LANES_DEFAULT; -- lanes whose pair sums arrive in one clock
+    FOLD        : positive range 1 to 8         := 1;             -- clocks in which an angle's pair sums arrive
     MEAN        : boolean                       := false;         -- the mean of the heads is corrected
     LOCAL_TABLE : boolean                       := false          -- a local table corrects too
   );
@@ -68,20 +68,20 @@ entity error_compensation is
     offset             : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                         -- counts, s13.11
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                           -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);                          -- counts
-    apply              : in    std_ulogic;                                                     -- '0': correct by nothing
+    apply              : in    std_ulogic;                                                     -- '0': no correction
     swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
-    zero_moved         : in    std_ulogic                               := '0';                -- turns over with another zero
+    zero_moved         : in    std_ulogic                               := '0';                -- toggles with another zero
     put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position that no edge brought
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
     jumped             : in    std_ulogic                               := '0';                -- with swap_marker: another carrier
-    jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts that the reading jumps by there
+    jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts by which the reading jumps then
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
     ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count a clock and clock, 0: no bound
     first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
-    last_sums          : in    std_ulogic                               := '1';                -- with the last ones
+    last_sums          : in    std_ulogic                               := '1';                -- with the last of them
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
     corrected_referenced : out   std_ulogic                               := '0';                -- corrected_angle counts from an index

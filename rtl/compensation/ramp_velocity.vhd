@@ -45,8 +45,8 @@ entity ramp_velocity is
     acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count a clock and clock
     step         : out   u_signed(25 downto 0)              := (others => '0');    -- counts, s-2.F, to be added to the excess
     step_rises   : out   std_ulogic                         := '1';                -- low: a unit of 2⁻ᶠ count more
-    falling      : out   std_ulogic                         := '0';                -- the excess falls by it; else it rises
-    ends         : out   std_ulogic                         := '0';                -- strobe: the excess is to be 0
+    falling      : out   std_ulogic                         := '0';                -- the excess falls, else it rises
+    ends         : out   std_ulogic                         := '0';                -- strobe: the excess must become 0
     moves        : out   std_ulogic                         := '0';                -- there is a velocity
     stops_at_zero : out   std_ulogic                        := '0'                 -- the acceleration is 0
   );

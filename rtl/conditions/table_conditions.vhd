@@ -34,7 +34,7 @@ entity table_conditions is
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
-    -- What moves: the reading that is corrected, and the corrected one
+    -- The reading before and after the correction
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     put_back           : in    u_signed(15 downto 0);                   -- counts in position that no edge brought
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
@@ -52,7 +52,7 @@ entity table_conditions is
     speed              : out   modulator;
     word_a             : out   modulator;
     word_b             : out   modulator;
-    speed_squared      : in    modulator                                -- as the sweep has it
+    speed_squared      : in    modulator                                -- as the sweep uses it
   );
 end entity table_conditions;
 

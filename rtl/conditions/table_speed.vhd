@@ -46,10 +46,10 @@ entity table_speed is
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
     position       : in    u_signed(POSITION_WIDTH - 1 downto 0);             -- counts, corrected
-    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, that was taken off
+    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted
     nominal        : in    u_unsigned(31 downto 0);                           -- counts a clock, u0.32
     measured       : out   std_ulogic                                := '0';  -- strobe: the others are new
-    travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; where the angle fell, a unit less
+    travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; a unit less if the angle fell
     is_down        : out   std_ulogic                                := '0';  -- the angle fell
     is_bound       : out   std_ulogic                                := '0';  -- the speed is not above the ratio
     nominal_travel : out   u_unsigned(NOMINAL_WIDTH - 1 downto 0)             -- counts, u24.32

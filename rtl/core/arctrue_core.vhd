@@ -58,7 +58,7 @@ entity arctrue_core is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false;                 -- correct the mean of two heads; of more it is in any case
+    MEAN          : boolean                       := false;                 -- correct the mean of two heads; with more heads always
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
@@ -91,14 +91,14 @@ entity arctrue_core is
     out_a           : out   std_ulogic;
     out_b           : out   std_ulogic;
     out_z           : out   std_ulogic;
-    driver_enable   : out   std_ulogic;                     -- of the line drivers of A, B and Z
-    alarm           : out   std_ulogic;                     -- a fault of those that are asked for is present
+    driver_enable   : out   std_ulogic;                     -- enables the line drivers of A, B and Z
+    alarm           : out   std_ulogic;                     -- a selected fault is present
     -- Instruments beside the table
     sync_in         : in    std_ulogic := '0';              -- asynchronous: an edge asks for a sample
     trigger_out     : out   std_ulogic;                     -- a pulse with each sample
     probe_in        : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
     compare_out     : out   std_ulogic;                     -- a pulse at chosen corrected positions
-    -- The chip's identifier, of a top level that reads it
+    -- The chip's identifier, if the top level reads it
     chip_dna        : in    std_ulogic_vector(56 downto 0) := (others => '0');
     chip_dna_known  : in    std_ulogic := '0';
     -- For lamps

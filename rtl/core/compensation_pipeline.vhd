@@ -85,7 +85,7 @@ entity compensation_pipeline is
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     apply              : in    std_ulogic;                                    -- correct this reading
-    zero_moved         : in    std_ulogic             := '0';                 -- turns over with the first angle from another zero
+    zero_moved         : in    std_ulogic             := '0';                 -- toggles with the first angle from another zero
     put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts in position that no edge brought, modulo 2¹⁶
     referenced         : in    std_ulogic;                                    -- this angle counts from an index
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
@@ -104,7 +104,7 @@ entity compensation_pipeline is
     idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
     swap               : in    std_ulogic;                                    -- pulse: the idle bank becomes active
     swap_allowed       : in    std_ulogic := '1';                             -- the next angle may be the first of a new bank
-    swap_comes         : out   std_ulogic;                                    -- it is
+    swap_comes         : out   std_ulogic;                                    -- the next angle is that
     swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is not filled
     sweep_step         : in    u_unsigned(7 downto 0) := (others => '0');     -- see amplitude_sweep
     direction          : in    modulator              := (others => '0');     -- s1.16
@@ -113,11 +113,11 @@ entity compensation_pipeline is
     word_b             : in    modulator              := (others => '0');     -- s1.16
     speed_squared      : out   modulator;                                     -- s1.16, as the lanes have it
     write_turn_step    : in    std_ulogic             := '0';                 -- pulse: write a word of a turn step, lane * 2 + word
-    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is that of one
+    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is that of a turn step
     turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after its angle
     local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
-    local_write        : in    std_ulogic             := '0';                 -- pulse: write one
-    local_of_place     : in    std_ulogic             := '0';                 -- it is one of the place of its windows
+    local_write        : in    std_ulogic             := '0';                 -- pulse: write a word of it
+    local_of_place     : in    std_ulogic             := '0';                 -- the word belongs to the place
     local_address      : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0) := (others => '0'); -- number of the word
     local_data         : in    std_ulogic_vector(31 downto 0) := (others => '0'); -- the word
     local_done         : out   std_ulogic;                                    -- pulse: read or written

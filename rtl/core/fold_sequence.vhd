@@ -30,7 +30,7 @@ entity fold_sequence is
     accept     : out   std_ulogic;             -- this clock's angle is taken
     last_slot  : out   std_ulogic;             -- the next clock's angle is taken
     first_sums : out   std_ulogic;             -- the first pair sums of an angle arrive
-    last_sums  : out   std_ulogic              -- the last ones do
+    last_sums  : out   std_ulogic              -- the last pair sums arrive
   );
 end entity fold_sequence;
 

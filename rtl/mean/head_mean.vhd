@@ -47,7 +47,7 @@ entity head_mean is
     positions         : in    std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);       -- counts, those put back included
     phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- place of (A, B) at such a position 0
     put_backs         : in    std_ulogic_vector(HEADS * 16 - 1 downto 0);                   -- counts in position that no edge brought
-    zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- turns over with the zero of a head
+    zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- toggles with the zero of a head
     indices_seen      : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- level
     unsettle          : in    std_ulogic;                                                   -- angles begin anew
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
@@ -61,24 +61,24 @@ entity head_mean is
     read_address      : in    u_unsigned(3 downto 0);                                       -- the word's number
     read_data         : out   std_ulogic_vector(31 downto 0);                               -- the idle word, a clock later
     swap_comes        : in    std_ulogic;                                                   -- the next clock has the idle words
-    may_swap          : out   std_ulogic;                                                   -- it may
+    may_swap          : out   std_ulogic;                                                   -- a swap is allowed
     -- To the pipeline
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, below counts_per_rev
     position          : out   u_signed(POSITION_WIDTH - 1 downto 0);                        -- counts
     phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- place of (A, B) at position 0
     put_back          : out   u_signed(15 downto 0);                                        -- counts in position that no edge brought
-    zero_moved        : out   std_ulogic;                                                   -- turns over with the zero of a head
+    zero_moved        : out   std_ulogic;                                                   -- toggles with the zero of a head
     referenced        : out   std_ulogic;                                                   -- the angle counts from an index
     apply             : out   std_ulogic;                                                   -- correct this reading
     carrier           : out   u_unsigned(1 downto 0);                                       -- number of the head - 1
     used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads whose index is waited for
-    idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- the same of the idle words
-    idle_carrier_used : out   std_ulogic;                                                   -- their carrier is one of these
+    idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- used, by the idle words
+    idle_carrier_used : out   std_ulogic;                                                   -- their carrier is a used head
     differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, to the carrier
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
-    limited           : out   std_ulogic;                                                   -- of this term
+    limited           : out   std_ulogic;                                                   -- this term is limited
     jumped            : out   std_ulogic;                                                   -- the first angle of other words
-    jump              : out   u_signed(15 downto 0)                                         -- counts that the reading jumps by there
+    jump              : out   u_signed(15 downto 0)                                         -- counts by which the reading jumps then
   );
 end entity head_mean;
 

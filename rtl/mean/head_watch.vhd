@@ -47,7 +47,7 @@ entity head_watch is
     reset          : in    std_ulogic;
     watching       : in    std_ulogic;                                                -- level: all heads are in the mean
     causes_wanted  : in    std_ulogic_vector(5 downto 0);                             -- a bit a cause
-    -- Of the decoders, a bit a head
+    -- From the decoders, a bit a head
     steps          : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe: a count
     steps_up       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe: upwards
     illegals       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
@@ -57,7 +57,7 @@ entity head_watch is
     swallowed      : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
     index_errors   : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
     index_error_counts : in    std_ulogic_vector(HEADS - 1 downto 0);                 -- lowest bit of the counter
-    -- Of the mean
+    -- From the mean
     differences    : in    std_ulogic_vector(HEADS * (HEAD_DIFFERENCE_WIDTH - HEAD_OFFSET_FRACTION) - 1 downto 0); -- counts, s16.0
     restart        : in    std_ulogic;                                                -- level: readings jump
     -- Settings

@@ -40,7 +40,7 @@ entity weighted_mean is
   port (
     clock            : in    std_ulogic;
     readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, whole part of each r
-    carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, that of the carrier
+    carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, of the carrier
     fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, of each o
     carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's o
     weights          : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);    -- s1.16
@@ -49,7 +49,7 @@ entity weighted_mean is
     differences      : out   std_ulogic_vector(HEADS * (ANGLE_WIDTH + 1) - 1 downto 0);    -- counts, s24.0
     fine_differences : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0) := (others => '0'); -- counts, s16.4
     mean_term        : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.20
-    limited          : out   std_ulogic                             := '0'                 -- of this term
+    limited          : out   std_ulogic                             := '0'                 -- this term is limited
   );
 end entity weighted_mean;
 

@@ -38,7 +38,7 @@ entity head_registers is
     head4              : in    decoded_head;
     indices_seen       : in    std_ulogic_vector(3 downto 0);  -- a bit a head
     difference_limited : in    std_ulogic;                     -- the difference of a used head is limited
-    clear_limited      : in    std_ulogic;                     -- pulse: clears the sticky flag of it
+    clear_limited      : in    std_ulogic;                     -- pulse: clears its sticky flag
     -- Settings
     pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits a head, as the registers have them
     clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, a bit a head

@@ -46,7 +46,7 @@ entity register_access is
     -- The registers
     hwif_in           : in    arctrue_registers_in_t;
     hwif_out          : out   arctrue_registers_out_t;
-    -- What other units answer
+    -- Answers of other units
     capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
     access_address    : out   axi_lite_address;               -- bytes
     access_data       : out   std_ulogic_vector(31 downto 0); -- to be written
