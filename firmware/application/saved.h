@@ -1,23 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What `save` keeps: settings and coefficients, and their form as words of a record.
+/* The data that `save` stores, settings and coefficients, and their form as words of a record.
 
    Little-endian words:
      0  magic, "ATSV"
      1  version of this form, 1
      2  sequence number; the later record has one more, modulo 2^32
      3  number of words of the content
-     4  switches: frozen 1, bypassed 2, telemetry 4, and 8 where lanes follow a condition
+     4  switches: frozen 1, bypassed 2, telemetry 4, and 8 if lanes follow a condition
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
-     (0 the calibration, 1 loaded, 2 loaded and judged by nobody)
+     (0 the calibration, 1 loaded, 2 loaded and not judged)
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
      thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
-     then, where it is not the preset one, the range of temperature in thousandths
-     then, where the loaded lanes are those of a mean: heads, carrier, used heads, offset, delays, four weights and
+     then, if it is not the preset one, the range of temperature in thousandths
+     then, if the loaded lanes correct a mean: heads, carrier, used heads, offset, delays, four weights and
      four offsets; mean_set.h
      last  CRC-32 of all words before */
 

@@ -42,7 +42,7 @@ struct fault_record {
    record, so that a later reset is not attributed to this fault. */
 struct fault_record fault_last(void);
 
-/* Memory of the kept settings, beside the record; a reset of the system clears both. */
+/* The kept settings, in the same memory as the record; a reset of the system clears both. */
 struct kept_settings *fault_kept_settings(void);
 /* Writes the kept settings from the cache, which the next start invalidates, to memory. */
 void fault_keep(void);

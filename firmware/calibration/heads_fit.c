@@ -56,7 +56,8 @@ static double precision(double u) {
     return 1.0 / (least * least);
 }
 
-/* Determines the places from the offsets, and removes whole turns between the counters, which are meaningless. */
+/* Determines the places as far as the offsets show them, and removes whole turns between the counters, which are
+   meaningless. */
 static enum refusal align(struct fit *fit) {
     const struct capture *capture = fit->capture;
     double turn = capture->counts_per_rev;

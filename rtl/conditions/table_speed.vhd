@@ -18,8 +18,8 @@
 --
 -- **Error.** In steady motion each end of a window lies within a clock of its passage, so the ratio errs by at most 1 / 2¹⁴ =
 -- 6·10⁻⁵ of itself, and 2⁻¹⁷ of the nominal speed from the rounding of the quotient.
--- **Lag.** The mean of a window is half a window old when it ends and one and a half when the next one does:
--- 0.08 to 0.25 ms at 100 MHz, and a period of A and B; with it comes the division, of 3 µs at the most.
+-- **Lag.** The mean of a window is half a window old when it ends and one and a half windows when the next one ends:
+-- 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
 -- **Range.** From a period of A and B in 168 ms up to a count a clock. `nominal` 0 makes every ratio 0.
 --

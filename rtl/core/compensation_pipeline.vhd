@@ -2,10 +2,10 @@
 --
 -- # compensation_pipeline
 --
--- Computes the compensated reading of equations (8) and (9) from the reading of the reference head:
--- coefficient_memory, phase_unit, harmonic_unit, beside them the delay_line for the reading, and
--- error_compensation with the correction_ramp. Section 3.3 and figure 7 of the
--- paper.
+-- Computes the compensated reading of equations (8) and (9) from the reading of the reference head.
+-- It consists of coefficient_memory, phase_unit, harmonic_unit, the delay_line for the reading, and
+-- error_compensation with the correction_ramp (section 3.3 and figure 7 of the
+-- paper).
 --
 -- **Latency.** 29 clocks from `angle` and `position` to all outputs, one angle per clock: phase 5,
 -- harmonics 20, compensation 4 (Table 1 of the paper). The delay line is 25 clocks, as long as
@@ -14,7 +14,7 @@
 -- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and
 -- an angle is accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on it meets the
 -- blocks of lanes one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1
--- clocks after it was accepted and stands, but for the ramp, until the next: it is at most 29 + 2 * (FOLD - 1)
+-- clocks after it was accepted and changes only by the ramp until the next one: it is at most 29 + 2 * (FOLD - 1)
 -- clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; for a cosine
 -- of more than 18 bits that needs an even LANES / FOLD. A position that moves faster than one count in
 -- FOLD clocks makes steps of more than one count, of FOLD counts at most, which quadrature_output

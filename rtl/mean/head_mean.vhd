@@ -2,8 +2,9 @@
 --
 -- # head_mean
 --
--- What is corrected where the mean of the heads is: the reading of the carrier, a head that is chosen at run time,
--- without the whole counts of its offset; beside it the term that makes the mean of it (weighted_mean).
+-- Outputs the reading to correct if the mean of the heads is corrected: the reading of the carrier, a head that is
+-- chosen at run time, minus the whole counts of its offset; and the term that turns this reading into the mean
+-- (weighted_mean).
 -- The words of the mean are swapped with the coefficients of the lanes (mean_words).
 --
 -- **Position.** The output's count goes on from carrier to carrier. `position` is that of the carrier and a base; with
@@ -12,7 +13,7 @@
 -- that of a head that was never set up; the position then jumps by that limit, and angle and position differ by the rest until
 -- the next reset.
 --
--- **Zero.** `zero_moved` turns over where the zero of any head moves, since each of them moves the mean: the ramp takes
+-- **Zero.** `zero_moved` toggles where the zero of any head moves, since each of them moves the mean: the ramp takes
 -- it up. `put_back` is that of the carrier, whose count goes out.
 --
 -- **Apply.** The mean may be corrected while every used head has seen its index. `referenced` is that of the carrier.
@@ -20,8 +21,8 @@
 -- **Swap.** `may_swap` is low while, and for 8 clocks after, the zero of a head moves, its first index is seen or a word is
 -- written, so that the base of the next carrier is that of readings from after it.
 --
--- **Latency.** From the heads to angle, position and what stands beside them no clock with two heads, 1 with
--- more, in which the offsets are taken off. MEAN_LATENCY from these to `mean_term`, `limited`, `jumped` and `jump`.
+-- **Latency.** From the heads to angle, position and the values that belong to them: no clock with two heads, 1 with
+-- more, in which the offsets are subtracted. MEAN_LATENCY from these to `mean_term`, `limited`, `jumped` and `jump`.
 --
 -- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0 counts modulo
 -- 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0

@@ -3,8 +3,8 @@
 -- # head_registers
 --
 -- Answers the window of heads 3 and 4 and of the mean: pins, faults and snapshot of the further heads, delays of all heads,
--- commands and status. It stands outside the generated register block, so that a core with two heads has nothing
--- of it; the register map has its words. access_guard asks for nothing but words that exist.
+-- commands and status. It stands outside the generated register block, so that a core with two heads does not
+-- contain it; the register map defines its words. access_guard passes only accesses to words that exist.
 --
 -- **Latency.** 1 clock from `read_enable` or `write_enable` to `done`, with `read_data`.
 --

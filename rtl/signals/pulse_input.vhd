@@ -6,7 +6,7 @@
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 1 clocks from the pin's edge to `strobe`, 4 with the filter off.
 --
--- **Number formats.** filter_length u8.0 clocks: a level is taken over after so many equal samples, 1 is off.
+-- **Number formats.** filter_length u8.0 clocks: a level is taken over after this number of equal samples, 1 is off.
 --
 -- **Reset.** The level in the last clock of the reset makes no strobe.
 
