@@ -47,8 +47,8 @@ void application_use_flash(struct application *application, struct save *save) {
     application->save = save;
 }
 
-/* A core that is worked with always has its output enabled. Its line drivers outlast a reset for some milliseconds
-   only. */
+/* A core in use always has its output enabled: without it, the core was reset. After a reset the line drivers drive
+   for some milliseconds only. */
 static void watch_reset(struct application *application) {
     if (!core_output_enabled(&application->core)) {
         application_start(application);
@@ -59,7 +59,7 @@ static void watch_reset(struct application *application) {
 static void wait_for_index(struct application *application) {
     if (core_indices_seen(&application->core)) {
         application->phase = PHASE_CAPTURE;
-        /* After a fault of the firmware it goes on where it was. */
+        /* After a fault of the firmware the armed compare continues from its present place. */
         if (!core_status(&application->core).compare_armed) {
             control_arm_compare(application);
         }

@@ -1,20 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A bank of the capture: taken, copied for the console, or missing. */
+/* A bank of the capture: takes it, copies it for the console, or notices that none comes. */
 
 #ifndef ARCTRUE_BANK_H
 #define ARCTRUE_BANK_H
 
 #include "state.h"
 
-/* While no bank is ready: a table that has turned for long without one has a capture that is stuck. Samples
-   that others ask for may fail to come: no fault of the capture. */
+/* Runs while no bank is ready. If the table has turned for long without a bank, the capture is stuck and is
+   restarted. Samples that an external signal triggers may stay away without a fault of the capture. */
 void bank_watch(struct application *application);
 
-/* The bank that is ready becomes `header` and `capture`. */
+/* Fills `header` and `capture` from the bank that is ready. */
 void bank_take(struct application *application);
 
-/* The bank that was taken is copied for the console, which takes seconds to tell it. The die's temperature is that of now. */
+/* Copies the taken bank for the console, which needs seconds to print it. The copy contains the present temperature
+   of the die. */
 void bank_copy(struct application *application);
 
 #endif

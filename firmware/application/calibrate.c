@@ -12,9 +12,9 @@
 #include "separation.h"
 #include "units.h"
 
-/* So many noisy turns in a row are no accident: their noise is then the usual one. */
+/* After this many noisy turns in a row their noise is taken as the usual noise. */
 enum { NOISY_TURNS_MOST = 5 };
-/* Share of a turn in the running mean of the noise. */
+/* Weight of one turn in the running mean of the noise. */
 #define NOISE_SHARE 0.2
 
 static struct calibration_settings calibrate_settings(const struct parameters *parameters) {
@@ -31,8 +31,7 @@ static enum refusal calibrate_estimate(struct application *application, struct t
     union calibration_workspace *workspace = &application->workspace;
     double apart_rad = turn_align(turn, settings.nominal_separation_rad);
     if (separation_is_exchanged(settings.nominal_separation_rad, apart_rad)) {
-        /* Told, and nothing more: what either method made of it would be an error for another
-           table. */
+        /* Only reported, not corrected: any value derived from this turn would be wrong for exchanged heads. */
         application->measured.measured_separation_rad = apart_rad;
         return REFUSED_HEADS_EXCHANGED;
     }
@@ -59,8 +58,8 @@ static enum refusal calibrate_judge_noise(struct application *application) {
     return NOT_REFUSED;
 }
 
-/* Orders that have a loaded lane are none of the calibration's business: for it they are as if they
-   were not seen. Their bits, order n in bit n - 1. */
+/* Marks the orders that have a loaded lane as not seen, so that the calibration ignores them. Returns the orders
+   that were hidden, order n in bit n - 1. */
 static uint64_t calibrate_hide_loaded(const struct coefficients *loaded,
                                       struct estimate *estimate) {
     uint64_t hidden = 0;
@@ -91,13 +90,13 @@ static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
-/* Beside those at work that follow a condition. */
+/* Number of lanes that are left after the active lanes that follow a condition. */
 static uint32_t calibrate_plain_lanes(const struct application *application) {
     const struct followed followed = load_followed_at_work(&application->load);
     return application->configuration.lanes - followed_all_lanes(&followed);
 }
 
-/* Their bits, by place. */
+/* Places of the used lanes, one bit per place. */
 static uint64_t calibrate_lanes_in_use(const struct coefficients *coefficients) {
     uint64_t used = 0;
     ASSERT(coefficients->lanes <= LANES_LIMIT);
@@ -118,13 +117,14 @@ static void calibrate_combine(struct application *application, const struct coef
     }
 }
 
-/* What is at work where its lanes are of head 1: those of a mean say nothing of it. */
+/* The active coefficients if their lanes correct head 1, otherwise NULL: lanes of a mean do not describe head 1's
+   error. */
 static const struct coefficients *calibrate_active_of_head1(const struct application *application) {
     const struct coefficients *active = state_active(application);
     return active != NULL && active->mean.heads != 0 ? NULL : active;
 }
 
-/* An order that `orders` no longer has, of the calibration's own. */
+/* True if the calibration's own lanes have an order above `orders`. */
 static bool calibrate_has_dropped(const struct coefficients *active,
                                   const struct coefficients *loaded, uint32_t orders) {
     for (uint32_t lane = 0; lane < active->lanes; lane++) {
@@ -136,11 +136,11 @@ static bool calibrate_has_dropped(const struct coefficients *active,
     return false;
 }
 
-/* Variances of a component from which on a change is none of the noise. */
+/* A change counts as real, not noise, above this multiple of the variance of a component. */
 #define CHANGED 18.0
 
-/* The most that an order has changed by since the turn before: of the calibration's own what the turn
-   says, of those that follow the temperature what they are made to follow. */
+/* The largest change of an order since the previous turn: measured for the calibration's own orders, computed from
+   the model for the orders that follow the temperature. */
 static double calibrate_change_arcsec(const struct application *application) {
     const struct estimate *estimate = &application->measured;
     const struct coefficients *active = calibrate_active_of_head1(application);
@@ -179,7 +179,7 @@ static struct judge calibrate_judge(struct application *application, const struc
     };
 }
 
-/* Before the turn is averaged: an average would lag behind an order that changes. */
+/* Runs before the turn is averaged, because an average would lag behind an order that changes. */
 static void calibrate_watch_loaded(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     const struct coefficients *set = load_at_work(load);
@@ -212,7 +212,7 @@ static void calibrate_watch_loaded(struct application *application, const struct
     }
 }
 
-/* What the loaded orders leave is there with either. */
+/* Adds the error that the loaded orders leave to both predictions: it does not depend on the choice between them. */
 static void calibrate_add_loaded(struct application *application) {
     struct gate_prediction *prediction = &application->report.prediction;
     double square = application->load.watch.mean_square;
@@ -223,7 +223,7 @@ static void calibrate_add_loaded(struct application *application) {
     prediction->candidate_arcsec = sqrt(candidate * candidate + square);
 }
 
-/* `mean`: of which heads the estimate is; without heads it is of head 1. */
+/* `mean`: heads of which the estimate is the mean; if it has no heads, the estimate is of head 1. */
 static enum refusal calibrate_make_candidate(struct application *application,
                                              const struct mean_set *mean) {
     const struct parameters *parameters = &application->parameters;
@@ -249,14 +249,14 @@ static enum refusal calibrate_make_candidate(struct application *application,
     }
     own.mean = *mean;
     calibrate_combine(application, &own);
-    /* Lanes of other heads say nothing of the error that is left now. */
+    /* Active lanes of other heads do not predict the error that is left now. */
     application->report.prediction =
         gate_predict(estimate, other_heads ? NULL : active, &application->candidate);
     reason = other_heads ? NOT_REFUSED : gate_judge(&application->report.prediction);
     calibrate_add_loaded(application);
     if (reason != NOT_REFUSED && active != NULL &&
         calibrate_has_dropped(active, loaded, estimate->orders)) {
-        /* `orders` was lowered: what no turn judges any more is not applied any more. */
+        /* `orders` was lowered: orders that no turn judges any more are switched off. */
         own = *active;
         coefficients_drop_orders(&own, estimate->orders);
         calibrate_combine(application, &own);
@@ -268,7 +268,7 @@ static enum refusal calibrate_make_candidate(struct application *application,
     return reason;
 }
 
-/* What is told of a turn whose candidate is no calibration's. */
+/* Sets the report of a turn whose candidate does not come from the calibration. */
 static void calibrate_take_candidate(struct application *application,
                                      enum candidate_origin origin) {
     const struct coefficients *active = state_active(application);
@@ -280,11 +280,11 @@ static void calibrate_take_candidate(struct application *application,
     }
 }
 
-/* Counts that a place may be off all the same: an index mark repeats to one, and so does the set's. */
+/* Tolerance of a head's place, counts: an index mark repeats within one count, in this turn and in that of the set. */
 #define PLACE_COUNTS 2.0
 
-/* The lanes of a mean say nothing of head 1's error, which is what two heads can judge. What a turn can tell is whether
-   the heads stand where the mean's offsets say. */
+/* The lanes of a mean do not describe head 1's error, which is all that two heads can judge. A turn can tell only
+   whether the heads stand where the mean's offsets say. */
 static enum judgement calibrate_judge_mean(struct application *application, const struct turn *turn,
                                            const struct mean_set *set) {
     double place[HEADS_MOST];
@@ -301,7 +301,8 @@ static enum judgement calibrate_judge_mean(struct application *application, cons
     return far && off > PLACE_COUNTS ? JUDGED_WRONG : JUDGED_RIGHT;
 }
 
-/* The saved coefficients; the calibration's own of before where there are none of this start. */
+/* Judges the saved coefficients, combined with the active lanes or, if none are active, with the saved lanes of the
+   calibration. */
 static void calibrate_judge_saved(struct application *application, const struct turn *turn) {
     const struct saved *saved = &application->save->content;
     struct judge judge = calibrate_judge(application, turn);
@@ -330,7 +331,7 @@ static void calibrate_judge_saved(struct application *application, const struct 
     }
 }
 
-/* What has come is the idle bank's only owner in this turn. */
+/* Judges the received set. In this turn only this set may use the idle bank. */
 static void calibrate_judge_load(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     struct judge judge = calibrate_judge(application, turn);
@@ -364,7 +365,7 @@ static void calibrate_judge_load(struct application *application, const struct t
     }
 }
 
-/* What was loaded before the start: its own orders alone have to show that it is right. */
+/* Judges a set that was loaded before the start: its own orders alone must show that it is right. */
 static void calibrate_judge_pending(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     struct judge judge = calibrate_judge(application, turn);
@@ -385,8 +386,8 @@ static void calibrate_judge_pending(struct application *application, const struc
     }
 }
 
-/* A mean is corrected that was loaded, or while a set waits: nothing is worked out for head 1, whose error the estimate
-   still shows. */
+/* A loaded mean is active, or a set waits for its turn: no candidate is made for head 1, but the report still shows
+   head 1's error. */
 static enum refusal calibrate_watch_mean(struct application *application, const struct turn *turn) {
     (void)calibrate_judge_mean(application, turn, &application->active.mean);
     application->estimate = application->measured;
@@ -407,8 +408,8 @@ static void calibrate_judge_sets(struct application *application, const struct t
     }
 }
 
-/* Of the mean of all heads where the device calibrates it; else, and where heads 3 and 4 are of no use and no mean is at
-   work, of head 1. */
+/* Estimates the error of the mean of all heads if the device calibrates the mean. Otherwise, and if heads 3 and 4
+   cannot be used and no mean is active, estimates the error of head 1. */
 static enum refusal calibrate_estimate_heads(struct application *application, struct turn *turn,
                                              struct mean_set *mean) {
     if (calibrate_mean_wanted(application)) {

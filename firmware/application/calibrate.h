@@ -5,8 +5,8 @@
 
 #include "state.h"
 
-/* From the ready bank to a candidate: verify, estimate, average, choose, quantise and judge.
-   Leaves estimate, verdicts, candidate and the report's prediction. */
+/* Computes a candidate from the ready bank: verify, estimate, average, choose, quantise and judge. Results are the
+   estimate, the verdicts, the candidate and the prediction in the report. */
 enum refusal calibrate_turn(struct application *application);
 
 #endif

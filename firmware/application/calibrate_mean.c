@@ -9,9 +9,9 @@
 
 /* +-0.1 mm on the paper's radius of 53.975 mm, rectangular. */
 #define U_RADIUS (0.1 / 1.7320508075688772 / 53.975)
-/* Share of a motion of the axis in the mean from which on its weights are worked out anew. */
+/* The weights are computed anew if more than this share of an axis motion enters the mean. */
 #define LEAK_LIMIT 1e-3
-/* Of u24.4 counts. */
+/* u24.4 word of one count. */
 #define OFFSET_ONE 16.0
 
 static double place_deg(const struct application *application, uint32_t head) {
@@ -44,7 +44,7 @@ static void offset_words(struct mean_set *mean, const struct heads_geometry *geo
     }
 }
 
-/* The device's own mean goes on with its words. */
+/* Tells whether the device's own mean can keep its words. */
 static bool mean_goes_on(const struct application *application, const struct heads_found *found,
                          struct mean_set *mean) {
     const struct coefficients *active = state_active(application);

@@ -1,18 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The mean of three or four heads, calibrated from a turn by the device itself. */
+/* Calibration of the mean of three or four heads by the device itself, from a turn. */
 
 #ifndef ARCTRUE_CALIBRATE_MEAN_H
 #define ARCTRUE_CALIBRATE_MEAN_H
 
 #include "state.h"
 
-/* The core can form a mean, the operator has given the places of all heads, and no loaded set is at work or waits for a
-   turn that judges it. */
+/* True if the core can form a mean, the operator has set the places of all heads, and no loaded set is active or
+   waits for the turn that judges it. */
 bool calibrate_mean_wanted(const struct application *application);
 
-/* Makes `measured` the estimate of the mean's error and fills `mean`. The words of a mean that the device has
-   calibrated before stay as long as they keep the axis out: other offsets would move the zero. Refused, `measured` says nothing. */
+/* Sets `measured` to the estimate of the mean's error, and fills `mean`. A mean that the device has calibrated
+   before keeps its words as long as they suppress the motion of the axis, because other offsets would move the zero.
+   After a refusal `measured` is invalid. */
 enum refusal calibrate_mean_estimate(struct application *application, const struct turn *turn,
                                      struct mean_set *mean);
 

@@ -10,8 +10,8 @@
 
 #include "capture.h"
 
-/* Two heads: 12,288 samples of two words of 16 bits, or half as many of 32 bits. More heads: half as many
-   samples. Of a longer capture every second sample is kept. */
+/* Capacity: with two heads 12,288 samples of two 16-bit words, or half as many of 32-bit words. With more heads,
+   half as many samples. If a capture is longer, every second sample is kept. */
 enum { CAPTURE_COPY_SAMPLES = 12288, CAPTURE_COPY_WORDS = 2 * CAPTURE_COPY_SAMPLES };
 
 struct capture_copy {
@@ -26,9 +26,9 @@ struct capture_copy {
     int32_t separation_udeg;
     bool has_temperature;
     int32_t temperature_cdeg;
-    /* Counts of the first sample, per head. */
+    /* Counts of the first sample, one per head. */
     int64_t first[HEADS_MOST];
-    /* Words of 32 bits: the capture has few samples. */
+    /* True if the words have 32 bits, because the capture has few samples. */
     bool whole;
     /* Reading position: a sample, and head 1's counts there. */
     uint32_t place;

@@ -14,22 +14,23 @@
 #define BIT(name) ((uint32_t)ARCTRUE_REGISTERS__##name##_bm)
 #define FIELD(word, name) (((word) & BIT(name)) >> ARCTRUE_REGISTERS__##name##_bp)
 
-/* Counts that head 1 loses are a reason to look at once. */
+/* A fault of head 1 interrupts too, because lost counts must be looked at immediately. */
 #define INTERRUPTS (BIT(INTERRUPT_ENABLE__CAPTURE_READY) | BIT(INTERRUPT_ENABLE__HEAD1_FAULT))
 
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
 enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2, MODULATOR_PLACE = 16 };
-/* Of the window of the mean: offsets, weights, then the choice. */
+/* Word offsets in the window of the mean: offsets first, then weights, then the choice of heads. */
 enum { MEAN_WEIGHTS = 4, MEAN_CHOICE = 8, MEAN_WORDS = 9, USED_SHIFT = 4 };
 #define WEIGHT_ONE (1 << ARCTRUE_COSINE_FRACTION)
-/* s1.16, of the words that lanes follow. */
+/* s1.16 value 1 of the words that lanes follow. */
 #define WORD_ONE 65536.0
-/* Of a turn: the table may move so far between a look at it and what follows from it. */
+/* Divisor of a turn: the table may move by turn / 1024 between the reading of its position and the write that
+   depends on it. */
 enum { COMPARE_MARGIN = 1024 };
-/* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
+/* A re-arm takes 128 clocks of the fabric, a register read at least one clock. */
 enum { REARM_READS = 128 };
-/* The register file of a head; its masks have names that its description decides. */
+/* Bits of a head's register file; the generated mask names differ from head to head. */
 enum { INDEX_SEEN = 1, INDEX_ERROR = 2 };
 
 const char *core_capture_name(enum core_capture capture) {
@@ -68,19 +69,19 @@ static void core_write(const struct core_access *core, uint32_t offset, uint32_t
     core->write(core->context, offset, word);
 }
 
-/* The low word latches the high one. */
+/* Reading the low word latches the high word. */
 static uint64_t core_read_wide(const struct core_access *core, uint32_t offset) {
     uint32_t low = core_read(core, offset);
     return (uint64_t)core_read(core, offset + WORD_BYTES) << 32 | low;
 }
 
-/* Gateware of an earlier minor version refuses the address, and has two heads. */
+/* Gateware of an earlier minor version has two heads and answers this address with an error. */
 static uint32_t core_capability(const struct core_access *core) {
     uint32_t version = core_read(core, AT(version));
     return FIELD(version, VERSION__MINOR) >= 8U ? core_read(core, AT(capability)) : HEADS;
 }
 
-/* None is worked with whose capture cannot be read. */
+/* Counts only heads whose capture the firmware can read. */
 static uint32_t core_heads(const struct core_access *core) {
     uint32_t heads = FIELD(core_capability(core), CAPABILITY__HEADS);
     return core->further_capture != NULL && heads > HEADS && heads <= HEADS_MOST ? heads : HEADS;
@@ -128,7 +129,7 @@ struct core_origin core_origin(const struct core_access *core) {
     };
 }
 
-/* Anew after a fault, the output is in use: it would lose the counts of the time without it. */
+/* After a fault of the firmware the output is in use: switching it off would lose the counts of that time. */
 void core_hold(const struct core_access *core) {
     bool output = (core_read(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
     core_control(core, false, output, CAPTURE_OFF);
@@ -201,7 +202,7 @@ bool core_compensates(const struct core_access *core) {
     return core_status(core).compensating;
 }
 
-/* The low word of the time latches the whole group. */
+/* Reading the low word of the time latches the whole group. */
 struct core_probe core_probe(const struct core_access *core) {
     struct core_probe probe;
     probe.time = core_read_wide(core, AT(probe.time));
@@ -254,13 +255,13 @@ int32_t core_zero_slip(const struct core_access *core) {
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
                             uint32_t counts_per_rev) {
     ASSERT(head < HEADS && counts_per_rev > 0);
-    /* The low word of the time latches the whole group. */
+    /* Reading the low word of the time latches the whole group. */
     (void)core_read_wide(core, AT(snapshot.time));
     uint32_t position =
         core_read(core, head ? AT(snapshot.head2_position) : AT(snapshot.head1_position));
     uint32_t angle = core_read(core, head ? AT(snapshot.head2_angle) : AT(snapshot.head1_angle));
     uint32_t index = core_read(core, head ? AT(head2.index) : AT(head1.index));
-    /* Less than a turn of travel: the difference of the words is right when they wrap. */
+    /* The travel is less than a turn, so the difference of the words is right when they wrap. */
     int64_t since = (int32_t)(position - index);
     int64_t turn = counts_per_rev;
     int64_t at_index = ((int64_t)angle - since) % turn;
@@ -300,7 +301,8 @@ uint32_t core_left_out(const struct core_access *core) {
                : 0;
 }
 
-/* Further heads are not awaited once head 1 has made a whole turn: one without an index would hold up all else. */
+/* Stops waiting for heads 3 and 4 once head 1 has made a whole turn, because a head without an index would block
+   everything. */
 static bool core_further_indices_seen(const struct core_access *core) {
     uint32_t heads = core_heads(core);
     if (heads == HEADS) {
@@ -337,7 +339,7 @@ struct core_header core_capture_header(const struct core_access *core) {
     };
 }
 
-/* The low word of the time latches the whole group. */
+/* Reading the low word of the time latches the whole group. */
 struct core_position core_position(const struct core_access *core) {
     struct core_position position;
     position.time = core_read_wide(core, AT(snapshot.time));
@@ -368,11 +370,11 @@ void core_release_capture(const struct core_access *core) {
 }
 
 void core_acknowledge_interrupt(const struct core_access *core) {
-    /* Its bits have the places of interrupt_enable's. */
+    /* The bits of interrupt_status have the same places as those of interrupt_enable. */
     core_write(core, AT(interrupt_status), INTERRUPTS);
 }
 
-/* Before the command that ends a release: it looks at what is present then. */
+/* Must come before the command that ends a release, because that command checks the faults that are present. */
 static void core_clear_further(const struct core_access *core, bool head3, bool head4) {
     uint32_t heads = core_heads(core);
     if (heads > 2 && (head3 || head4)) {
@@ -409,7 +411,7 @@ static uint32_t core_lane_offset(uint32_t lane, uint32_t word) {
     return AT(coefficients) + (lane * WORDS_A_LANE + word) * WORD_BYTES;
 }
 
-/* Where no mean is wanted, head 1 has all of the weight. */
+/* Without a mean, head 1 has the whole weight. */
 static uint32_t core_mean_word(const struct mean_set *mean, uint32_t place) {
     if (place == MEAN_CHOICE) {
         return mean->heads != 0 ? mean->carrier | mean->used << USED_SHIFT : 1U << USED_SHIFT;
@@ -501,7 +503,7 @@ bool core_verify_followed(const struct core_access *core, const struct followed 
 
 enum { TURN_STEP_WORDS = 2 };
 
-/* Off while nobody knows the phase. */
+/* The lane stays switched off while its phase is not known. */
 static void core_real_words(const struct real_lane *lane, uint32_t counts_per_rev,
                             uint32_t words[WORDS_A_LANE]) {
     uint64_t step = real_lane_phase_step(lane, counts_per_rev);
@@ -515,7 +517,7 @@ static uint32_t core_turn_step_offset(uint32_t lane, uint32_t word) {
     return AT(turn_steps) + (lane * TURN_STEP_WORDS + word) * WORD_BYTES;
 }
 
-/* 0 of a lane whose order is whole. */
+/* Returns 0 for a lane whose order is a whole number. */
 static uint64_t core_turn_step(const struct followed *followed, uint32_t lanes, uint32_t lane) {
     uint32_t first = lanes - followed_all_lanes(followed);
     bool is_real = lane >= first && lane < first + followed->real_lanes;
@@ -577,7 +579,7 @@ void core_set_word(const struct core_access *core, enum modulator word, double v
     core_write(core, place, (uint32_t)(int32_t)rint(value * WORD_ONE));
 }
 
-/* Loading a set takes up to 6 us, and a look at least an access of the bus, 0.1 us. */
+/* Loading a set takes up to 6 us; each look takes at least one bus access, 0.1 us. */
 enum { FAILOVER_LOOKS_MOST = 1000 };
 
 void core_failover_off(const struct core_access *core) {
@@ -592,17 +594,18 @@ void core_failover_off(const struct core_access *core) {
     }
 }
 
-/* Of a set's window: lanes from 0 on, the words of the mean, and the coefficient offset as its last word. */
+/* Window of a prepared set: lanes from offset 0 on, then the words of the mean, and the coefficient offset as the
+   last word. */
 enum { SET_BYTES = 0x1000, SET_MEAN = 0x800, SET_OFFSET = SET_MEAN + 15 * WORD_BYTES };
 #define SET_AT(set) (AT(prepared_sets) + (uint32_t)(set) * SET_BYTES)
-/* The register counts 2^17 clocks. */
+/* The register counts in units of 2^17 clocks. */
 #define RETURN_UNIT 0x1p17
 #define RETURN_MOST 65535.0
 enum { COMMAND_SET = 4, COMMAND_TAKE = 1 << 7, COMMAND_COME_BACK = 8 };
 
 struct core_failover core_failover(const struct core_access *core) {
     uint32_t word = core_read(core, AT(heads_status));
-    /* The low word of the time latches the parity, too. */
+    /* Reading the low word of the time latches the parity too. */
     (void)core_read_wide(core, AT(snapshot.time));
     return (struct core_failover){
         .left_out = FIELD(word, HEADS_STATUS__LEFT_OUT),

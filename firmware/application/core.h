@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Names the functions of the gateware. Registers are accessed through functions of the caller: memory on the
-   device, a simulator's bus, or a model on the host. */
+/* Functions of the gateware by name. Registers are accessed through functions of the caller: memory on the device, a
+   simulator's bus, or a model on the host. */
 
 #ifndef ARCTRUE_CORE_H
 #define ARCTRUE_CORE_H
@@ -36,7 +36,7 @@ struct core_configuration {
     uint32_t lanes;
     uint32_t capture_depth;
     uint32_t clock_hz;
-    /* Two to four; without heads that the firmware cannot read. */
+    /* Two to four; heads that the firmware cannot read are not counted. */
     uint32_t heads;
     bool has_mean;
     /* The gateware leaves a failed head out of the mean. */
@@ -229,30 +229,32 @@ void core_write_followed(const struct core_access *core, const struct followed *
                          uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_followed(const struct core_access *core, const struct followed *followed,
                           uint32_t counts_per_rev, uint32_t lanes);
-/* A word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B: -1 to 1. The gateware leads it there by `slew`. */
-/* Lanes of real orders, and the turn step of every lane; nothing without REAL_ORDERS. */
+/* Writes the lanes of real orders and the turn step of every lane. The second function reads them back; false if a
+   word differs. Without REAL_ORDERS the first does nothing, and the second is true if there is no such lane. */
 void core_write_real(const struct core_access *core, const struct followed *followed,
                      uint32_t counts_per_rev, uint32_t lanes);
 bool core_verify_real(const struct core_access *core, const struct followed *followed,
                       uint32_t counts_per_rev, uint32_t lanes);
-/* Turns that the corrected angle has gone round; 0 without REAL_ORDERS. */
+/* Number of turns of the corrected angle; 0 without REAL_ORDERS. */
 int32_t core_turn_number(const struct core_access *core);
+/* Sets a word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B, to a value from -1 to 1. The gateware changes
+   its present value at the rate `slew`. */
 void core_set_word(const struct core_access *core, enum modulator word, double value);
-/* Switches the failover off, in a core that has one, and waits until no set is being loaded: the prepared sets
-   do not belong to the coefficients that follow. */
+/* Switches the failover off, in a core that has one, and waits until no set is being loaded. Must be called before
+   other coefficients are activated, because the prepared sets do not belong to them. */
 void core_failover_off(const struct core_access *core);
 bool core_failover_is_on(const struct core_access *core);
 /* Failed heads and the gateware's prepared sets; only for cores with the generic FAILOVER. */
 struct core_failover {
-    /* A bit per head. */
+    /* One bit per head. */
     uint32_t left_out;
     /* The active prepared set; CORE_OWN_WORDS: the processor's words are active. */
     uint32_t set;
     /* Sticky: the gateware refused words that use a head that is left out. */
     bool swap_refused;
-    /* Why the last head was left out: bits of the register `failover` from `illegal` on. */
+    /* Causes for leaving out the last head: bits of the register `failover` from `illegal` on. */
     uint32_t causes;
-    /* Sum of the readings with the parity weights, 2^-11 counts; its limit was reached. */
+    /* Sum of the readings with the parity weights, 2^-11 counts; whether it reached its limit. */
     int32_t parity;
     bool parity_beyond;
 };

@@ -4,10 +4,10 @@
 
 #include "units.h"
 
-/* Of a bank: the samples that close a turn. */
+/* Samples of a bank that are kept free for the closing of the turn. */
 enum { SPARE_SAMPLES = 4 };
 
-/* The registers' units: 2^-35 count a clock, and 2^-59 count a clock and clock. */
+/* Units of the registers: 2^-35 count per clock, and 2^-59 count per clock squared. */
 #define RATE_UNIT 0x1p35
 #define ACCELERATION_UNIT 0x1p59
 
@@ -15,8 +15,8 @@ static uint32_t setup_register(double value) {
     return value < (double)UINT32_MAX ? (uint32_t)(value + 0.5) : UINT32_MAX;
 }
 
-/* Of samples at equal angles: one that divides the turn, so that all gaps are alike, where there is
-   one that leaves a bank at least half full. */
+/* Returns the step between samples at equal angles. It prefers a step that divides the turn, so that all gaps are
+   equal, if that step fills at least half a bank. */
 static uint32_t setup_angle_step(uint32_t counts_per_rev, uint32_t depth) {
     uint32_t most = depth > 2 * SPARE_SAMPLES ? depth - SPARE_SAMPLES : SPARE_SAMPLES;
     uint32_t least = counts_per_rev / most + 1;

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* From parameters to the registers that set the core up. */
+/* Converts the parameters into the registers that set up the core. */
 
 #ifndef ARCTRUE_CORE_SETUP_H
 #define ARCTRUE_CORE_SETUP_H
 
 #include "state.h"
 
-/* The registers' words for the parameters as they are. The ramp is the same angle a second whatever the counts of a turn are. */
+/* Returns the words of the registers for the present parameters. The ramp has the same angle per second for every
+   number of counts per turn. */
 struct core_setup setup_of_parameters(const struct application *application);
 
 #endif

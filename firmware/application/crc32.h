@@ -5,8 +5,8 @@
 
 #include <stdint.h>
 
-/* CRC-32 of IEEE 802.3, as zlib and gzip have it, over little-endian words. Begin with 0; the
-   result of one piece is the beginning of the next. */
+/* CRC-32 of IEEE 802.3, as zlib and gzip compute it, over little-endian words. Begin with 0; the result of one piece
+   is the start value of the next. */
 uint32_t crc32_add_word(uint32_t crc, uint32_t word);
 
 #endif

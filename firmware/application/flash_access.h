@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A flash over functions, so that what is stored in it can be tested without one. Addresses are
-   bytes from its beginning, multiples of 4. */
+/* Access to a flash through functions, so that the storage can be tested without a flash. Addresses are bytes from
+   the beginning of the flash, multiples of 4. */
 
 #ifndef ARCTRUE_FLASH_ACCESS_H
 #define ARCTRUE_FLASH_ACCESS_H
@@ -9,22 +9,22 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Words that are programmed at once, within a page. */
+/* Number of words that one command programs, within a page. */
 enum { FLASH_PAGE_WORDS = 64 };
 
 enum flash_activity {
     FLASH_IDLE,
     FLASH_AT_WORK,
-    /* It does not end. */
+    /* The operation does not end. */
     FLASH_STUCK,
 };
 
-/* Bytes that are erased at once; 0: no flash answers, or one that is not known. Call it before
-   the first of the others, and again when others have used the flash. */
+/* Returns the number of bytes that one command erases; 0: no known flash answers. Call it before all other
+   functions, and again after others have used the flash. */
 typedef uint32_t flash_access_open(void *context);
 /* False: the controller does not answer. */
 typedef bool flash_access_read(void *context, uint32_t address, uint32_t *words, uint32_t number);
-/* These begin something, which flash_access_activity tells the end of; false as above. */
+/* These functions begin an operation; flash_access_activity reports its end. False: the controller does not answer. */
 typedef bool flash_access_erase(void *context, uint32_t address);
 typedef bool flash_access_program(void *context, uint32_t address, const uint32_t *words,
                                   uint32_t number);

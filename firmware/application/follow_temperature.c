@@ -8,7 +8,7 @@
 #include "alarms.h"
 #include "swap.h"
 
-/* A lane of a real order is switched on. */
+/* Switches a lane of a real order on once its phase is known. */
 static bool follow_given_phase(struct application *application) {
     struct load *load = &application->load;
     if (!load->phase_given || !application->has_active || load_at_work(load) == NULL) {
@@ -54,7 +54,7 @@ void follow_between_turns(struct application *application) {
     }
 }
 
-/* Of the model that is judged next, or else of the one that is at work. */
+/* Returns the model of the set that is judged next, otherwise the active model. */
 static const struct thermal *follow_thermal_in_use(const struct application *application) {
     if (application->saved_state == SAVED_WAITING) {
         return &application->save->content.thermal;

@@ -1,20 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The thermometer of the table, and loaded lanes that follow it. */
+/* Reads the thermometer of the table and adapts the loaded lanes to it. */
 
 #ifndef ARCTRUE_FOLLOW_TEMPERATURE_H
 #define ARCTRUE_FOLLOW_TEMPERATURE_H
 
 #include "state.h"
 
-/* Swaps in the loaded lanes at the table's temperature, where that changes the correction by more than the
-   operator wants. Between two turns: a turn that is ready goes first. */
+/* Swaps in the loaded lanes for the table's temperature, if that changes the correction by more than the operator
+   has set. It runs between two turns; a turn that is ready is processed first. */
 void follow_between_turns(struct application *application);
 
 /* Reads the table's thermometer, with the time constant of the model in use. */
 void follow_thermometer(struct application *application);
 
-/* The temperature in the middle of the turn that was taken: the estimate of a turn is that of its middle, and by now the table is warmer. */
+/* Computes the temperature in the middle of the taken turn, because the turn's estimate belongs to its middle and
+   the table has warmed since. */
 void follow_middle_of_turn(struct application *application);
 
 #endif

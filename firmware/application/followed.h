@@ -33,7 +33,7 @@ struct followed_lane {
 struct followed {
     struct followed_lane lane[FOLLOWED_LANES_MAX];
     uint32_t lanes;
-    /* Before them come the lanes of real orders. */
+    /* Lanes of real orders, which are placed before the lanes above. */
     struct real_lane real[REAL_LANES_MAX];
     uint32_t real_lanes;
     /* Words of the registers `conditions`: u20.4 counts, counts, u0.32 counts a clock. */
@@ -42,13 +42,13 @@ struct followed {
     uint32_t nominal_speed;
 };
 
-/* How the table moved in a turn: counts a clock, negative while the angle falls. */
+/* Motion of the table in a turn: counts per clock, negative if the angle decreases. */
 struct motion {
     double speed;
 };
 
-/* What one turn says of a lane, arcsec at modulator 1, along the lane's phase: the value and its standard
-   uncertainty, and the loaded value. All other lanes of the order are taken as they are loaded. */
+/* Measurement of a lane in one turn, arcsec at modulator 1, along the lane's phase: value, standard uncertainty, and
+   loaded value. All other lanes of the order are taken as they are loaded. */
 struct followed_measured {
     uint32_t order;
     uint32_t modulator;
@@ -57,10 +57,10 @@ struct followed_measured {
     double loaded_arcsec;
 };
 
-/* Lanes of both kinds. */
+/* Number of lanes of both kinds. */
 uint32_t followed_all_lanes(const struct followed *followed);
 
-/* As the coefficient file names it. */
+/* Name of the modulator in the coefficient file. */
 const char *followed_modulator_name(uint32_t modulator);
 
 /* Factor of the lane, -1 to 1; 0 for a word of the processor. */
@@ -75,9 +75,9 @@ bool followed_lane_is_seen(const struct followed_lane *lane);
 bool followed_lane_is_valid(const struct followed_lane *lane);
 bool followed_conditions_are_valid(uint32_t width, uint32_t dead_zone, uint32_t nominal_speed);
 
-/* Upper bound of |d eps / d R|: of the orders, whole and real, and of the direction while it changes within its width. */
+/* Upper bound of |d eps / d R|: the sum for whole and real orders and for the direction during its transition. */
 double followed_steepest(const struct followed *followed, uint32_t counts_per_rev);
-/* The direction's part of followed_steepest(); 1/2 or more is too steep. */
+/* Part of followed_steepest() that is due to the direction; 1/2 or more is too steep. */
 double followed_reversal_slope(const struct followed *followed);
 
 #endif

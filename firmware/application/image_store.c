@@ -6,7 +6,8 @@
 
 #define WORD_BYTES 4U
 #define PAGE_BYTES (FLASH_PAGE_WORDS * WORD_BYTES)
-/* Of the boot ROM's header: from the width detection word on, and its check sum after it (UG585, chapter 6). */
+/* Part of the boot ROM's header that its checksum covers: from the width detection word on; the checksum follows
+   (UG585, chapter 6). */
 #define HEADER_CHECKED 0x20U
 #define HEADER_WIDTH_DETECTION 0xAA995566U
 #define HEADER_SIGNATURE 0x584C4E58U

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Writes boot images into the flash, a line of the console at a time.
+/* Writes boot images into the flash, one line of the console at a time.
 
-   The boot ROM starts the first image that it finds: it looks for a header every 32 KB from the beginning
-   on (UG585, chapter 6, "BootROM header search"), and leaves where it found it in MULTIBOOT_ADDR. The first place is the image
-   that is updated; after it lies the golden one, which is never written again once it is whole. Where the
-   signature of the first image is overwritten before its sectors are erased, and its header is written last,
-   power may be lost at any moment, in the middle of an erase too. */
+   The boot ROM starts the first image that it finds: it searches for a header every 32 KB from the beginning on
+   (UG585, chapter 6, "BootROM header search") and stores the place of the header in MULTIBOOT_ADDR. The first image
+   can be updated. The golden image follows it and is never written again once it is whole. Power may be lost at any
+   moment, even during an erase, if an update overwrites the signature of the first image before it erases the
+   sectors, and writes the header last. */
 
 #ifndef ARCTRUE_IMAGE_STORE_H
 #define ARCTRUE_IMAGE_STORE_H
@@ -16,16 +16,16 @@
 
 #include "flash_access.h"
 
-/* Words that are written at once. */
+/* Number of words that one command writes. */
 enum { IMAGE_WORDS_MOST = 6 };
-/* Bytes whose CRC is told at once: it takes 50 ms. */
+/* Largest number of bytes per CRC command: their CRC takes 50 ms. */
 #define IMAGE_CHECKED_MOST 0x10000U
 
-/* Bytes from the flash's beginning. */
+/* Offsets in bytes from the beginning of the flash. */
 struct image_map {
     uint32_t golden;
     uint32_t golden_bytes;
-    /* From here on the flash is not for images. */
+    /* From here on the flash holds no images. */
     uint32_t end;
 };
 
@@ -33,7 +33,7 @@ enum image_answer {
     IMAGE_DONE,
     IMAGE_NO_FLASH,
     IMAGE_UNDER_WAY,
-    /* Outside of what is for images, across a page, or no multiple of a word. */
+    /* The range lies outside the area for images, crosses a page, or is no multiple of a word. */
     IMAGE_PLACE,
     /* The golden image is whole and stays. */
     IMAGE_GOLDEN_STAYS,
@@ -47,12 +47,12 @@ struct image_store {
     struct flash_access flash;
     struct image_map map;
     uint32_t sector_bytes;
-    /* Under way: what is read back when it has ended; no words: an erase. */
+    /* Operation in progress, and the words to compare after its end; an erase has no words. */
     bool busy;
     uint32_t address;
     uint32_t number;
     uint32_t words[IMAGE_WORDS_MOST];
-    /* How it ended, where `fresh` says that nobody was told yet. */
+    /* Result of the last operation; `fresh`: it has not been reported yet. */
     enum image_answer answer;
     bool fresh;
 };
@@ -62,10 +62,10 @@ const char *image_answer_name(enum image_answer answer);
 void image_store_prepare(struct image_store *store, const struct flash_access *flash,
                          const struct image_map *map);
 
-/* A header that the boot ROM would take. */
+/* True if the golden image has a header that the boot ROM would accept. */
 bool image_store_has_golden(struct image_store *store);
 
-/* Each begins something and takes the flash for it; IMAGE_DONE: it has begun. */
+/* Each function begins an operation and uses the flash for it. IMAGE_DONE: it has begun. */
 enum image_answer image_store_erase(struct image_store *store, uint32_t address);
 enum image_answer image_store_write(struct image_store *store, uint32_t address,
                                     const uint32_t *words, uint32_t number);
@@ -74,7 +74,7 @@ enum image_answer image_store_write(struct image_store *store, uint32_t address,
 enum image_answer image_store_check(struct image_store *store, uint32_t address, uint32_t bytes,
                                     uint32_t *crc);
 
-/* A look at what is under way. */
+/* Checks whether the operation in progress has ended. */
 void image_store_step(struct image_store *store);
 
 #endif

@@ -9,18 +9,19 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* ln 1000: a value is taken where it is a thousand times likelier than none, and refused where none
-   is a thousand times likelier. An amplitude of 3.7 u decides in one turn. */
+/* ln 1000: a value is taken if it is a thousand times likelier than no correction, and refused if no correction is a
+   thousand times likelier than it. One turn decides about an amplitude of 3.7 u. */
 #define EVIDENCE_ENOUGH 6.9
-/* A value may be further off than what is active by so many standard uncertainties, and by so much of
-   the noise of a reading: no reading shows that. */
+/* A value is refused if it leaves more than the active one by over this many standard uncertainties plus this share
+   of a reading's noise. No reading shows a smaller difference. */
 #define NO_WORSE 6.0
 #define NOISE_SHARE 0.5
-/* Of a modulator, whose range is -1 to 1: under another condition it differs by so much. */
+/* Two conditions count as different if the modulator, whose range is -1 to 1, differs by at least this value. */
 #define OTHER_CONDITION 0.2
-/* Of the change from one condition to the other a lane may leave so much: then it takes away more than it leaves. */
+/* Largest share of the change between two conditions that a lane may leave: then it removes at least as much as it
+   leaves. */
 #define CHANGE_LEFT 0.5
-/* Below this an order is less than the rounding of the output, counts. */
+/* An order below this amplitude, in counts, is less than the rounding of the output. */
 #define NOTHING_COUNTS 0.5
 
 void judge_look(const struct judge *judge, const struct coefficients *set) {
@@ -41,9 +42,9 @@ static struct sight judge_fitted_sight(const struct harmonic *harmonic, double g
     };
 }
 
-/* Order 1 that grows by c from one end of the turn to the other (heat moves the centre) is, as a sawtooth times a
-   cosine, at order n c/2pi (1/(n - 1) + 1/(n + 1)) in head 2 less head 1, less than c/2n; of order 1 itself
-   c/4pi is left beside the value of the turn's middle. */
+/* Suppose that order 1 grows by c from one end of the turn to the other (heat moves the centre). This sawtooth times
+   a cosine appears in head 2 minus head 1 at order n as c/2pi (1/(n - 1) + 1/(n + 1)), less than c/2n. Order 1
+   itself differs by c/4pi from its value in the middle of the turn. */
 static double judge_by_change(const struct judge *judge, uint32_t order) {
     double separation_rad = judge->estimate->separation_rad;
     double gain = noise_gain(order, separation_rad) / noise_gain(1, separation_rad);
@@ -70,8 +71,8 @@ static struct vector judge_components(const struct coefficients *coefficients, u
                                 : (struct vector){0.0, 0.0};
 }
 
-/* `nothing_arcsec`: a value below it is none now, and will be one at another temperature; 0 where the
-   order does not follow the temperature. */
+/* `nothing_arcsec`: a smaller value has no effect now but will have one at another temperature or condition; 0 if
+   the order follows neither. */
 static enum judgement judge_order(const struct sight *sight, struct vector value,
                                   struct vector present, double noise_arcsec, double nothing_arcsec,
                                   float *evidence) {
@@ -136,8 +137,8 @@ uint32_t judge_measure_followed(const struct judge *judge, const struct coeffici
     return number;
 }
 
-/* False: from the turn before to this one, whose condition is another, the order changed in another way than the
-   lanes say. */
+/* Returns false if the order changed, from the earlier turn under another condition to this one, differently from
+   what the lanes say. */
 static bool judge_other_condition(const struct judge *judge, struct load *load, uint32_t place,
                                   const struct sight *sight, struct vector value) {
     const struct followed *followed = judge->followed;
@@ -154,7 +155,7 @@ static bool judge_other_condition(const struct judge *judge, struct load *load, 
     } else if (fabs(modulator - (double)load->shown_at[place]) >= OTHER_CONDITION) {
         double size = vector_length(vector_difference(part, load->shown_part[place]));
         double change = vector_length(vector_difference(left, load->shown_left[place]));
-        /* Either turn has its uncertainty; both turns see the heads' separation alike. */
+        /* Each turn has its own uncertainty; the error of the heads' separation is the same in both. */
         double u = sqrt(2.0 * sight->variance);
         load->shown_twice |= 1U << place;
         return change <= CHANGE_LEFT * size + NO_WORSE * u + sqrt(2.0 * sight->by_change);
@@ -162,8 +163,8 @@ static bool judge_other_condition(const struct judge *judge, struct load *load, 
     return true;
 }
 
-/* A turn confirms the order with what follows this turn's condition. A lane is known where two turns do whose
-   modulators differ. */
+/* A turn confirms an order together with the lanes that follow this turn's condition. A lane is known once two turns
+   with different modulators have confirmed it. */
 static enum load_answer judge_followed(const struct judge *judge, struct load *load,
                                        const struct coefficients *active,
                                        const struct coefficients *candidate) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Lanes that are not of this turn's calibration, judged order by order: each against the turn's own
-   estimate of its order. */
+/* Judges lanes that this turn's calibration did not make, order by order, against the turn's own estimate of the
+   order. */
 
 #ifndef ARCTRUE_JUDGE_H
 #define ARCTRUE_JUDGE_H
@@ -12,13 +12,13 @@
 struct judge {
     const struct turn *turn;
     struct motion motion;
-    /* Lanes that follow a condition of the set that is judged; NULL: it has none. */
+    /* Lanes of the judged set that follow a condition; NULL: it has none. */
     const struct followed *followed;
-    /* Of this turn alone, a function of the reading. */
+    /* Estimate from this turn alone, a function of the reading. */
     const struct estimate *estimate;
     struct further_workspace *workspace;
     double gain_limit;
-    /* By how much an order of the table has changed since the turn before, arcsec. */
+    /* Change of an order of the table since the previous turn, arcsec. */
     double change_arcsec;
 };
 
@@ -27,35 +27,35 @@ enum judgement {
     JUDGED_WRONG,
     /* More turns are needed. */
     JUDGED_NOT_YET,
-    /* No turn says anything of it. */
+    /* No turn can judge it. */
     JUDGED_NEVER,
 };
 
-/* Looks at the orders of `set`, for what follows. */
+/* Measures the orders of `set` in the turn; call it before judge_sight(). */
 void judge_look(const struct judge *judge, const struct coefficients *set);
 
-/* What the turn says of an order of the set that was looked at last. */
+/* Returns what the turn says about an order of the set that was passed to judge_look() last. */
 struct sight judge_sight(const struct judge *judge, uint32_t order, struct vector applied);
 
-/* The set that waits: LOAD_TAKEN with its lanes in `candidate`, LOAD_NOT_YET, or why not. `active`:
-   what is active, NULL where nothing is. */
+/* Judges the received set, whose lanes are in `candidate`. Returns LOAD_TAKEN, LOAD_NOT_YET, or the reason for a
+   refusal. `active`: the active coefficients, or NULL. */
 enum load_answer judge_received(const struct judge *judge, struct load *load,
                                 const struct coefficients *active,
                                 const struct coefficients *candidate);
 
-/* What an order of `set` is in this turn, arcsec: with what follows the turn's direction and speed. */
+/* Value of an order of `set` in this turn, arcsec, including the lanes that follow the turn's direction and speed. */
 struct vector judge_value(const struct judge *judge, const struct coefficients *set,
                           uint32_t order);
 
-/* What the turn says of each lane of `judge->followed` that a turn shows, with `set` as the plain lanes: at most
-   FOLLOWED_LANES_MAX entries of `measured`; their number. */
+/* Writes to `measured` what the turn says about each lane of `judge->followed` that turns can show, with `set` as
+   the plain lanes. Returns the number of entries, at most FOLLOWED_LANES_MAX. */
 uint32_t judge_measure_followed(const struct judge *judge, const struct coefficients *set,
                                 struct followed_measured *measured);
 
-/* Lanes that were judged before, in `candidate`, after a start: none may be wrong, and all together
-   have to be of this table. `unjudged`: lanes of `set` by place that nobody could judge. Of the
-   calibration's own lanes (those that `set` has not) a small one that is wrong is left out of
-   `candidate`: the next turn finds it anew. */
+/* Judges, after a start, the lanes in `candidate` that were judged before: no lane may be wrong, and all together
+   must be confirmed. `unjudged`: lanes of `set`, by place, that nobody could judge. If a lane of the calibration (an
+   order that `set` does not have) is wrong but small, it is removed from `candidate`, and the next turn determines
+   it anew. */
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
                            uint64_t unjudged, double small_arcsec, struct coefficients *candidate);
 

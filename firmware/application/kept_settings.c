@@ -27,7 +27,7 @@ static bool kept_settings_is_whole(const struct settings_copy *copy) {
            parameters_are_valid(&settings->parameters);
 }
 
-/* NULL: neither is whole. */
+/* Returns the later whole copy, or NULL if neither is whole. */
 static const struct settings_copy *kept_settings_later(const struct kept_settings *kept) {
     const struct settings_copy *first = &kept->copy[0];
     const struct settings_copy *second = &kept->copy[1];
@@ -50,7 +50,7 @@ bool kept_settings_read(const struct kept_settings *kept, struct settings *setti
 void kept_settings_write(struct kept_settings *kept, const struct settings *settings) {
     const struct settings_copy *later = kept_settings_later(kept);
     struct settings_copy *other = &kept->copy[later == &kept->copy[0]];
-    /* Its sum no longer fits while it is written. */
+    /* Makes the check sum wrong while the copy is being written. */
     other->check = ~other->check;
     memset(other, 0, offsetof(struct settings_copy, check));
     other->size = sizeof *other;

@@ -10,10 +10,10 @@
 #include "crc32.h"
 #include "units.h"
 
-/* Of the direction while it goes over: below, the corrected angle moves as the table does. */
+/* Limit during the transition between directions: below it, the corrected angle moves in the direction of the table. */
 #define STEEPEST_REVERSAL 0.5
 #define STEEPEST (ARCTRUE_STEEPEST_PERCENT / 100.0)
-/* Counts: the most negative word. */
+/* Limit in counts: magnitude of the most negative word. */
 #define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))
 const char *load_state_name(enum load_state state) {
     static const char *const names[] = {"none", "receiving", "waiting", "active", "refused"};
@@ -68,7 +68,7 @@ static enum load_answer load_frame_refused(struct load *load, enum load_answer r
     return reason;
 }
 
-/* As it is without anything that is coming. */
+/* Sets the state that holds when no load is in progress. */
 static void load_settle(struct load *load) {
     load->whole = false;
     if (load->loaded_state == LOADED_PENDING) {
@@ -95,7 +95,7 @@ const struct coefficients *load_at_work(const struct load *load) {
     return load->loaded_state == LOADED_AT_WORK && load_has_loaded(load) ? &load->loaded : NULL;
 }
 
-/* What is coming at the same time goes on. */
+/* A load in progress at the same time continues. */
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,
                     uint64_t unjudged) {
@@ -150,7 +150,7 @@ void load_again(struct load *load, uint32_t counts_per_rev) {
     if (!load_has_loaded(load)) {
         return;
     }
-    /* The core counts its turns anew. */
+    /* The core restarts its count of turns, so the phases of real orders are unknown. */
     for (uint32_t place = 0; place < load->followed.real_lanes; place++) {
         load->followed.real[place].phase_known = false;
     }
@@ -373,13 +373,13 @@ enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, u
     return LOAD_TAKEN;
 }
 
-/* The set that is being received has all of its lanes and heads. */
+/* Tells whether all lanes and heads of the set in reception have arrived. */
 static bool load_without_is_whole(const struct load *load) {
     const struct load_without *set = &load->without;
     return set->head == 0 || (set->whole >> (set->head - 1) & 1U) != 0;
 }
 
-/* Closes the set with its last frame: without the missing head its words must be a mean. */
+/* Closes the set with its last frame and checks that its words form a mean without the missing head. */
 static enum load_answer load_close_without(struct load *load) {
     struct load_without *set = &load->without;
     const struct mean_set *all = &load->received.mean;
@@ -498,7 +498,7 @@ static enum load_answer load_check_real(const struct load *load, const struct lo
     return load_takes_unseen(load) ? LOAD_TAKEN : LOAD_UNSEEN;
 }
 
-/* Those that no turn of two heads shows the operator has to force. */
+/* Lanes that no turn of two heads shows are taken only if the operator forces them. */
 static enum load_answer load_check_followed(const struct load *load, bool has_modulators) {
     const struct followed *followed = &load->received_followed;
     if (load->frames + followed_all_lanes(followed) > load->received.lanes) {
@@ -629,7 +629,7 @@ void load_combine(const struct coefficients *set, const struct thermal *thermal,
         .counts_per_rev = either != NULL ? either->counts_per_rev : 0,
     };
     if (set != NULL && set->mean.heads != 0) {
-        /* The calibration's own lanes are of head 1. */
+        /* The calibration's own lanes correct head 1, not a mean, so none is used. */
         candidate->mean = set->mean;
         of_own = 0;
     }

@@ -6,8 +6,8 @@
 
 #include "assertion.h"
 
-/* Share of a turn in the running variance; and the most that a turn counts, so that a jump of the
-   order itself is not taken for scatter. */
+/* Weight of a turn in the running variance, and the largest contribution of one turn, so that a jump of the order
+   itself is not taken for scatter. */
 #define SHARE 0.1
 #define MOST_TIMES 9.0
 
@@ -16,8 +16,8 @@ void watch_begin(struct loaded_watch *watch) {
     watch->at_fault = false;
 }
 
-/* Two turns that are independent differ by four variances of a component, both components together.
-   Never below the variance that the turn itself states. */
+/* Follows the variance of a component. Two independent turns differ by four times that variance, summed over both
+   components. The result is never below the variance that the turn itself states. */
 static double watch_follow_variance(struct watched_lane *lane, bool shown, struct vector left,
                                     double stated) {
     double variance = shown ? lane->variance : stated;
@@ -48,7 +48,8 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
         watch->beyond[place]++;
     }
     watch->at_fault = watch->at_fault || watch->beyond[place] == WATCH_TURNS;
-    /* The noise makes |left|^2 too large; the separation's error stays. A cosine of amplitude A has the mean square A^2/2. */
+    /* Noise increases |left|^2, so its variance is subtracted; the separation's error is added. A cosine of
+       amplitude A has the mean square A^2/2. */
     watch->mean_square += 0.5 * fmax(square - 2.0 * sight->variance, 0.0) + sight->by_separation;
 }
 

@@ -81,7 +81,7 @@ void application_bypass(struct application *application, bool bypassed) {
     if (state_works(application)) {
         control_write(application);
     } else if (application->phase == PHASE_HELD && bypassed) {
-        /* On again by a re-arm alone. */
+        /* Only a re-arm switches the correction on again. */
         application->inherited = false;
         core_hold(&application->core);
     }

@@ -7,23 +7,23 @@
 
 #include "state.h"
 
-/* From the host, a source, or none. */
+/* The host sends the table's temperature, or selects its source. */
 void application_tell_temperature(struct application *application, double celsius);
 void application_choose_temperature(struct application *application,
                                     enum temperature_source source);
 
-/* The operator's commands. */
+/* Commands of the operator. */
 void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);
 
-/* The next turn is copied for the console, with times: it is captured at equal ones. */
+/* Copies the next turn for the console. That turn is captured at equal times, so that the copy has times. */
 void application_want_dump(struct application *application);
 
-/* All frames of a set have come; what load_end() says. */
+/* Ends the reception of a set after its last frame; returns the answer of load_end(). */
 enum load_answer application_load_end(struct application *application, uint32_t crc);
 
-/* As parameters_set(), and does what a new value asks for. */
+/* Sets a parameter like parameters_set(), and carries out the effect of the new value. */
 enum parameter_answer application_set(struct application *application, const char *name,
                                       double value,
                                       const struct parameter_description **description);

@@ -15,13 +15,13 @@
 
 #define PRESET(name) ((double)ARCTRUE_REGISTERS__##name##__VALUE_reset)
 #define PLACE(field) ((uint32_t)offsetof(struct parameters, field))
-/* Beyond every name; strncmp() is there for the console, strcmp() would be 700 bytes more. */
+/* Longer than every name. strncmp() is linked for the console already; strcmp() would add 700 bytes. */
 #define NAME_MOST 64U
 #define MOST_U32 4294967295.0
 #define MOST_ARCSEC 1e6
 
 static const struct parameter_description descriptions[] = {
-    /* name, least, most, preset, whole, effect, place */
+    /* Columns: name, least, most, preset, whole, effect, place */
     {"separation_deg", 0.01, 359.99, 33.0, false, EFFECT_NEXT_TURN, PLACE(separation_deg)},
     {"head3_deg", 0, 359.99, 0, false, EFFECT_NEXT_TURN, PLACE(head3_deg)},
     {"head4_deg", 0, 359.99, 0, false, EFFECT_NEXT_TURN, PLACE(head4_deg)},
@@ -35,7 +35,7 @@ static const struct parameter_description descriptions[] = {
     {"counts_per_rev", ARCTRUE_COUNTS_PER_REV_MIN, ARCTRUE_COUNTS_PER_REV_MAX,
      PRESET(COUNTS_PER_REV), true, EFFECT_REARM, PLACE(counts_per_rev)},
     {"sample_period", 1, MOST_U32, PRESET(SAMPLE_PERIOD), true, EFFECT_REARM, PLACE(sample_period)},
-    /* 1,900 counts a second at 2^24 counts a turn, reached in 0.1 s. */
+    /* Presets: 1,900 counts per second at 2^24 counts per turn, reached in 0.1 s. */
     {"ramp_arcsec_s", 0, MOST_ARCSEC * 1e3, 147, false, EFFECT_REARM, PLACE(ramp_arcsec_s)},
     {"ramp_arcsec_s2", 0, MOST_ARCSEC * 1e6, 1470, false, EFFECT_REARM, PLACE(ramp_arcsec_s2)},
     {"output_spacing", 1, 65535, PRESET(OUTPUT_SPACING), true, EFFECT_REARM, PLACE(output_spacing)},
@@ -55,7 +55,7 @@ static const struct parameter_description descriptions[] = {
     {"release_sources", 0, 255, 0, true, EFFECT_REARM, PLACE(release_sources)},
     {"failover_causes", 0, 63, 63, true, EFFECT_FAILOVER, PLACE(failover_causes)},
     {"failover_missing_counts", 0, 255, 48, true, EFFECT_FAILOVER, PLACE(failover_missing_counts)},
-    /* The axis moves by 0.5 um and the table by 90 deg/s: docs/heads.md. */
+    /* Presets for an axis motion of 0.5 um and a table speed of 90 deg/s: see docs/heads.md. */
     {"failover_step_counts", 0, 65535, 32, true, EFFECT_FAILOVER, PLACE(failover_step_counts)},
     {"failover_return_s", 0, 85, 0, false, EFFECT_FAILOVER, PLACE(failover_return_s)},
     {"failover_parity_counts", 0, 65535, 0, true, EFFECT_FAILOVER, PLACE(failover_parity_counts)},
@@ -77,7 +77,7 @@ static const struct parameter_description descriptions[] = {
     {"alarm_error_arcsec", 0, MOST_ARCSEC, 2.0, false, EFFECT_NEXT_TURN, PLACE(alarm_error_arcsec)},
     {"alarm_separation_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_ARCSEC, false,
      EFFECT_NEXT_TURN, PLACE(alarm_separation_arcsec)},
-    /* The commercial grade's die. */
+    /* Limit of the commercial temperature grade. */
     {"alarm_temperature_c", -55, 150, 85, false, EFFECT_NEXT_TURN, PLACE(alarm_temperature_c)},
     {"temperature_step_counts", 0.01, 1000, 0.5, false, EFFECT_NEXT_TURN,
      PLACE(temperature_step_counts)},

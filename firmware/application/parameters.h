@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What can be set on the console, with range and default. */
+/* The parameters of the console, with range and preset. */
 
 #ifndef ARCTRUE_PARAMETERS_H
 #define ARCTRUE_PARAMETERS_H
@@ -10,58 +10,58 @@
 
 struct parameters {
     double separation_deg;
-    /* Places of heads 3 and 4 after head 1, as mounted; 0: not known, and no mean of the heads is calibrated. */
+    /* Places of heads 3 and 4 after head 1, as mounted; 0: not known, so no mean of the heads is calibrated. */
     double head3_deg;
     double head4_deg;
-    /* Standard uncertainty of what differs between the places where the heads detect the mark. */
+    /* Standard uncertainty of the difference between the places where the heads detect the mark. */
     double index_detection_arcsec;
-    /* 0: the paper's transform; 1: least squares at the angles read. */
+    /* 0: the paper's Fourier transform; 1: least squares at the angles read. */
     double method;
     double orders;
     double gain_limit;
-    /* What a turn leaves of the weight of those before. */
+    /* Factor by which one turn reduces the weight of the turns before it. */
     double keep;
     double noise_limit;
     double counts_per_rev;
     double sample_period;
-    /* Largest velocity of a ramp and its change; 0: no bound of the change. */
+    /* Largest velocity and largest acceleration of a ramp; acceleration 0: not limited. */
     double ramp_arcsec_s;
     double ramp_arcsec_s2;
     double output_spacing;
     double filter_length;
     double minimum_edge_spacing;
     double index_tolerance;
-    /* 1: counts that head 1 lost are put into the count of the output, on the ramp. */
+    /* 1: the core adds counts that head 1 lost to the count of the output, on the ramp. */
     double heal;
-    /* Polarity, direction and filter of a head's pins; polarity and direction of the output's. */
+    /* Polarity, direction and filter of a head's pins; polarity and direction of the output's pins. */
     double head1_input;
     double head2_input;
     double head3_input;
     double head4_input;
-    /* Clocks by which A, B and Z of a head come later, a byte each, head 1 in the lowest. */
+    /* Clocks by which A, B and Z of a head are delayed, one byte per head, head 1 in the lowest. */
     double head_delays;
     double output_pins;
     /* Causes for leaving a head out, as bits of the register `failover` from `illegal` on; 0: no head is left out. */
     double failover_causes;
     double failover_missing_counts;
     double failover_step_counts;
-    /* A head that was left out comes back so long after, once it has its index; 0: only on request. */
+    /* Time after which a head that was left out may be used again, once it has its index; 0: only on request. */
     double failover_return_s;
     /* Limit of the parity of the heads; 0: none. */
     double failover_parity_counts;
-    /* Faults that raise the alarm, and those that release the outputs. */
+    /* Faults that raise the alarm, and faults that release the line drivers. */
     double alarm_sources;
     double release_sources;
-    /* Pulses beside the table: clocks that an output is high; 1: falling edges of an input count. */
+    /* Pulse outputs: clocks for which an output is high. Pulse inputs: 1 selects falling edges. */
     double trigger_width;
-    /* 1: a sample at each edge of sync_in, in place of equal times. */
+    /* 1: takes a sample at each edge of sync_in instead of at equal times. */
     double sync_capture;
     double sync_falling;
     double probe_falling;
-    /* Filter of both inputs, clocks. */
+    /* Filter length of both pulse inputs, clocks. */
     double pulse_filter;
-    /* 1: pulses at an angle after the index and at each multiple of the interval from there, counts;
-       interval 0: once. */
+    /* 1: the core gives a pulse at an angle after the index and at each multiple of the interval from there, counts;
+       interval 0: one pulse. */
     double compare_on;
     double compare_first;
     double compare_interval;
@@ -70,24 +70,23 @@ struct parameters {
     double alarm_error_arcsec;
     double alarm_separation_arcsec;
     double alarm_temperature_c;
-    /* A change of the correction by the temperature that is worth a new bank. */
+    /* Change of the correction by the temperature from which on a new bank is written. */
     double temperature_step_counts;
-    /* What the table cannot do from one reading of its thermometer to the next, and how long it
-       may say the same. */
+    /* Largest change of the table's temperature from one reading to the next, and longest time without a change. */
     double temperature_jump_k;
     double temperature_still_s;
 };
 
-/* What a new value asks for. */
+/* Effect of a new value. */
 enum parameter_effect {
     EFFECT_NEXT_TURN,
     /* A re-arm, which forgets the index. */
     EFFECT_REARM,
-    /* The pins beside the table, at once. */
+    /* The pins of pulses change at once. */
     EFFECT_PINS,
     EFFECT_CAPTURE,
     EFFECT_COMPARE,
-    /* The gateware's failover, at once. */
+    /* The gateware's failover changes at once. */
     EFFECT_FAILOVER,
 };
 
@@ -110,7 +109,7 @@ enum parameter_answer {
 
 uint32_t parameters_number(void);
 const struct parameter_description *parameters_description(uint32_t place);
-/* Each within its range, and whole where it must be. */
+/* True if each parameter is within its range, and whole if it must be. */
 bool parameters_are_valid(const struct parameters *parameters);
 void parameters_preset(struct parameters *parameters);
 double parameters_value(const struct parameters *parameters, uint32_t place);

@@ -20,7 +20,7 @@ void prepared_forget(struct application *application) {
     }
 }
 
-/* Until new sets are whole the gateware must refuse every window. */
+/* Makes the gateware refuse every window until new sets are whole. */
 static void prepared_close(struct application *application) {
     const struct coefficients nothing = {.lanes = application->configuration.lanes,
                                          .counts_per_rev =
@@ -31,7 +31,7 @@ static void prepared_close(struct application *application) {
     }
 }
 
-/* Writes the words of the mean once the set is whole. */
+/* Opens the window of a set by writing the words of the mean, once the set is whole. */
 static enum load_answer prepared_open(struct application *application, enum load_answer answer) {
     const struct load_without *set = &application->load.without;
     if (answer == LOAD_TAKEN && set->head != 0 && (set->whole >> (set->head - 1) & 1U) != 0) {
@@ -72,7 +72,7 @@ enum load_answer application_load_without_lane(struct application *application, 
     return prepared_open(application, answer);
 }
 
-/* Bits of the windows of these heads' sets. */
+/* Returns the window bits of the sets of these heads. */
 static uint32_t prepared_windows(uint32_t sets) {
     return sets << 1;
 }
@@ -86,13 +86,13 @@ void prepared_take_over(struct application *application) {
     }
 }
 
-/* The determinant of the rows 1, cos, sin of three heads. */
+/* Returns the determinant of the rows 1, cos, sin of three heads. */
 static double prepared_minor(const double place[3]) {
     return sin(place[1] - place[0]) + sin(place[2] - place[1]) + sin(place[0] - place[2]);
 }
 
-/* c with sum c = 0 and sum c e^(j place) = 0: the signed minors of the three equations; the largest |c| is 1. The
-   offsets of the mean are the places. Fewer than four heads have no parity. */
+/* Computes c with sum c = 0 and sum c e^(j place) = 0: c holds the signed minors of the three equations, scaled so
+   that the largest |c| is 1. The places are the offsets of the mean. Fewer than four heads have no parity. */
 static void prepared_parity(const struct mean_set *mean, uint32_t counts_per_rev,
                             int32_t weight[HEADS_MOST]) {
     double c[PARITY_HEADS] = {0.0};

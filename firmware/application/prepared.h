@@ -8,9 +8,9 @@
 
 #include "state.h"
 
-/* Frames of a set for a missing head, as load_without() and its companions take them; accepted words go to the
-   gateware at once. The first one ends the failover of the former sets. A core without failover refuses the frame,
-   and what is being received is still taken without it. */
+/* Take the frames of a set for a missing head, as load_without() and its companions do; accepted words go to the
+   gateware at once. The first frame ends the failover of the former sets. A core without failover refuses the frame;
+   the set in reception is then taken without it. */
 enum load_answer application_load_without(struct application *application, uint32_t head,
                                           uint32_t lanes, const struct mean_set *mean,
                                           uint32_t crc);
@@ -19,15 +19,15 @@ enum load_answer application_load_without_head(struct application *application, 
 enum load_answer application_load_without_lane(struct application *application, uint32_t number,
                                                const struct lane *lane, uint32_t crc);
 
-/* The received sets belong to the mean that is now loaded: none, if it has none. */
+/* Assigns the received sets to the mean that is now loaded; none, if there were none. */
 void prepared_take_over(struct application *application);
-/* No prepared set belongs to what is active. */
+/* Notes that no prepared set belongs to the active coefficients. */
 void prepared_forget(struct application *application);
 /* Switches the failover on if the gateware still holds the sets of the active mean, otherwise off. */
 void prepared_arm(struct application *application);
 /* Raises the alarm when a head was left out since the previous call. */
 void prepared_watch(struct application *application);
-/* A head, counted from 1, may be used again after its next index. False: it is not left out. */
+/* Allows a head, counted from 1, to be used again after its next index. False: it is not left out. */
 bool application_come_back(const struct application *application, uint32_t head);
 
 #endif

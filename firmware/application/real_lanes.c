@@ -28,7 +28,7 @@ double real_lane_order(const struct real_lane *lane) {
 
 uint64_t real_lane_phase_step(const struct real_lane *lane, uint32_t counts_per_rev) {
     ASSERT(counts_per_rev > 0 && lane->order < ORDERS);
-    /* The order has 16 bits above 48, so that half a count in the sum is the only one that could overflow. */
+    /* The order has 16 bits above bit 48, so that only the added half count could overflow the sum. */
     uint64_t order = (uint64_t)lane->order << ARCTRUE_PHASE_STEP_WIDTH | lane->turn_step;
     uint64_t step = order / counts_per_rev;
     uint64_t over = order % counts_per_rev;
@@ -42,7 +42,8 @@ double real_lane_steepest(const struct real_lane *lane, uint32_t counts_per_rev)
 }
 
 void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn) {
-    /* Modulo 2^64, of which the 48 bits of a turn are the low ones; rounded as the core rounds. */
+    /* The product modulo 2^64 is enough, because the 48 bits of a turn are its low bits. It is rounded as the core
+       rounds. */
     uint64_t fraction = (uint64_t)(int64_t)turn * lane->turn_step;
     uint64_t half = 1ULL << (CUT_OFF - 1);
     uint32_t gone_on = (uint32_t)((fraction + half) >> CUT_OFF) % PHASES;

@@ -16,7 +16,7 @@ struct real_lane {
     /* Whole part of the order, and its fraction in 2^-48: the turn step. */
     uint32_t order;
     uint64_t turn_step;
-    /* u0.24 turn in turn 0 of the core, where it is known. */
+    /* Phase in turn 0 of the core, u0.24 turn, if it is known. */
     uint32_t phase_offset;
     int32_t amplitude;
     bool phase_known;
@@ -24,13 +24,13 @@ struct real_lane {
 
 bool real_lane_is_valid(const struct real_lane *lane);
 double real_lane_order(const struct real_lane *lane);
-/* u0.48 turn a count. */
+/* Phase step, u0.48 turn per count. */
 uint64_t real_lane_phase_step(const struct real_lane *lane, uint32_t counts_per_rev);
-/* Upper bound of its |d eps / d R|. */
+/* Upper bound of the lane's |d eps / d R|. */
 double real_lane_steepest(const struct real_lane *lane, uint32_t counts_per_rev);
-/* In turn `turn` of the core, at its angle 0, the phase is `phase`, u0.24 turn. */
+/* Sets the phase so that it is `phase`, u0.24 turn, at angle 0 of turn `turn` of the core. */
 void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn);
-/* A core with so many lanes prepares the phases in time. */
+/* True if a core with this many lanes prepares the phases in time. */
 bool real_lanes_counts_suffice(uint32_t lanes, uint32_t counts_per_rev);
 
 #endif

@@ -6,7 +6,7 @@
 #include "control.h"
 #include "zeros.h"
 
-/* Those that end with the flags of a head. */
+/* Faults that end when the flags of the heads are cleared. */
 enum {
     HEAD_FAULTS = CORE_FAULT_HEAD1 | CORE_FAULT_HEAD2 | CORE_FAULT_SWALLOWED | CORE_FAULT_HEAD3 |
     CORE_FAULT_HEAD4
@@ -27,8 +27,9 @@ uint32_t application_release_present(const struct application *application) {
     return there ? core_status(&application->core).release_present : 0U;
 }
 
-/* A table that its drive has stopped brings no turn that would clear the flags of a head. What an index error says is
-   looked at first. Turns that were captured, and the one under way, may hold what the flag was set for. */
+/* A table that its drive has stopped brings no turn that would clear the flags of a head, so they are cleared here.
+   The index error is evaluated before. The captured turns and the turn in progress are dropped, because they may
+   contain what set the flag. */
 static void release_look_before_clearing(struct application *application, uint32_t faults) {
     if (!state_works(application) || (faults & HEAD_FAULTS) == 0) {
         return;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The output that cannot keep up, and line drivers that are released. */
+/* Faults of the output: it cannot keep up, or its line drivers are released. */
 
 #ifndef ARCTRUE_RELEASE_H
 #define ARCTRUE_RELEASE_H
@@ -8,9 +8,9 @@
 #include "state.h"
 
 enum output_answer {
-    /* It follows again. */
+    /* The output follows again. */
     OUTPUT_CLEARED,
-    /* It followed all the time, and its line drivers are enabled again. */
+    /* The output followed all the time, and its line drivers are enabled again. */
     OUTPUT_DRIVEN,
     OUTPUT_NO_CORE,
     OUTPUT_NO_FAULT,
@@ -19,17 +19,18 @@ enum output_answer {
     OUTPUT_STAYS_RELEASED,
 };
 
-/* End the fault of the output and the release of its line drivers; nothing else in the firmware does. */
+/* Ends the fault of the output and the release of its line drivers. Nothing else in the firmware ends them. */
 enum output_answer application_clear_output(struct application *application);
 
-/* Of enum core_fault: what released the line drivers, 0 where they are driven, and what of it is present. */
+/* Bits of enum core_fault: the faults that released the line drivers (0: they drive), and the present ones of them. */
 uint32_t application_release_causes(const struct application *application);
 uint32_t application_release_present(const struct application *application);
 
-/* Why the output stands now: "none" where it follows. */
+/* Reason why the output stands now; "none" if it follows. */
 const char *application_output_fault(const struct application *application);
 
-/* Alarms when line drivers are released. At once: a table that its drive has stopped brings no turn to tell it with. */
+/* Raises an alarm as soon as line drivers are released, because a table that its drive has stopped brings no turn to
+   report it with. */
 void release_watch(struct application *application);
 
 #endif

@@ -9,7 +9,7 @@
 #include "settings.h"
 #include "zeros.h"
 
-/* So many faults in a row are no accident. */
+/* After this many faults in a row the firmware holds instead of beginning anew. */
 enum { FAULTS_HELD = 3 };
 
 void restart_with_nothing(struct application *application) {
@@ -59,7 +59,7 @@ void application_start(struct application *application) {
     control_write(application);
 }
 
-/* The core stays as the fault has left it. */
+/* Leaves the core as the fault left it. */
 static void restart_hold(struct application *application) {
     application->phase = PHASE_NO_CORE;
     if (core_identify(&application->core, &application->configuration)) {
@@ -68,8 +68,8 @@ static void restart_hold(struct application *application) {
     }
 }
 
-/* After a fault the core is at work: index, coefficients and correction stay. False: it is not the
-   core of before. */
+/* Resumes a core that has worked since before the fault: index, coefficients and correction stay. Returns false if
+   no core answers or it has another number of counts per turn. */
 static bool restart_resume(struct application *application) {
     const struct core_access *core = &application->core;
     if (!core_identify(core, &application->configuration)) {
@@ -100,7 +100,7 @@ void application_recover(struct application *application, bool after_fault) {
     settings_keep(application);
 }
 
-/* Settings that are lost are no reason to take a correction off that is at work. */
+/* Lost settings do not switch off a correction that is active. */
 static bool restart_must_not_touch(struct application *application) {
     if (application->settings_origin != SETTINGS_LOST ||
         !core_identify(&application->core, &application->configuration) ||

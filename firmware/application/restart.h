@@ -7,25 +7,26 @@
 
 #include "state.h"
 
-/* At power-on the settings are those that were saved. After a fault they are those that were
-   kept; or else, with bypass on, the saved ones. What is not there is preset. Kept from now on. */
+/* Restores the settings. At power-on they are the saved ones. After a fault they are the kept ones; if those are
+   lost, the saved ones with bypass on. Settings that neither holds are preset. From now on they are kept. */
 void application_recover(struct application *application, bool after_fault);
 
-/* The first start. After a fault index, coefficients and correction of the core stay. After several
-   faults in a row, and where the settings are lost while a correction is at work, nothing is worked on
-   until application_rearm(), and the core stays as it is. */
+/* Starts the first time, or after a fault. After a fault, index, coefficients and correction of the core stay. After
+   several faults in a row, and if the settings are lost while a correction is active, nothing is calibrated until
+   application_rearm(), and the core stays as it is. */
 void application_begin(struct application *application);
 
-/* Find the core and set it up; the phase tells whether it is there. */
+/* Finds the core and sets it up; the phase tells whether a core is there. */
 void application_start(struct application *application);
 
-/* The operator wants it to begin anew: faults of before are forgotten. */
+/* Restarts the core on request of the operator and forgets earlier faults. */
 void application_rearm(struct application *application);
 
-/* Correction off and nothing known, of the calibration and of what was loaded. */
+/* Switches the correction off, and forgets the calibration and the loaded set. */
 void application_forget(struct application *application);
 
-/* Forgets what turns have shown, and takes the correction off. What was loaded is judged anew; it need not come again. */
+/* Forgets what turns have shown, and switches the correction off. The loaded set is judged anew and need not be sent
+   again. */
 void restart_with_nothing(struct application *application);
 
 #endif

@@ -7,7 +7,7 @@
 #include "assertion.h"
 
 enum { WORD_BYTES = 4, SECTORS_LEAST = 2, SECTORS_MOST = 32 };
-/* Sectors that one save tries: an erase that fails may take 3 s, and somebody waits. */
+/* Largest number of sectors that one save tries: a failing erase may take 3 s, and the operator waits. */
 enum { TRIES_MOST = 4 };
 #define ERASED 0xFFFFFFFFU
 
@@ -65,7 +65,7 @@ static bool save_read_sector(struct save *save, uint32_t sector) {
                             SAVED_WORDS_MOST);
 }
 
-/* A whole record is taken where none is later; without one it is told why the first is none. */
+/* Keeps a whole record if no later one was found. If no record is whole, keeps the reason why the first is not. */
 static void save_note_record(struct save *save, uint32_t sector, enum saved_answer answer,
                              uint32_t sequence) {
     if (answer == SAVED_READ &&
@@ -78,13 +78,13 @@ static void save_note_record(struct save *save, uint32_t sector, enum saved_answ
     }
 }
 
-/* Of the latest whole record. */
+/* Notes the properties of the latest whole record. */
 static void save_note_kept(struct save *save) {
     save->kept_lanes = saved_lanes(&save->content);
     save->kept_counts_per_rev = save->content.own.counts_per_rev;
 }
 
-/* The next record goes behind the one with the highest number, of any version. */
+/* The next record follows the one with the highest number, whatever its version. */
 static bool save_read_all(struct save *save) {
     bool numbered = false;
     save->found = SAVED_EMPTY;
@@ -106,8 +106,8 @@ static bool save_read_all(struct save *save) {
     return true;
 }
 
-/* The latest one is read again: there is room for one. A flash that has become silent meanwhile reads as
-   an empty one. */
+/* Reads the latest record again, because there is memory for one record only. A flash that has become silent
+   meanwhile reads as empty. */
 bool save_find(struct save *save) {
     uint32_t sequence;
     bool whole = save_open_flash(save) && save_read_all(save) && save_open_flash(save);
@@ -148,7 +148,7 @@ static void save_end(struct save *save, enum save_answer answer) {
     save->fresh = true;
 }
 
-/* The next sector in turn; never that of the latest whole record. */
+/* Chooses the next sector in turn, but never that of the latest whole record. */
 static bool save_choose_sector(struct save *save) {
     uint32_t sectors = save_sectors(save);
     for (uint32_t step = 1; step <= sectors; step++) {
@@ -162,7 +162,7 @@ static bool save_choose_sector(struct save *save) {
     return false;
 }
 
-/* With a number of its own: what an earlier try has left may be whole all the same. */
+/* Gives the record a number of its own, because the record of a failed try may nevertheless be whole. */
 static enum save_answer save_erase_sector(struct save *save) {
     save->number = saved_write(&save->content, ++save->highest, save->words);
     save->place = 0;
@@ -184,14 +184,14 @@ enum save_answer save_begin(struct save *save, uint32_t least) {
     save->fresh = false;
     save->tries = 1;
     if (!save_choose_sector(save)) {
-        /* All were found worn: the flash may have been protected then. */
+        /* All sectors failed: the flash may have been protected, so all are tried again. */
         save->worn = 0;
         (void)save_choose_sector(save);
     }
     return save_erase_sector(save);
 }
 
-/* The sector does not take it; `answer` is told where no other does. */
+/* Marks the sector as worn; `answer` is reported if no other sector accepts the record. */
 static void save_leave_out(struct save *save, enum save_answer answer) {
     save->worn |= 1U << save->sector;
     if (save->tries == TRIES_MOST || !save_choose_sector(save)) {
@@ -212,7 +212,7 @@ static void save_go_on_or_end(struct save *save, enum save_answer answer) {
     }
 }
 
-/* Programming clears bits and sets none. */
+/* Programming can only clear bits, so the page must be erased. */
 static enum save_answer save_look_erased(struct save *save) {
     uint32_t words[FLASH_PAGE_WORDS];
     uint32_t address = save_sector_address(save, save->sector);

@@ -19,7 +19,7 @@ struct words {
     uint32_t place;
 };
 
-/* Reads 0 beyond the end; `place` tells that it was there. */
+/* Words to read: beyond the end they read as 0, and `place` shows that the end was passed. */
 struct source {
     const uint32_t *word;
     uint32_t place;
@@ -76,7 +76,7 @@ static void saved_put_parameters(struct words *words, const struct parameters *p
     }
 }
 
-/* `unjudged`: lanes by place that nobody could judge. */
+/* `unjudged`: places of the lanes that nobody could judge, one bit per lane. */
 static void saved_put_lanes(struct words *words, const struct coefficients *coefficients,
                             uint32_t owner, uint64_t unjudged) {
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
@@ -176,7 +176,8 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     return to.place;
 }
 
-/* Looked for first where this firmware would have written it: the sums of names take long. */
+/* Looks first at the place where this firmware would have written the parameter, because the check sums of names
+   take long. */
 static void saved_take_parameter(struct source *from, struct parameters *parameters,
                                  uint32_t first) {
     uint32_t sum = saved_take(from);
@@ -188,7 +189,7 @@ static void saved_take_parameter(struct source *from, struct parameters *paramet
         const struct parameter_description *description =
             parameters_description((first + step) % parameters_number());
         if (saved_name_sum(description->name) == sum) {
-            /* Out of its range it fails parameters_are_valid(). */
+            /* A value out of range is refused later by parameters_are_valid(). */
             *(double *)(void *)((unsigned char *)parameters + description->offset) = value;
             return;
         }

@@ -1,23 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What `save` keeps: settings and coefficients, and their form as words of a record.
+/* The data that `save` stores, settings and coefficients, and their form as words of a record.
 
    Little-endian words:
      0  magic, "ATSV"
      1  version of this form, 1
      2  sequence number; the later record has one more, modulo 2^32
      3  number of words of the content
-     4  switches: frozen 1, bypassed 2, telemetry 4, and 8 where lanes follow a condition
+     4  switches: frozen 1, bypassed 2, telemetry 4, and 8 if lanes follow a condition
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
-     (0 the calibration, 1 loaded, 2 loaded and judged by nobody)
+     (0 the calibration, 1 loaded, 2 loaded and not judged)
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
      thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
-     then, where it is not the preset one, the range of temperature in thousandths
-     then, where the loaded lanes are those of a mean: heads, carrier, used heads, offset, delays, four weights and
+     then, if it is not the preset one, the range of temperature in thousandths
+     then, if the loaded lanes correct a mean: heads, carrier, used heads, offset, delays, four weights and
      four offsets; mean_set.h
      last  CRC-32 of all words before */
 
@@ -48,40 +48,39 @@ enum {
 
 struct saved {
     struct settings settings;
-    /* Of the calibration, and of the operator. */
+    /* Coefficients of the calibration, and those of the operator. */
     struct coefficients own;
     struct coefficients loaded;
     struct thermal thermal;
     struct followed followed;
-    /* Loaded lanes, by place, that nobody could judge. */
+    /* Places of loaded lanes that nobody could judge. */
     uint64_t unjudged;
 };
 
 enum saved_answer {
     SAVED_READ,
-    /* Nothing was ever written there. */
+    /* The sector was never written. */
     SAVED_EMPTY,
-    /* Written, but not to the end, or changed since. */
+    /* The record was not written to its end, or has changed since. */
     SAVED_DAMAGED,
     SAVED_OTHER_VERSION,
     SAVED_OUT_OF_RANGE,
-    /* The flash does not answer: what it holds is not known. */
+    /* The flash does not answer, so its content is not known. */
     SAVED_UNREAD,
     SAVED_ANSWERS,
 };
 
 const char *saved_answer_name(enum saved_answer answer);
 
-/* The record's words, at most SAVED_WORDS_MOST; their number. */
+/* Writes the words of the record, at most SAVED_WORDS_MOST, and returns their number. */
 uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words);
 
-/* Of words that were read, of which SAVED_WORDS_MOST are there. `sequence` changes where the check sum
-   is right. A parameter that the record does
-   not have is at its preset, one that this firmware does not know is left out. `saved` is changed
-   even where the record is refused. */
+/* Reads a record from `words`, of which SAVED_WORDS_MOST exist. `sequence` is set if the check sum is right. A
+   parameter that the record does not have gets its preset; one that this firmware does not know is ignored. `saved`
+   changes even if the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
 
-/* The lanes that are used, of both owners, and those that follow a condition. */
+/* Number of used lanes of both owners and of lanes that follow a condition. */
 uint32_t saved_lanes(const struct saved *saved);
 
 #endif

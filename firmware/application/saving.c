@@ -20,8 +20,8 @@ void saving_recover(struct application *application) {
     }
 }
 
-/* The calibration's lanes of what is at work or was before the core began anew, and what is loaded,
-   also while a turn has yet to judge it again. */
+/* Takes the calibration's lanes that are active, or were before the core began anew, and the loaded set, also if a
+   turn has yet to judge it again. */
 static void saving_take_known(const struct application *application, struct saved *saved) {
     const struct load *load = &application->load;
     bool waits = application->saved_state == SAVED_WAITING;
@@ -33,7 +33,7 @@ static void saving_take_known(const struct application *application, struct save
         saved->unjudged = kept ? load->unjudged : 0;
     }
     if (application->active.mean.heads != 0 && load_at_work(load) == NULL) {
-        /* The device's own mean: a turn can judge where its heads stand, not its lanes one by one. */
+        /* The device's own mean: a turn can judge the places of its heads, but not its lanes one by one. */
         saved->loaded = application->active;
         saved->unjudged = UINT64_MAX;
     }
@@ -46,9 +46,9 @@ static void saving_take_known(const struct application *application, struct save
     }
 }
 
-/* What waits for its first turn is saved again, unless it is of another table; what a turn speaks
-   against is replaced as soon as there is something else. Whatever is not at work for a moment,
-   because the index is looked for again, is kept. */
+/* Coefficients that wait for their first turn are saved again, unless they belong to another table. Coefficients
+   that a turn contradicts are replaced as soon as there are others. Coefficients that are inactive only while the
+   index is searched again are kept. */
 enum save_answer application_save(struct application *application) {
     struct save *save = application->save;
     if (save == NULL) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What the application knows, and what every file of it asks: names of states, what is at work. */
+/* The state of the application, and functions about it that several files need: names, active coefficients. */
 
 #ifndef ARCTRUE_STATE_H
 #define ARCTRUE_STATE_H
@@ -25,37 +25,36 @@ enum application_phase {
     PHASE_WAIT_FOR_INDEX,
     PHASE_CAPTURE,
     PHASE_SWAP,
-    /* Several faults in a row, or settings that are lost: the core goes on with the coefficients that it
-       has, and nothing is worked on. */
+    /* Held after several faults in a row, or because the settings are lost: the core continues with its
+       coefficients, and nothing is calibrated. */
     PHASE_HELD,
 };
 
-/* Where the operator's settings come from. */
+/* Origin of the operator's settings. */
 enum settings_origin {
     SETTINGS_PRESET,
-    /* After a fault: as they were ordered before it. */
+    /* After a fault: the settings as ordered before it. */
     SETTINGS_KEPT,
-    /* After a fault that they did not outlive: as they were saved, or presets, and bypass where no
-       correction is at work. */
+    /* After a fault that destroyed them: the saved settings or presets, with bypass on if no correction is active. */
     SETTINGS_LOST,
-    /* At power-on: as they were saved. */
+    /* At power-on: the saved settings. */
     SETTINGS_SAVED,
 };
 
-/* What has become of the coefficients that were saved. */
+/* State of the saved coefficients. */
 enum saved_state {
     SAVED_NONE,
     /* Captured turns have yet to confirm them. */
     SAVED_WAITING,
     SAVED_CONFIRMED,
-    /* A turn speaks against them: they wait for the next `rearm`. */
+    /* A turn contradicts them: they wait for the next `rearm`. */
     SAVED_NOT_CONFIRMED,
 };
 
-/* A capture for the console: asked for, copied, or such that it cannot be. */
+/* A capture for the console: requested, copied, or impossible to copy. */
 enum dump_state { DUMP_NONE, DUMP_WANTED, DUMP_COPIED, DUMP_NOT_COPIED };
 
-/* Where the candidate comes from. */
+/* Origin of the candidate. */
 enum candidate_origin { OF_TURN, OF_LOAD, OF_PENDING, OF_SAVED };
 
 enum turn_result { TURN_APPLIED, TURN_KEPT, TURN_REFUSED };
@@ -71,7 +70,7 @@ enum alarm {
     ALARM_TEMPERATURE = 128,
     ALARM_ZERO_LOST = 256,
     ALARM_SWAP = 512,
-    /* The firmware began anew after a fault, not long ago. */
+    /* The firmware recently restarted after a fault. */
     ALARM_BEGAN_ANEW = 1024,
     ALARM_SAVED = 2048,
     ALARM_THERMOMETER = 4096,
@@ -80,13 +79,13 @@ enum alarm {
     ALARM_HEAD_LEFT_OUT = 16384,
 };
 
-/* Sets for a missing head in the gateware's windows that belong to what is loaded. */
+/* Sets for a missing head that the gateware holds and that belong to the loaded set. */
 struct prepared {
-    /* A bit per head; 0: the failover stays off. */
+    /* Missing heads for which there is a set, one bit per head; 0: the failover stays off. */
     uint32_t sets;
-    /* Of their words, as they were read back. */
+    /* CRC of their words, as read back. */
     uint32_t crc;
-    /* Left-out heads of which the operator knows. */
+    /* Left-out heads that were reported to the operator. */
     uint32_t told;
 };
 
@@ -100,26 +99,27 @@ struct turn_report {
     enum refusal reason;
     struct capture_fault fault;
     struct gate_prediction prediction;
-    /* What the loaded orders leave, of both predictions. */
+    /* Error that the loaded orders leave, part of both predictions. */
     double loaded_arcsec;
-    /* What the turn says of lanes that follow a condition: of the set that it judges, else of the loaded one. */
+    /* Measurements of lanes that follow a condition: of the set that the turn judges, otherwise of the loaded set. */
     struct followed_measured followed[FOLLOWED_LANES_MAX];
     uint32_t followed_lanes;
-    /* A mean is corrected: how far a head's place is from where the mean expects it, at the most; below 0: not seen. */
+    /* With a corrected mean: largest distance of a head's place from the place that the mean expects; below 0: not
+       seen. */
     double mean_off_arcsec;
-    /* Why the turn did not calibrate a mean that the device was to calibrate. */
+    /* Reason why the turn did not calibrate the mean, if the device should. */
     enum refusal mean_reason;
     uint32_t alarms;
-    /* A, B and Z stand: the output lay too far behind. */
+    /* A, B and Z stand, because the output fell too far behind. */
     bool output_stands;
-    /* Faults that released the line drivers, of enum core_fault. */
+    /* Faults that released the line drivers, bits of enum core_fault. */
     uint32_t release_causes;
-    /* Of the die; known or absent, never a number that is none. */
+    /* Temperature of the die; the value counts only if has_temperature is true. */
     bool has_temperature;
     double temperature_c;
-    /* Not yet told. */
+    /* Not printed yet. */
     bool fresh;
-    /* The turn has been told already: what is fresh is an alarm. */
+    /* The turn has been printed already; only an alarm is new. */
     bool between_turns;
 };
 
@@ -131,7 +131,7 @@ union calibration_workspace {
     struct further_workspace further;
 };
 
-/* What was written to memory is to outlive a new start. */
+/* Makes data that was written to memory survive a restart. */
 typedef void memory_settle(void);
 
 struct application {
@@ -142,16 +142,16 @@ struct application {
     struct core_configuration configuration;
     struct parameters parameters;
     enum application_phase phase;
-    /* Commands of the operator. */
+    /* Switches of the operator. */
     bool frozen;
     bool bypassed;
     bool telemetry;
-    /* NULL: they are not kept. */
+    /* NULL: the settings are not kept. */
     struct kept_settings *kept;
     memory_settle *settle;
     enum settings_origin settings_origin;
     uint32_t faults_in_a_row;
-    /* It was told that the line drivers are released. */
+    /* The release of the line drivers has been reported. */
     bool release_told;
     /* The bank that is ready. */
     struct core_header header;
@@ -160,21 +160,21 @@ struct application {
     /* NULL: no capture is copied. */
     struct capture_copy *copy;
     int32_t position_at_bank;
-    /* The angle of head 2 at its own index, counts: what it lost since the index that made its
-       zero. The core moves head 1's zero in place of that: how often it has. */
+    /* Angle of head 2 at its own index, counts: what it lost since the index that defined its zero. For head 1 the
+       core moves the zero instead; zero_moves is the number of these moves. */
     int32_t head2_zero;
     uint32_t zero_moves;
-    /* The angle of head 1 at its index is not 0, and nothing has proven yet that counts were lost; since
-       which position. */
+    /* The angle of head 1 at its index is not 0, and nothing has proven yet that counts were lost; and the position
+       at which this began. */
     bool zero_in_doubt;
     int32_t position_at_doubt;
     uint32_t swaps_before;
     uint32_t swap_looks;
-    /* What the latest turn says, refused or not; and what the latest turn that was taken says. */
+    /* Estimate of the latest turn, refused or not; and of the latest turn that was taken. */
     struct estimate measured;
     struct estimate estimate;
-    /* Of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 where the latest
-       turn did not. */
+    /* Results of the latest turn that calibrated the mean of three or four heads; `heads` of its geometry is 0 if
+       the latest turn did not. */
     struct heads_found found;
     struct average average;
     enum verdict verdicts[ORDERS_MAX];
@@ -183,38 +183,38 @@ struct application {
     struct load load;
     struct table_temperature table;
     struct prepared prepared;
-    /* Of the table when the bank before was taken, at which time, and in the middle of this turn;
-       as `table` says where nothing is known of before. */
+    /* Temperature of the table when the previous bank was taken, time of that, and temperature in the middle of this
+       turn; the present one of `table` if no earlier one is known. */
     double before_celsius;
     double before_s;
     double middle_celsius;
-    /* The speed swings: samples are taken at equal angles until the next start or dump. */
+    /* The speed varies too much: samples are taken at equal angles until the next start or dump. */
     bool by_angle;
-    /* Of the core's time for the thermometer; 0: as the core says. In the virtual instrument fewer
-       clocks are a second. */
+    /* Clock rate of the core's time for the thermometer; 0: as the core states. In the virtual instrument a second
+       has fewer clocks. */
     double temperature_clock_hz;
-    /* Banks that followed the temperature between two turns. */
+    /* Number of banks that followed the temperature between two turns. */
     uint32_t temperature_swaps;
     /* NULL: there is no flash. */
     struct save *save;
     enum saved_state saved_state;
     enum candidate_origin candidate_origin;
-    /* `active` is at work. Where it is not, it is what was at work before the core began anew. */
+    /* True if `active` is active. Otherwise `active` holds what was active before the core restarted. */
     bool has_active;
-    /* The operator wants nothing kept of what was known. */
+    /* The operator wants everything that was known to be forgotten. */
     bool forgotten;
-    /* The correction of before a fault is still at work; its coefficients are not known here. */
+    /* A correction from before a fault is still active; its coefficients are not known to the firmware. */
     bool inherited;
     double usual_noise_arcsec;
     uint32_t noisy_turns;
-    /* Bookkeeping. */
+    /* Statistics. */
     struct turn_report report;
     uint32_t refusals[REFUSALS];
     uint32_t turns;
     uint32_t swaps;
     uint32_t stuck_captures;
     uint32_t overruns;
-    /* Interrupts of the core; banks that were found without one since the bank before. */
+    /* Interrupts of the core; banks that were found without an interrupt since the previous bank. */
     uint32_t interrupts;
     uint32_t banks_without_interrupt;
     bool interrupted;
@@ -227,27 +227,26 @@ const char *settings_origin_name(enum settings_origin origin);
 const char *saved_state_name(enum saved_state state);
 const char *turn_result_name(enum turn_result result);
 
-/* For lanes that follow the temperature: the table's, or NULL where none is known and they are as
-   they were written. */
+/* Returns `thermal` if the table's temperature is known; otherwise NULL, and lanes that follow it stay as written. */
 const struct thermal *application_thermal(const struct application *application,
                                           const struct thermal *thermal);
 
-/* The correction is on, as far as the operator and the coefficients go. */
+/* True if operator and coefficients allow the correction. */
 bool application_corrects(const struct application *application);
 
-/* When the core takes its samples. */
+/* Returns when the core takes its samples. */
 enum core_capture application_capture(const struct application *application);
 
 /* Asserts what is true between any two calls. */
 void state_assert(const struct application *application);
 
-/* There is a core, and it is worked with. */
+/* True if there is a core and the firmware uses it. */
 bool state_works(const struct application *application);
 
-/* The time of the core's own clock, s; 0 where its rate is not known. */
+/* Time of the core's own clock, s; 0 if its rate is not known. */
 double state_seconds(const struct application *application);
 
-/* What is at work, NULL where nothing is. */
+/* Returns the active coefficients, NULL if there are none. */
 const struct coefficients *state_active(const struct application *application);
 
 #endif

@@ -8,11 +8,10 @@
 #include "prepared.h"
 #include "restart.h"
 
-/* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
-   access of its bus. */
+/* A swap ends within some hundred clocks of the core; each look at the swap counter takes at least one bus access. */
 enum { SWAP_LOOKS_MOST = 1000 };
 
-/* Heads whose sets are in the gateware and belong to the candidate, a bit a head. */
+/* Returns the heads, one bit per head, for whose absence the gateware holds a set that belongs to the candidate. */
 static uint32_t swap_sets(const struct application *application) {
     if (application->candidate.mean.heads < 3 || application->candidate_origin == OF_SAVED) {
         return 0;
@@ -21,7 +20,7 @@ static uint32_t swap_sets(const struct application *application) {
                                                     : application->prepared.sets;
 }
 
-/* The prepared set that is to become active in place of the idle bank; 0: none is needed. */
+/* Chooses the prepared set that becomes active in place of the idle bank; 0: none is needed. */
 static enum swap_answer swap_choose_set(const struct application *application, uint32_t *set) {
     const struct mean_set *mean = &application->candidate.mean;
     uint32_t used = mean->heads != 0 ? mean->used : 1U;
@@ -77,7 +76,7 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
     return SWAP_ASKED;
 }
 
-/* Which coefficients are active is not known: safe is none. */
+/* It is unknown which coefficients are active; the safe state is to apply none. */
 static void swap_lost(struct application *application) {
     alarm_between_turns(application, ALARM_SWAP);
     restart_with_nothing(application);

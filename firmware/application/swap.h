@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A candidate goes into the idle bank, and the banks are swapped. */
+/* Writes a candidate into the idle bank and swaps the banks. */
 
 #ifndef ARCTRUE_SWAP_H
 #define ARCTRUE_SWAP_H
@@ -19,7 +19,7 @@ enum swap_answer {
    If the gateware has left out a head of the candidate's mean, the prepared set without that head becomes active instead. */
 enum swap_answer swap_candidate(struct application *application, const struct followed *followed);
 
-/* Looks whether the core has swapped; a swap that does not come is an alarm. */
+/* Checks whether the core has swapped; raises an alarm if the swap does not come. */
 void swap_wait(struct application *application);
 
 #endif

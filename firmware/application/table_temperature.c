@@ -8,14 +8,14 @@
 #define READING_S 0.5
 #define LEAST_C (-55.0)
 #define MOST_C 150.0
-/* So many in a row are no accident. */
+/* Number of failures, or of agreeing readings, in a row that cannot be an accident. */
 enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
-/* How fast a table may have warmed or cooled while its thermometer was silent: 3 K a minute. */
+/* Largest rate at which the table may have changed while its thermometer was silent: 3 K per minute. */
 #define SILENT_K_S 0.05
-/* After so many time constants nothing is left of what the observer knew, and its gains divide by 0. */
+/* After this many time constants the observer's state has no influence any more, and its gains would divide by 0. */
 #define FORGOTTEN_LAGS 30.0
-/* How soon the table is followed: this part of the thermometer's time constant. A smaller one is less
-   late where the slope changes, and makes more of the thermometer's steps. */
+/* The observer's time constant is that of the thermometer divided by this. A smaller time constant reduces the delay
+   after a change of slope, and amplifies the thermometer's steps. */
 #define LAG_SHARE 16.0
 #define LEAST_FILTER_S 2.0
 
@@ -69,7 +69,7 @@ static bool table_temperature_read(const struct table_temperature *table, double
            *celsius <= MOST_C;
 }
 
-/* expm1() is there already; exp() would bring a table of 2 KB. */
+/* expm1() is linked already; exp() would add a table of 2 KB. */
 static double table_temperature_decay(double times) {
     return 1.0 + expm1(-times);
 }
@@ -96,8 +96,7 @@ static void table_temperature_observe(struct table_temperature *table, double ce
     table->slope += slope_gain * off;
 }
 
-/* Without a lag a short one is followed all the same, so that one that becomes known is taken off at
-   once. */
+/* Without a lag the observer runs with a short one, so that it corrects a lag at once when that becomes known. */
 static void table_temperature_use_lag(struct table_temperature *table, double time_constant_s) {
     double tau = fmax(time_constant_s, LEAST_FILTER_S);
     table->behind_k *= tau / table->time_constant_s;
@@ -125,8 +124,8 @@ static void table_temperature_take(struct table_temperature *table, double celsi
     table->celsius = time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
 }
 
-/* A thermometer says 0 before its first conversion: what it says first has to come again. The observer
-   begins with it. */
+/* A thermometer reads 0 before its first conversion, so its first reading must be confirmed by the next ones. The
+   observer begins with the first reading. */
 static void table_temperature_confirm(struct table_temperature *table, double celsius,
                                       double jump_k, double time_constant_s, double now_s) {
     uint32_t agree = 1;
@@ -160,8 +159,8 @@ static void table_temperature_read_sensor(struct table_temperature *table,
     }
     double most_k = limits->jump_k + SILENT_K_S * (now_s - table->read_s);
     if (fabs(celsius - table->shown_c) > most_k) {
-        /* One may be a bit that was changed on the way. What it says after so many is not believed
-           before somebody has looked. */
+        /* A single jump may be a bit error on the bus. After FAILURES_MOST jumps the thermometer is not believed
+           until the operator has checked it. */
         if (++table->in_a_row >= FAILURES_MOST) {
             table->state = TEMPERATURE_JUMPED;
         }
@@ -170,7 +169,7 @@ static void table_temperature_read_sensor(struct table_temperature *table,
     table_temperature_take(table, celsius, time_constant_s, now_s);
 }
 
-/* A new bitstream or a reset of the fabric: how long ago anything was is not known any more. */
+/* The clock restarted with a new bitstream or a reset of the fabric: the age of earlier readings is unknown. */
 static void table_temperature_time_again(struct table_temperature *table, double now_s) {
     table->tried_s = now_s - READING_S;
     table->read_s = table->changed_s = now_s;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The temperature of the table: from a thermometer, from the host, or not known. What cannot be
-   believed is held back, and the model stays at the last temperature that could. */
+/* The temperature of the table: from a thermometer, from the host, or not known. An implausible reading is ignored,
+   and the model keeps the last plausible temperature. */
 
 #ifndef ARCTRUE_TABLE_TEMPERATURE_H
 #define ARCTRUE_TABLE_TEMPERATURE_H
@@ -15,20 +15,20 @@ typedef bool temperature_read(void *context, double *celsius);
 enum temperature_source { TEMPERATURE_NONE, TEMPERATURE_HOST, TEMPERATURE_SENSOR };
 
 enum temperature_state {
-    /* Nothing was read yet, or nothing that another reading has confirmed. */
+    /* Nothing was read yet, or no second reading has confirmed the first. */
     TEMPERATURE_UNKNOWN,
     TEMPERATURE_GOOD,
-    /* Held at the last good value: the thermometer does not answer, it said what the table cannot
-       have become, or it has said the same for too long; the host has been silent as long. */
+    /* Held at the last good value, because the thermometer does not answer, has jumped further than the table can,
+       or has not changed for too long; or because the host has been silent for too long. */
     TEMPERATURE_SILENT,
     TEMPERATURE_JUMPED,
     TEMPERATURE_STANDS_STILL,
 };
 
 struct temperature_limits {
-    /* Kelvin from one reading to the next; after a silence more. */
+    /* Largest change in kelvin from one reading to the next; after a silence more is allowed. */
     double jump_k;
-    /* Seconds; 0: as long as it likes. */
+    /* Longest time without a change, s; 0: not limited. */
     double still_s;
 };
 
@@ -38,39 +38,40 @@ struct table_temperature {
     /* NULL: there is no thermometer. */
     temperature_read *read;
     void *context;
-    /* As it was read. */
+    /* Temperature as read. */
     double shown_c;
-    /* What follows it with this time constant; how far that is behind the table; slope, K/s. */
+    /* Observer of the thermometer with this time constant: its temperature; how far that is behind the table; slope
+       of the table, K/s. */
     double time_constant_s;
     double followed_c;
     double behind_k;
     double slope;
-    /* Of the table, without the thermometer's lag. */
+    /* Temperature of the table, without the thermometer's lag. */
     double celsius;
     double tried_s;
     double read_s;
     double changed_s;
-    /* In a row: times without an answer; readings too far from the good one, or, before there is one,
-       readings that agree. */
+    /* Counters of events in a row: readings without an answer; readings too far from the good one or, before there
+       is a good one, readings that agree. */
     uint32_t failures;
     uint32_t in_a_row;
 };
 
 void table_temperature_use(struct table_temperature *table, temperature_read *read, void *context);
 
-/* The operator's choice; forgets what was wrong. */
+/* Selects the source that the operator wants, and forgets earlier faults. */
 void table_temperature_choose(struct table_temperature *table, enum temperature_source source);
-/* From the host, at a time in seconds of a clock that never stops. */
+/* Takes a temperature from the host, at a time in seconds of a clock that never stops. */
 void table_temperature_tell(struct table_temperature *table, double celsius, double now_s);
 
-/* Read where it is time to; `time_constant_s` of the lag that is taken off. */
+/* Reads the thermometer when it is time; `time_constant_s`: the lag to remove. */
 void table_temperature_follow(struct table_temperature *table,
                               const struct temperature_limits *limits, double time_constant_s,
                               double now_s);
 
-/* True: `celsius` has a value, be it held. */
+/* True if `celsius` has a value, also a held one. */
 bool table_temperature_is_known(const struct table_temperature *table);
-/* True: it is held at the last good value. */
+/* True if the value is held at the last good one. */
 bool table_temperature_is_held(const struct table_temperature *table);
 
 const char *temperature_source_name(enum temperature_source source);

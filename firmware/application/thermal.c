@@ -55,14 +55,14 @@ bool thermal_follows(const struct thermal *thermal, uint32_t order) {
     return thermal_slope_of(thermal, order) != NULL;
 }
 
-/* Counts: eps = re cos(n R) - im sin(n R), as equation (9) has it with Phi. */
+/* Vector in counts: eps = re cos(n R) - im sin(n R), as in equation (9) with Phi. */
 static struct vector thermal_vector_of(const struct lane *lane) {
     struct vector unit = vector_unit(2.0 * PI * lane->phase_offset / PHASE_STEPS);
     double amplitude = lane->amplitude / AMPLITUDE_STEPS;
     return (struct vector){amplitude * unit.re, amplitude * unit.im};
 }
 
-/* Of a lane at T0 + `warmth`. */
+/* Vector of a lane at T0 + `warmth`. */
 static struct vector thermal_vector_at(const struct lane *lane, const struct thermal_lane *slope,
                                        double warmth) {
     struct vector value = thermal_vector_of(lane);
@@ -86,7 +86,7 @@ struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *la
     double amplitude = rint(vector_length(value) * AMPLITUDE_STEPS);
     made.phase_offset =
         (uint32_t)rint((turns - floor(turns)) * PHASE_STEPS) & ((1U << ARCTRUE_PHASE_WIDTH) - 1U);
-    /* thermal_extent() has let nothing through that no lane holds. */
+    /* thermal_extent() has refused every model whose amplitudes exceed a lane. */
     made.amplitude = (int32_t)fmin(amplitude, AMPLITUDE_WORD_MAX);
     return made;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Loaded lanes that follow the temperature of the table: cosine and sine of an order are
-   c0 + c1 (T - T0) + c2 (T - T0)^2, c0 being what the lane itself holds. */
+/* Loaded lanes that follow the temperature of the table: cosine and sine of an order are c0 + c1 (T - T0) + c2 (T -
+   T0)^2, where c0 is the value of the lane itself. */
 
 #ifndef ARCTRUE_THERMAL_H
 #define ARCTRUE_THERMAL_H
@@ -13,7 +13,7 @@
 
 enum { THERMAL_LANES_MAX = 16, THERMAL_FRACTION = 20 };
 
-/* Each in 2^-20 count a kelvin, and a kelvin squared. */
+/* Coefficients in 2^-20 count per kelvin and per kelvin squared. */
 struct thermal_lane {
     uint32_t order;
     int32_t cosine;
@@ -25,44 +25,45 @@ struct thermal_lane {
 struct thermal {
     struct thermal_lane lane[THERMAL_LANES_MAX];
     uint32_t lanes;
-    /* T0, and the time constant of first order by which the thermometer lags; thousandths. */
+    /* T0, and the time constant of the thermometer's first-order lag; in thousandths. */
     int32_t reference_mc;
     uint32_t time_constant_ms;
-    /* Below and above, the lanes stay as they are there; thousandths. */
+    /* Range of temperature, in thousandths; outside it the lanes stay as at its ends. */
     int32_t least_mc;
     int32_t most_mc;
 };
 
-/* Over the range of temperature: |d eps / d R| at most, and the largest amplitude of a lane, counts. */
+/* Largest |d eps / d R| and largest amplitude of a lane, counts, over the range of temperature. */
 struct thermal_extent {
     double steepest;
     double largest_counts;
 };
 
-/* -273.15 to 1000 degrees, T0 within the range; up to an hour. */
+/* True if the range lies within -273.15 to 1000 degrees, T0 within the range, and the time constant is at most an
+   hour. */
 bool thermal_is_valid(const struct thermal *thermal);
 
-/* The range of a file that states none. */
+/* Sets the range for a file that states none. */
 void thermal_preset_range(struct thermal *thermal);
 bool thermal_has_preset_range(const struct thermal *thermal);
 
-/* Bounds: the largest value at 33 temperatures of the range, and what a lane can be above the chord
-   between two of them, c2 h^2/4. Phases are not used: sum of n |c_n|. */
+/* Returns upper bounds: the largest value at 33 temperatures of the range plus the largest excess c2 h^2/4 of a lane
+   over the chord between two of them. Phases are not used: the slope is the sum of n |c_n|. */
 struct thermal_extent thermal_extent(const struct thermal *thermal,
                                      const struct coefficients *coefficients);
 
-/* The order has a slope. */
+/* True if the order depends on the temperature. */
 bool thermal_follows(const struct thermal *thermal, uint32_t order);
 
-/* `lane` at a temperature; itself where its order does not follow it. */
+/* Returns `lane` at a temperature, unchanged if its order does not depend on it. */
 struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *lane, double celsius);
 
-/* The sum of the amplitudes by which lanes change from one temperature to another, counts. */
+/* Sum of the amplitudes by which lanes change from one temperature to another, counts. */
 double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
                              double from_celsius, double to_celsius);
 
-/* The most by which the corrections of two banks of lanes at the same places can differ, counts.
-   A lane that only one of them uses counts whole. */
+/* Largest difference between the corrections of two banks with lanes at the same places, counts. A lane that only
+   one bank uses counts with its whole amplitude. */
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second);
 
 #endif

@@ -13,7 +13,7 @@
 #include "swap.h"
 #include "zeros.h"
 
-/* So many turns later a fault was none in a row. */
+/* After this many turns without a fault the count of faults in a row restarts. */
 enum { FAULT_FORGOTTEN_TURNS = 20 };
 
 static enum turn_result turn_result_of(enum refusal reason, bool frozen) {
@@ -30,8 +30,8 @@ static void turn_take_temperature(struct application *application) {
         application->read_temperature(application->temperature_context, &report->temperature_c);
 }
 
-/* The flags are sticky: the next turn is to be judged by itself. An index error that came since the
-   refused turn ended is about to be cleared and is looked at here as well. */
+/* Clears the sticky flags, so that the next turn is judged by itself. An index error that came after the end of the
+   refused turn would be lost by that, so it is evaluated here first. */
 static void turn_after_refusal(struct application *application) {
     bool told =
         application->report.reason == REFUSED_INDEX_ERROR || core_index_error(&application->core);
@@ -64,7 +64,7 @@ static void turn_take_calibration(struct application *application) {
     }
 }
 
-/* Lanes that follow a condition, of the set that is applied. */
+/* Returns the lanes that follow a condition, of the set that is applied. */
 static struct followed turn_followed(const struct application *application,
                                      enum candidate_origin origin) {
     const struct load *load = &application->load;
@@ -77,7 +77,7 @@ static struct followed turn_followed(const struct application *application,
     return origin == OF_PENDING ? load->followed : load_followed_at_work(load);
 }
 
-/* What was loaded or saved is applied while the calibration is frozen, too. */
+/* Applies a loaded or saved set, also while the calibration is frozen. */
 static void turn_take_set(struct application *application) {
     struct load *load = &application->load;
     enum candidate_origin origin = application->candidate_origin;

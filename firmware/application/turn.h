@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What one captured turn causes. */
+/* Processes one captured turn. */
 
 #ifndef ARCTRUE_TURN_H
 #define ARCTRUE_TURN_H
 
 #include "state.h"
 
-/* Calibrates from the bank that was taken, reports, swaps in what is to be applied, and releases the bank. */
+/* Calibrates from the taken bank, reports, swaps in new coefficients if there are any, and releases the bank. */
 void turn_finish(struct application *application);
 
 #endif

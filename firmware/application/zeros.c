@@ -7,10 +7,10 @@
 #include "alarms.h"
 #include "control.h"
 
-/* Two marks that agree come within two turns. After so many without, head 1 loses counts in every
-   turn or has no index any more. */
+/* Two marks that agree come within two turns. If none have come after this many turns, head 1 loses counts in every
+   turn or has lost its index. */
 enum { DOUBT_TURNS = 4 };
-/* More than this head 1 does not lose from one index to the next without another fault. */
+/* Largest loss of head 1 between two indices, in turns, that sets no other fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
 
 int32_t zeros_look(const struct application *application, uint32_t head, int32_t known) {
@@ -30,8 +30,8 @@ void zeros_forget(struct application *application) {
     application->zero_in_doubt = false;
 }
 
-/* Nothing that the core knows proves anything for turns: the zeros are found anew, uncorrected until
-   then. The coefficients belong to the index and stay. */
+/* The core could prove no mark for DOUBT_TURNS turns: the zeros are searched again, without correction until they
+   are found. The coefficients stay, because they belong to the index. */
 static void zeros_find_anew(struct application *application) {
     core_rearm(&application->core);
     core_disarm_compare(&application->core);

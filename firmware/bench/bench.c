@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* An image of its own for scripts/bench_firmware.py: both methods and their plain counterparts on
-   the capture in the window, each with the ticks that it took and how far its values are from the
-   method's, as a share of the largest. */
+/* A separate image for scripts/bench_firmware.py: it runs both methods and their plain counterparts on the capture
+   in the window, and prints the ticks that each took and the largest difference of its values from the method's, as
+   a share of the largest value. */
 
 #include <math.h>
 #include <stddef.h>
@@ -45,7 +45,7 @@ static struct {
 void interrupt_taken(uint32_t instruction);
 bool board_fabric_usable(void);
 
-/* None is enabled. */
+/* Needed by the start code; no interrupt is enabled. */
 void interrupt_taken(uint32_t instruction) {
     (void)instruction;
 }
@@ -86,7 +86,7 @@ static double apart(void) {
     return most / largest;
 }
 
-/* 32 loaded orders that the calibration does not fit: those that it fits cost nothing. */
+/* 32 loaded orders that the calibration does not fit, because the fitted ones cost no time. */
 static void judge(const struct turn *turn) {
     enum { FIRST = 4096, APART = 7 };
     bench.set.lanes = JUDGED_ORDERS;

@@ -11,7 +11,7 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* As the firmware's fourier: angle of the first sample where steps are equal in the mean. */
+/* As in the firmware's Fourier method: angle of the first sample if the steps are equal on average. */
 static double start_angle(const struct turn *turn) {
     double sum = 0.0;
     for (uint32_t k = 0; k < turn->samples; k++) {

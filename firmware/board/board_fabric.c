@@ -21,7 +21,8 @@ static uint32_t read_word(void *context, uint32_t address) {
 static void write_word(void *context, uint32_t address, uint32_t word) {
     (void)context;
     register_write(address, word);
-    /* Pins, clocks, resets and level shifters are other devices than those that wait for them. */
+    /* Waits for the write to end, because pins, clocks, resets and level shifters are other devices than those that
+       depend on them. */
     registers_settle();
 }
 

@@ -8,19 +8,19 @@
 #include "fabric.h"
 #include "register_access.h"
 
-/* The processor's own registers. */
+/* Returns access to the processor's own registers. */
 const struct register_access *board_registers(void);
 
-/* Load the fabric where it is not configured and the flash carries a bitstream. Ends in any case,
-   within seconds, and feeds the watchdog meanwhile. */
+/* Loads the fabric if it is not configured and the flash contains a bitstream. It always ends within seconds, and
+   feeds the watchdog meanwhile. */
 enum fabric_state board_fabric_start(void);
 
-/* What it came to so far. */
+/* Returns the present result. */
 enum fabric_state board_fabric_state(void);
-/* After a refusal: was it configured meanwhile, by JTAG? */
+/* Checks, after a refusal, whether the fabric was configured by JTAG meanwhile. */
 enum fabric_state board_fabric_look_again(void);
 
-/* An emulator, whose fabric is memory. */
+/* True in an emulator, whose fabric is memory. */
 bool board_fabric_emulated(void);
 
 /* False: an access to the fabric's window would never end. */

@@ -17,7 +17,7 @@ _Static_assert(CLOCKS_ARM_PLL_HZ >= PLL_LEAST_HZ && CLOCKS_ARM_PLL_HZ <= PLL_MOS
 _Static_assert(CLOCKS_IO_PLL_HZ >= PLL_LEAST_HZ && CLOCKS_IO_PLL_HZ <= PLL_MOST_HZ, "IO PLL");
 _Static_assert(CLOCKS_PROCESSOR_HZ <= 667000000U, "processor");
 
-/* Input with pull-up and output of a UART, 3.3 V (L3_SEL = 7). */
+/* Input with pull-up, and output, of a UART; 3.3 V (L3_SEL = 7). */
 #define PIN_UART_RECEIVE 0x000016E1U
 #define PIN_UART_TRANSMIT 0x000016E0U
 #define ARM_CLOCKS_ACTIVE 0x1F000000U
@@ -28,8 +28,8 @@ struct pll {
     uint32_t locked;
 };
 
-/* With the PLL in bypass and reset its factor may change. Begun anew after a fault, it has the
-   factor already, and the fabric's clock does not stop. */
+/* The factor may change only while the PLL is in bypass and reset. After a restart the PLL has the factor already
+   and is not touched, so that the fabric's clock does not stop. */
 static void set_up_pll(const struct pll *pll, uint32_t factor, uint32_t configuration) {
     uint32_t control = factor << SLCR_PLL_FACTOR_SHIFT;
     if (register_read(pll->control) == control) {
@@ -43,7 +43,7 @@ static void set_up_pll(const struct pll *pll, uint32_t factor, uint32_t configur
     register_write(pll->control, control);
 }
 
-/* Begun anew after a fault, a clock that is right is not touched: the fabric is at work. */
+/* After a restart a correct clock is not touched, because the fabric is running. */
 static void set(uint32_t address, uint32_t word) {
     if (register_read(address) != word) {
         register_write(address, word);
@@ -65,6 +65,6 @@ void clocks_set_up(void) {
     set(SLCR_FPGA0_CLK_CTRL, CLOCKS_FABRIC_DIVISOR1 << 20 | CLOCKS_FABRIC_DIVISOR0 << 8);
     set(SLCR_MIO_PIN(BOARD_UART_RECEIVE_PIN), PIN_UART_RECEIVE);
     set(SLCR_MIO_PIN(BOARD_UART_TRANSMIT_PIN), PIN_UART_TRANSMIT);
-    /* Before the first access to a device that they serve. */
+    /* The clocks must run before the first access to a device that needs them. */
     registers_settle();
 }

@@ -12,8 +12,8 @@
 #define CLOCKS_IO_PLL_HZ (BOARD_CRYSTAL_HZ * BOARD_IO_PLL_FACTOR)
 #define CLOCKS_UART_DIVISOR 10U
 #define CLOCKS_UART_HZ (CLOCKS_IO_PLL_HZ / CLOCKS_UART_DIVISOR)
-/* The flash's controller, 200 MHz; it divides by 8 once more: 25 MHz, for which no flash and no
-   board needs a delay adjusted. */
+/* The controller of the flash: 200 MHz, which it divides by 8 to 25 MHz. At this rate no flash and no board needs an
+   adjusted delay. */
 #define CLOCKS_FLASH_DIVISOR 5U
 /* The configuration port: 200 MHz. */
 #define CLOCKS_PORT_DIVISOR 5U
@@ -22,12 +22,12 @@
 #define CLOCKS_FABRIC_DIVISOR1 2U
 #define CLOCKS_FABRIC_HZ (CLOCKS_IO_PLL_HZ / (CLOCKS_FABRIC_DIVISOR0 * CLOCKS_FABRIC_DIVISOR1))
 #define CLOCKS_PROCESSOR_HZ (CLOCKS_ARM_PLL_HZ / BOARD_PROCESSOR_DIVISOR)
-/* The slowest of the ratio 6:2:1, of the I2C controller. */
+/* Clock of the I2C controller, the slowest of the ratio 6:2:1. */
 #define CLOCKS_BUS_HZ (CLOCKS_PROCESSOR_HZ / 6U)
 /* Timers and watchdog run at half the processor's clock. */
 #define CLOCKS_TIMER_HZ (CLOCKS_PROCESSOR_HZ / 2U)
 
-/* Clocks of processor, UART, flash and fabric, and pins of the UART. */
+/* Sets up the clocks of processor, UART, flash and fabric, and the pins of the UART. */
 void clocks_set_up(void);
 
 #endif

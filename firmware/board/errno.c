@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Where the C library's wrappers of sqrt() and atan2() leave an error that nobody reads: its own place
-   for it brings a kilobyte of data with it, and as much of initial values. */
+/* Place where the C library's wrappers of sqrt() and atan2() store an error, which nobody reads. The library's own
+   place would add a kilobyte of data and as much of initial values. */
 
 int *__errno(void);
 

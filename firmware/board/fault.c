@@ -49,7 +49,7 @@ const char *fault_name(enum fault_code code) {
     return (unsigned)code < FAULTS ? names[code] : "unknown";
 }
 
-/* It must be in memory, not in a cache that the next start invalidates. */
+/* Writes the data from the cache to memory, because the next start invalidates the cache. */
 static void clean(const void *first, size_t bytes) {
     uintptr_t line = (uintptr_t)first & ~(uintptr_t)(CACHE_LINE - 1U);
     for (; line < (uintptr_t)first + bytes; line += CACHE_LINE) {
@@ -88,14 +88,14 @@ struct fault_record fault_last(void) {
     if (is_valid(&record)) {
         last = record;
     } else if (name != FAULT_NONE && name < FAULTS) {
-        /* The watchdog ended what the fault had begun. */
+        /* The watchdog reset the processor while it handled the fault. */
         last.code = name;
     } else if (resets || status & SLCR_REBOOT_WATCHDOG) {
         last.code = FAULT_WATCHDOG;
     }
     record.mark = 0;
     clean_record();
-    /* They stay until they are written: the next reset tells for itself. */
+    /* The bits stay until they are written; cleared, they show the cause of the next reset only. */
     register_write(SLCR_REBOOT_STATUS, status & ~(SLCR_REBOOT_WATCHDOG | SLCR_REBOOT_KEPT));
     return last;
 }
@@ -129,7 +129,7 @@ static void tell(void) {
     uart_drain();
 }
 
-/* What was fetched as an instruction may be read. */
+/* Code may be read at an address from which an instruction was fetched. */
 static bool is_assertion(uint32_t instruction) {
     return *(const volatile uint16_t *)(uintptr_t)instruction == ASSERTION_INSTRUCTION;
 }
@@ -138,7 +138,7 @@ static struct fault_record record_of(uint32_t code, uint32_t instruction, uint32
                                      uint32_t state) {
     struct fault_record made = {RECORD_MARK, code, instruction, address, state, 0};
     if (code == FAULT_DATA_ABORT && (state & STATE_KIND) == STATE_LATE) {
-        /* Whose address is not known. */
+        /* The address of a late bus error is not known. */
         made.code = FAULT_BUS_ERROR;
         made.address = 0;
     } else if (code == FAULT_DATA_ABORT && address >= GUARD_FIRST && address <= GUARD_LAST) {
@@ -151,9 +151,9 @@ static struct fault_record record_of(uint32_t code, uint32_t instruction, uint32
     return made;
 }
 
-/* From start.S, on the stack of the fault's mode. The record comes first: should anything below
-   not end, the watchdog's reset still tells the name. A record that nobody has taken yet is of a
-   fault whose handling failed; that one is not handled in the same way again. */
+/* Called by start.S on the stack of the fault's mode. The record is written first: if the code below does not end,
+   the watchdog's reset still has the name of the fault. If a record has not been read yet, the handling of its fault
+   has failed, so the handling is not repeated. */
 void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t state) {
     if (!is_valid(&record)) {
         record = record_of(code, instruction, address, state);

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A fault of the program, or a program that hangs: a record is kept; one line goes to the console; the
-   firmware begins anew. The fabric is left as it is: it goes on with the last coefficients. A reset of
-   the system clears the on-chip memory and the record with it; the fault's name alone outlives it, in
-   REBOOT_STATUS. */
+/* Handles a fault of the program, or a program that hangs: it writes a record, prints one line on the console, and
+   restarts the firmware. The fabric is not touched and continues with the last coefficients. A reset of the system
+   clears the on-chip memory with the record; only the name of the fault survives it, in REBOOT_STATUS. */
 
 #ifndef ARCTRUE_FAULT_H
 #define ARCTRUE_FAULT_H
@@ -21,37 +20,37 @@ enum fault_code {
     FAULT_STACK_OVERFLOW,
     FAULT_WATCHDOG,
     FAULT_HANG,
-    /* A write that the bus refused, told some instructions later. */
+    /* The bus refused a write and reported it some instructions later. */
     FAULT_BUS_ERROR,
-    /* ASSERT() of what must never be otherwise. */
+    /* An ASSERT() failed. */
     FAULT_ASSERTION,
     FAULTS,
 };
 
-/* Kept in memory that no new start clears. */
+/* Record in memory that no restart clears. */
 struct fault_record {
     uint32_t mark;
     uint32_t code;
     uint32_t instruction;
     uint32_t address;
     uint32_t state;
-    /* Of the four words above: memory that was never written holds anything. */
+    /* Check of the four words above, because memory that was never written has a random content. */
     uint32_t check;
 };
 
-/* Why the firmware began; FAULT_NONE at power-on, instruction 0 where it is not known. Forgets it,
-   so that a later reset is not taken for this one. */
+/* Returns why the firmware restarted: FAULT_NONE at power-on; instruction 0 if it is not known. It clears the
+   record, so that a later reset is not attributed to this fault. */
 struct fault_record fault_last(void);
 
-/* In the same memory as the record; a reset of the system clears them. */
+/* The kept settings, in the same memory as the record; a reset of the system clears both. */
 struct kept_settings *fault_kept_settings(void);
-/* What was written there is no longer in a cache that the next start invalidates. */
+/* Writes the kept settings from the cache, which the next start invalidates, to memory. */
 void fault_keep(void);
 
-/* From now on a write that the bus refuses is a fault. One from before comes at once. */
+/* From now on a write that the bus refuses causes a fault, also a pending one from before. */
 void fault_bus_errors_on(void);
 
-/* The program is stuck at `instruction`: as any other fault. Does not come back. */
+/* Reports that the program hangs at `instruction`, and handles it like any other fault. It does not return. */
 void fault_hang(uint32_t instruction) __attribute__((noreturn));
 
 const char *fault_name(enum fault_code code);

@@ -9,7 +9,7 @@
 #define MIDDLE_PRIORITY 0xA0U
 #define FIRST_PROCESSOR 0x01U
 
-/* Nothing is supposed of what a debugger or another program has left. */
+/* Disables and clears all interrupts, whatever a debugger or another program has left. */
 static void silence(void) {
     register_write(GIC_ICDDCR, 0);
     for (uint32_t word = 0; word < GIC_WORDS; word++) {
@@ -18,7 +18,7 @@ static void silence(void) {
     }
 }
 
-/* Of a device's line, which is high until the device is served. */
+/* Makes an interrupt level-sensitive: the line of a device is high until the device is served. */
 static void make_level(uint32_t interrupt) {
     uint32_t kinds = register_read(GIC_ICDICFR(interrupt));
     register_write(GIC_ICDICFR(interrupt), kinds & ~GIC_ICDICFR_EDGE(interrupt));
@@ -30,7 +30,7 @@ static void enable(uint32_t interrupt) {
     register_write(GIC_ICDISER(interrupt / 32U), 1U << (interrupt % 32U));
 }
 
-/* Begun anew after a fault in an interrupt, that one is still active and would block all others. */
+/* After a fault within an interrupt, that interrupt is still active and would block all others. */
 static void finish(uint32_t interrupt) {
     if (register_read(GIC_ICDABR(interrupt / 32U)) & 1U << (interrupt % 32U)) {
         register_write(GIC_ICCEOIR, interrupt);
@@ -41,13 +41,13 @@ void interrupts_fabric_off(void) {
     register_write(GIC_ICDICER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
 }
 
-/* What the main program wrote to the core has arrived there, and its line is low again. */
+/* First waits for the main program's writes to reach the core, so that its line is low again. */
 void interrupts_fabric_on(void) {
     registers_settle();
     register_write(GIC_ICDISER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
 }
 
-/* A processor whose interrupts are off wakes all the same. */
+/* WFI also wakes a processor whose interrupts are disabled. */
 void interrupts_sleep_unless(bool (*work_waits)(void)) {
     __asm__ volatile("cpsid i" ::: "memory");
     if (!work_waits()) {

@@ -6,17 +6,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Timer, UART and the fabric's line to this processor; interrupts on. */
+/* Sets up the interrupts of timer, UART and fabric, and enables them. */
 void interrupts_set_up(void);
 
-/* The fabric's line is a level, which only an access to the core lowers: its interrupt switches
-   itself off, so that a line that is stuck costs nothing, and is switched on again when the main
-   program has looked at the core. */
+/* The fabric's line is a level that only an access to the core lowers. Its interrupt therefore disables itself, so
+   that a stuck line does not block the processor; the main program enables it again after it has served the core. */
 void interrupts_fabric_off(void);
 void interrupts_fabric_on(void);
 
-/* Sleep until an interrupt, unless work waits already. It is asked with interrupts held back, so
-   that none is taken between its answer and the sleep. */
+/* Sleeps until an interrupt, unless work waits already. Interrupts are disabled while `work_waits` is called, so
+   that none can come between its answer and the sleep. */
 void interrupts_sleep_unless(bool (*work_waits)(void));
 
 #endif

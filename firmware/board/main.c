@@ -23,8 +23,7 @@
 #define CAPTURE_WINDOW 0x20000U
 #define FURTHER_CAPTURE_WINDOW 0x40000U
 
-/* The one context of the firmware; what is large and not needed at every step is in the upper
-   64 KB. */
+/* State of the firmware; large parts that not every step needs are placed in the upper 64 KB. */
 static struct {
     struct flash flash;
     struct save save;
@@ -61,14 +60,14 @@ void interrupt_taken(uint32_t instruction) {
     }
     register_write(GIC_ICCEOIR, acknowledged);
     if (interrupt == INTERRUPT_GLOBAL_TIMER && watchdog_is_overdue()) {
-        /* Fed, so that what is told on the console is not cut off. */
+        /* Feeds the watchdog, so that it does not cut off the message on the console. */
         watchdog_feed();
         fault_hang(instruction);
     }
 }
 
-/* Without a fabric everything reads 0, which is no core. In a fabric that holds something else the
-   bus may answer with an error; the first word tells, and is the only one that is asked then. */
+/* Without a configured fabric every word reads 0, which is no core. If the fabric contains something else, the bus
+   may answer with an error; the probe of word 0 detects this, and no other word is read then. */
 static uint32_t read_core(void *context, uint32_t offset) {
     (void)context;
     if (!board_fabric_usable()) {
@@ -84,7 +83,8 @@ static void write_core(void *context, uint32_t offset, uint32_t word) {
     }
 }
 
-/* Its pins are the fabric's. One that is plugged in later is found by the next `rearm`. */
+/* The pins of the thermometer belong to the fabric. A thermometer that is plugged in later is found at the next
+   `rearm`. */
 static void use_thermometer(void) {
     if (upper.thermometer.kind != THERMOMETER_NONE || !board_fabric_usable()) {
         return;
@@ -166,7 +166,7 @@ static void work(void) {
     uart_send(&upper.output, "", 0);
 }
 
-/* A core that does not hear of it for as long as a hang takes raises an alarm of its own. */
+/* The core raises an alarm of its own if it gets no report for as long as a hang takes. */
 static void tell_alive(void) {
     const struct application *application = &firmware.application;
     if (application->phase != PHASE_NO_CORE) {
@@ -220,7 +220,7 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     text_word(sink, "arctrue " BOARD_NAME ", help tells the commands\r\n");
 }
 
-/* Before the fabric is loaded, which reads the flash as memory. */
+/* Must come before the fabric is loaded, which reads the flash as memory. */
 static void use_flash(void) {
     flash_prepare(&upper.flash, board_registers());
     struct flash_access access = flash_access_to(&upper.flash);

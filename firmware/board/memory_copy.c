@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* memcpy() for what the compiler copies as a whole: the library's is 1.2 KB for speed that nothing here needs. */
+/* memcpy() for the compiler's copies of structures: the library's has 1.2 KB, for a speed that is not needed here. */
 
 #include <stddef.h>
 #include <stdint.h>
 
 void *memcpy(void *restrict to, const void *restrict from, size_t bytes);
 
-/* Without the attribute the compiler takes the loops for a call of memcpy(). */
+/* Without this attribute the compiler replaces the loops by a call of memcpy(). */
 __attribute__((optimize("no-tree-loop-distribute-patterns"))) void *
 memcpy(void *restrict to, const void *restrict from, size_t bytes) {
     unsigned char *byte_to = to;

@@ -13,11 +13,11 @@ static inline void register_write(uint32_t address, uint32_t word) {
     *register_at(address) = word;
 }
 
-/* As register_read, but 0 where the bus answers with an error, which is a fault else. */
+/* Reads like register_read(), but returns 0 if the bus answers with an error, which otherwise causes a fault. */
 uint32_t register_probe(uint32_t address);
 
-/* All accesses to devices made so far have ended: what follows meets what they brought about, in
-   other devices too. */
+/* Waits until all earlier accesses to devices have ended, so that later accesses find their effects, also in other
+   devices. */
 static inline void registers_settle(void) {
     __asm__ volatile("dsb" ::: "memory");
 }

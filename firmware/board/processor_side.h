@@ -13,17 +13,17 @@
 #define ARCTRUE_PROCESSOR_SIDE_H
 
 #define BOARD_CRYSTAL_HZ 50000000U
-/* 1300 MHz, and the processor at half of it. */
+/* ARM PLL at 1300 MHz; the processor runs at half of it. */
 #define BOARD_ARM_PLL_FACTOR 26U
 #define BOARD_PROCESSOR_DIVISOR 2U
-/* 1000 MHz. */
+/* IO PLL at 1000 MHz. */
 #define BOARD_IO_PLL_FACTOR 20U
 /* Loop resistor, charge pump and lock count of each factor: UG585, table 25-6. */
 #define BOARD_ARM_PLL_CONFIGURATION CLOCKS_PLL_CONFIGURATION(12U, 2U, 375U)
 #define BOARD_IO_PLL_CONFIGURATION CLOCKS_PLL_CONFIGURATION(12U, 2U, 500U)
 #define BOARD_UART_RECEIVE_PIN 14U
 #define BOARD_UART_TRANSMIT_PIN 15U
-/* Where the core is in the window of M_AXI_GP0. */
+/* Address of the core in the window of M_AXI_GP0. */
 #define BOARD_CORE_BASE 0x40000000U
 
 #endif

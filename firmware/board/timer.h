@@ -5,10 +5,10 @@
 
 #include <stdint.h>
 
-/* What the firmware finds without an interrupt, it finds after this time at the latest. */
+/* Longest time after which the firmware finds what it finds without an interrupt. */
 #define TIMER_INTERRUPT_MS 5U
 
-/* Start the global timer and its interrupt. */
+/* Starts the global timer and its interrupt. */
 void timer_set_up(void);
 void timer_interrupt(void);
 /* Ticks of CLOCKS_TIMER_HZ. */

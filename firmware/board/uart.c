@@ -6,7 +6,7 @@
 #include "memory_mapped.h"
 #include "registers.h"
 
-/* make firmware BAUD=921600 sets another one. */
+/* `make firmware BAUD=921600` selects another rate. */
 #ifndef BOARD_BAUD
 #define BOARD_BAUD 115200U
 #endif
@@ -65,7 +65,8 @@ static void keep(struct uart *uart, uint8_t character) {
     write_ring(uart, character);
 }
 
-/* Cleared before the FIFO is emptied: what arrives after the last look interrupts again. */
+/* The flags are cleared before the FIFO is emptied, so that a character that arrives after the last read interrupts
+   again. */
 void uart_interrupt(struct uart *uart) {
     bool overflow = (register_read(UART_ISR) & UART_RECEIVE_OVERFLOW) != 0;
     register_write(UART_ISR, UART_RECEIVE_TRIGGER | UART_RECEIVE_OVERFLOW);

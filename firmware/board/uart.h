@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* 8N1, 115200 baud unless BOARD_BAUD sets another rate. What is received waits in a ring while a calibration runs. */
+/* The UART: 8N1, 115200 baud unless BOARD_BAUD sets another rate. Received characters wait in a ring while a
+   calibration runs. */
 
 #ifndef ARCTRUE_UART_H
 #define ARCTRUE_UART_H
@@ -9,51 +10,52 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* More than arrives while the longest calibration runs; what is beyond is lost. Where characters
-   were lost a 0 stands for them: no line of text has one, so that none is taken for another. */
+/* The ring is larger than what arrives during the longest calibration; further characters are lost. A 0 marks the
+   place where characters were lost: no line of text contains it, so no damaged line is taken for another one. */
 enum { UART_RING = 4096, UART_LOST = 0 };
 
 struct uart {
     volatile uint32_t written;
     volatile uint32_t taken;
-    /* Times that characters were lost since the set-up: FIFO or ring full. */
+    /* Number of times that characters were lost since the set-up, because FIFO or ring was full. */
     volatile uint32_t overruns;
     /* The 0 has still to be written. */
     bool lost;
-    /* Volatile too, so that a character is in it before `written` says so. */
+    /* Also volatile, so that a character is stored before `written` counts it. */
     volatile uint8_t ring[UART_RING];
 };
 
-/* What is said waits in a ring, so that the main program does not: the FIFO holds 64 characters, and
-   115,200 baud carry 11,520 of them a second. The longest line of telemetry fits. */
+/* Sent characters wait in a ring, so that the main program does not wait: the FIFO holds 64 characters, and 115,200
+   baud transmit 11,520 per second. The longest line of telemetry fits into the ring. */
 enum { UART_OUTPUT_RING = 4096 };
 
-/* All 0: empty. */
+/* All members 0: empty. */
 struct uart_output {
     volatile uint32_t written;
     volatile uint32_t sent;
-    /* The main program is filling the FIFO: the interrupt that comes meanwhile does not. */
+    /* The main program is filling the FIFO; an interrupt must not fill it meanwhile. */
     volatile bool filling;
     volatile uint8_t ring[UART_OUTPUT_RING];
 };
 
 void uart_set_up(struct uart *uart);
-/* From the interrupt. */
+/* Called by the interrupt. */
 void uart_interrupt(struct uart *uart);
 bool uart_waits(const struct uart *uart);
 bool uart_take(struct uart *uart, uint8_t *character);
-/* Characters wait in the ring: the main program does not sleep meanwhile. */
+/* True while characters wait in the ring; the main program does not sleep then. */
 bool uart_is_sending(const struct uart_output *output);
-/* Characters that uart_send() takes without waiting. */
+/* Number of characters that uart_send() takes without waiting. */
 size_t uart_room(const struct uart_output *output);
-/* Waits while the ring is full. */
+/* Sends characters; waits while the ring is full. */
 void uart_send(struct uart_output *output, const char *characters, size_t number);
-/* From an interrupt every 5 ms: at 115,200 baud (57.6 characters) before the FIFO has run empty. At
-   higher rates 12,800 characters a second leave while the main program does not call uart_send(). */
+/* Refills the FIFO; called by an interrupt every 5 ms. In this time 115,200 baud transmit 57.6 characters, so the
+   FIFO does not run empty. At higher rates 12,800 characters per second are sent while the main program does not
+   call uart_send(). */
 void uart_go_on(struct uart_output *output);
-/* Past the ring, at once; waits while the transmitter is full. */
+/* Sends a character at once, not through the ring; waits while the transmitter is full. */
 void uart_put(char character);
-/* Waits until the last bit has left. */
+/* Waits until the last bit has been sent. */
 void uart_drain(void);
 
 #endif

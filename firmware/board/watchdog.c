@@ -8,7 +8,7 @@
 #include "memory_mapped.h"
 #include "registers.h"
 
-/* Watchdog mode and enable; without a prescaler. */
+/* Watchdog mode, enabled, without a prescaler. */
 #define WATCHDOG_RUN 0x09U
 
 _Static_assert((uint64_t)CLOCKS_TIMER_HZ *WATCHDOG_S <= UINT32_MAX, "the load has 32 bits");
@@ -29,7 +29,7 @@ bool watchdog_has_reset(void) {
     return has;
 }
 
-/* The watchdog's own counter tells how long ago it was fed. */
+/* The counter of the watchdog shows how long ago it was fed. */
 bool watchdog_is_overdue(void) {
     uint32_t spent = CLOCKS_TIMER_HZ * WATCHDOG_S - register_read(WATCHDOG_COUNTER);
     return spent > CLOCKS_TIMER_HZ * WATCHDOG_HANG_S;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* ASSERT(condition): what must never be otherwise, whatever comes from outside. On the chip a condition that
-   fails is a fault like any other: record, console, a new start. On a host it ends the process. */
+/* ASSERT(condition) checks a condition that must hold whatever comes from outside. On the chip, a condition that
+   fails is handled like any other fault: record, line on the console, restart. On a host it ends the process. */
 
 #ifndef ARCTRUE_ASSERTION_H
 #define ARCTRUE_ASSERTION_H
 
-/* Permanently undefined in Thumb (Armv7-A, UDF): the fault handler knows an assertion by it. */
+/* Permanently undefined instruction in Thumb (Armv7-A, UDF); the fault handler recognises an assertion by it. */
 #define ASSERTION_OPERAND 0xA5
 #define ASSERTION_INSTRUCTION (0xDE00U | ASSERTION_OPERAND)
 
@@ -23,7 +23,8 @@
 
 #else
 
-/* The line makes each a text of its own: the compiler joins none, and the address says which it is. */
+/* The line number makes each assembly text unique, so that the compiler merges no two assertions and the address
+   identifies the failed one. */
 #define ASSERT(condition) \
     do { \
         if (!(condition)) { \

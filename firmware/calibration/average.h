@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The running average over turns: each weighted by its variance, older ones by a power of the
-   forgetting factor. */
+/* Running average over turns: each turn is weighted by its inverse variance, and earlier turns lose weight by a
+   forgetting factor per turn. */
 
 #ifndef ARCTRUE_AVERAGE_H
 #define ARCTRUE_AVERAGE_H
@@ -11,11 +11,11 @@
 struct average_order {
     double cosine;
     double sine;
-    /* Of the average, arcsec^2. */
+    /* Variances of the average, arcsec^2. */
     double variance_cosine;
     double variance_sine;
     double covariance;
-    /* Sum of the forgotten weights, 1/arcsec^2; 0: nothing yet. */
+    /* Sum of the weights after forgetting, 1/arcsec^2; 0: no turn yet. */
     double weight;
 };
 
@@ -26,10 +26,10 @@ struct average {
 
 void average_clear(struct average *average);
 
-/* Take in a turn. `keep`: what one turn leaves of the weight of those before, 0 to 1. */
+/* Adds a turn. `keep`: factor by which it reduces the weight of the turns before it, 0 to 1. */
 void average_add(struct average *average, const struct estimate *turn, double keep);
 
-/* The average in place of the turn's own values and covariances. */
+/* Replaces the turn's own values and covariances by those of the average. */
 void average_apply(const struct average *average, struct estimate *turn);
 
 #endif

@@ -12,13 +12,13 @@
 #include "assertion.h"
 #include "units.h"
 
-/* A step is plausible within 10 % of its turn's median; one of few counts differs by one through
-   rounding alone. */
+/* A step is plausible within 10 % of the median of its turn. A step of few counts may differ by one count, because
+   of rounding. */
 #define STEP_TOLERANCE 0.10
 #define STEP_ROUNDING_COUNTS 1.0
-/* From here on a step is a jump: no table moves on by two steps in the time of one. */
+/* A step larger than this multiple of the median is a jump: no table moves two steps in the time of one. */
 #define JUMP_STEPS 2.0
-/* Tolerance of an interval between samples against an edge a clock. */
+/* Tolerance of the interval between two samples in the limit of one edge per clock. */
 #define INTERVAL_TOLERANCE_S 1e-6
 
 #define FLAG(name) ((uint32_t)ARCTRUE_REGISTERS__CAPTURE_HEADER__FLAGS__##name##_bm)
@@ -69,7 +69,7 @@ static struct extent step_extent(const struct capture *capture, uint32_t head) {
     return extent;
 }
 
-/* How many steps within `extent` lie in each interval of 2^shift values. */
+/* Counts the steps within `extent` per interval of 2^shift values. */
 static void count_steps(const struct capture *capture, uint32_t head, struct extent extent,
                         unsigned shift, uint16_t bins[BINS]) {
     uint32_t width = (uint32_t)extent.high - (uint32_t)extent.low;
@@ -85,8 +85,8 @@ static void count_steps(const struct capture *capture, uint32_t head, struct ext
     }
 }
 
-/* The step of rank `rank` (0 is the least), by narrowing an interval of values: a sorted copy
-   would take as much memory as the capture, and its words are slow to read. */
+/* Returns the step of rank `rank` (0 is the least) by narrowing an interval of values: a sorted copy would take as
+   much memory as the capture, whose words are slow to read. */
 static int32_t step_of_rank(const struct capture *capture, uint32_t head, struct extent extent,
                             uint32_t rank) {
     uint16_t bins[BINS];
@@ -110,7 +110,7 @@ static int32_t step_of_rank(const struct capture *capture, uint32_t head, struct
     return extent.low;
 }
 
-/* Mean of the two middle ones where their number is even. */
+/* Returns the median, that is the mean of the two middle steps if their number is even. */
 static double median_step(const struct capture *capture, uint32_t head) {
     struct extent extent = step_extent(capture, head);
     uint32_t steps = capture->samples - 1;
@@ -141,7 +141,7 @@ static enum refusal kind_of_step(const struct capture_fault *fault, double media
     return (double)fault->found * median < 0.0 ? REFUSED_REVERSAL : REFUSED_WRONG_STEP;
 }
 
-/* Both heads; the earlier fault is the one that is told. */
+/* Checks the steps of both heads and reports the earlier fault. */
 static enum refusal verify_steps(const struct capture *capture, const double median[2],
                                  struct capture_fault *fault) {
     struct capture_fault found[2] = {{0}};
@@ -187,10 +187,10 @@ static double travel_of(const struct capture *capture, uint32_t sample) {
     return fabs((double)counts_apart(capture->words[2 * sample], capture->words[0]));
 }
 
-/* The samples of the whole turn: the one that closes it belongs to the next. */
+/* Counts the samples of the whole turn; the sample that closes it belongs to the next turn. */
 static enum refusal verify_travel(const struct capture *capture, double step, uint32_t *samples) {
     double turn = capture->counts_per_rev;
-    /* A turn of K samples ends one step after its last sample; half a step is the tolerance. */
+    /* A turn of K samples ends one step after its last sample; the tolerance is half a step. */
     double turns = floor((travel_of(capture, capture->samples - 1) + 1.5 * fabs(step)) / turn);
     if (turns < 1.0) {
         return REFUSED_SHORT_OF_A_TURN;
@@ -227,7 +227,7 @@ void capture_all_counts(const struct capture *capture, uint32_t sample,
     }
 }
 
-/* Of head 3, and with four of head 4. */
+/* Checks indices and faults of head 3 and, with four heads, of head 4. */
 static bool further_heads_are_sound(const struct capture *capture) {
     uint32_t heads = (1U << (capture->heads - 2)) - 1U;
     uint32_t seen = (capture->flags & FLAG(FURTHER_INDEX_SEEN)) >> FLAG_PLACE(FURTHER_INDEX_SEEN);
@@ -258,7 +258,7 @@ enum refusal capture_verify_further(const struct capture *capture, const struct 
     return NOT_REFUSED;
 }
 
-/* Less than two turns lie between two heads' counts of one turn: an integer holds their sum. */
+/* The counts of two heads differ by less than two turns within a turn, so an integer holds the sum. */
 bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]) {
     int64_t turn = capture->counts_per_rev;
     ASSERT(samples > 0 && turn > 0 && capture->heads <= HEADS_MOST);

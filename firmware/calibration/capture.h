@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The capture of one turn: where it lies, whether it can be used, its readings. */
+/* The capture of one turn: its memory, the checks whether it can be used, and its readings. */
 
 #ifndef ARCTRUE_CAPTURE_H
 #define ARCTRUE_CAPTURE_H
@@ -11,30 +11,31 @@
 #include "mean_set.h"
 #include "refusal.h"
 
-/* A bank as the sampler hands it over. */
+/* A bank as the sampler delivers it. */
 struct capture {
-    /* Head 1, head 2, head 1, ...: turn positions in counts, modulo 2^32. Read in place. */
+    /* Turn positions of head 1, head 2, head 1, ... in counts, modulo 2^32. They are read in place. */
     const volatile int32_t *words;
     uint32_t samples;
-    /* The flags of the capture header, as in the register map. */
+    /* Flags of the capture header, as in the register map. */
     uint32_t flags;
     uint32_t counts_per_rev;
-    /* What must be added to head 1's first word to have its angle modulo the turn: not 0 once the
-       word has wrapped and the turn does not divide 2^32. */
+    /* Value to add to head 1's first word to get its angle modulo the turn. It is not 0 once the word has wrapped
+       and the turn does not divide 2^32. */
     uint32_t angle_offset;
-    /* What head 2's words are ahead of its angle by, counts: not 0 once head 2 lost counts. */
+    /* Counts by which head 2's words exceed its angle; not 0 once head 2 has lost counts. */
     int32_t head2_zero;
-    /* Clocks between two samples; 0: sampled at equal angles. */
+    /* Clocks between two samples; 0: the samples are at equal angles. */
     uint32_t period_clocks;
     uint32_t clock_hz;
     uint32_t heads;
-    /* Head 3, head 4, head 3, ...; NULL with two heads. With three, head 4's words mean nothing. */
+    /* Turn positions of head 3, head 4, head 3, ...; NULL with two heads. With three heads the words of head 4 are
+       meaningless. */
     const volatile int32_t *further;
-    /* Of each head at the first sample: its angle, 0 <= angle < counts_per_rev. */
+    /* Angle of each head at the first sample, 0 <= angle < counts_per_rev. */
     int32_t start[HEADS_MOST];
 };
 
-/* A verified turn: `samples` evenly cover it. */
+/* A verified turn, which `samples` samples cover evenly. */
 struct turn {
     const volatile int32_t *words;
     uint32_t samples;
@@ -43,10 +44,10 @@ struct turn {
     int32_t counts_per_rev;
     /* Angle of head 1 at the first sample, 0 <= angle < counts_per_rev. */
     int32_t start_angle;
-    /* Counts that do not belong to the angle between the heads: what head 2's zero is off by, and
-       whole turns between their counters, which mean nothing. */
+    /* Counts in the difference of the heads' words that do not belong to the angle between them: the error of head
+       2's zero, and whole turns between the counters, which are meaningless. */
     int32_t head2_ahead;
-    /* Median step of head 1 with its sign. */
+    /* Median step of head 1, signed. */
     double step_counts;
 };
 
@@ -58,7 +59,7 @@ struct reading {
     int32_t difference;
 };
 
-/* Where and what, for a message. */
+/* Place and values of a fault, for a message. */
 struct capture_fault {
     uint32_t sample;
     uint32_t head;
@@ -66,13 +67,13 @@ struct capture_fault {
     int32_t expected;
 };
 
-/* Counts of both heads that count on where words wrap; modulo the turn they are the angles. */
+/* Counts of both heads, continued where words wrap; modulo the turn they are the angles. */
 struct capture_counts {
     int64_t head1;
     int64_t head2;
 };
 
-/* The word of head 0, 1, ... */
+/* Word of a head, counted from 0. */
 static inline int32_t capture_word(const struct capture *capture, uint32_t sample, uint32_t head) {
     const volatile int32_t *words = head < 2 ? capture->words : capture->further;
     return words[2 * sample + head % 2];
@@ -80,23 +81,23 @@ static inline int32_t capture_word(const struct capture *capture, uint32_t sampl
 
 struct capture_counts capture_counts(const struct capture *capture, uint32_t sample);
 
-/* The same of all heads. */
+/* Returns the counts of all heads, as capture_counts() does for two. */
 void capture_all_counts(const struct capture *capture, uint32_t sample, int64_t counts[HEADS_MOST]);
 
-/* Of each head's reading against head 1's, 0 <= place < counts_per_rev: the mean over the first `samples`. False: head
-   3 or 4 has seen no index, or has a fault. */
+/* Computes the place of each head, that is the mean of its reading minus head 1's over the first `samples`, 0 <=
+   place < counts_per_rev. False: head 3 or 4 has seen no index, or has a fault. */
 bool capture_places(const struct capture *capture, uint32_t samples, double place[HEADS_MOST]);
 
-/* Fill `turn` or say why not. `most_order`: the highest order that the fit will have. */
+/* Fills `turn`, or returns the reason why it cannot be used. `most_order`: highest order that will be fitted. */
 enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,
                             struct capture_fault *fault);
 
-/* Heads 3 and 4 of a turn that capture_verify() has found good: indices, faults and steps. */
+/* Verifies indices, faults and steps of heads 3 and 4 in a turn that capture_verify() has accepted. */
 enum refusal capture_verify_further(const struct capture *capture, const struct turn *turn,
                                     struct capture_fault *fault);
 
-/* Take whole turns out of head 2 less head 1, so that its mean is nearest to the separation;
-   returns the mean, rad. */
+/* Removes whole turns from head 2 minus head 1, so that the mean is nearest to the nominal separation; returns the
+   mean, rad. */
 double turn_align(struct turn *turn, double nominal_separation_rad);
 
 static inline int32_t angle_reduced(int32_t angle, int32_t counts_per_rev) {

@@ -7,7 +7,7 @@
 #include "assertion.h"
 #include "limits.h"
 
-/* Least pivot as a share of its diagonal element. */
+/* Least pivot, relative to its diagonal element. */
 #define LEAST_PIVOT 1e-11
 
 static double product(const double *a, const double *b, uint32_t number) {
@@ -27,7 +27,7 @@ bool cholesky_factor(double *packed, uint32_t size) {
             own[column] = (own[column] - product(own, other, column)) / other[column];
         }
         double pivot = own[row] - product(own, own, row);
-        /* Also false where the element is not a number. */
+        /* This also refuses an element that is not a number. */
         if (!(pivot > LEAST_PIVOT * own[row])) {
             return false;
         }
@@ -61,7 +61,7 @@ void cholesky_invert_factor(double *factor, uint32_t size) {
             for (uint32_t inner = column; inner < row; inner++) {
                 sum += own[inner] * factor[packed_place(inner, column)];
             }
-            /* Elements of this row to the right still belong to the factor. */
+            /* The elements of this row to the right still hold the factor. */
             own[column] = -sum / pivot;
         }
         own[row] = 1.0 / pivot;

@@ -18,7 +18,7 @@
 _Static_assert(LANES_LIMIT == ARCTRUE_LANES_MAX, "the register map holds this many lanes");
 _Static_assert(ARCTRUE_PHASE_STEP_WIDTH % 2 == 0, "the phase step in two halves");
 
-/* Whole turns of n / counts_per_rev first: order times 2^49 has 65 bits. */
+/* Removes whole turns of n / counts_per_rev first, because order times 2^49 has 65 bits. */
 uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev) {
     ASSERT(counts_per_rev > 0 && order <= ORDER_MOST);
     if (order == 0) {
@@ -26,7 +26,7 @@ uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev) {
     }
     uint64_t part = order % counts_per_rev;
     uint64_t step = 0;
-    /* The quotient in two steps of 24 bits each: what is left stays below counts_per_rev. */
+    /* Divides in two steps of 24 bits, so that the remainder stays below counts_per_rev. */
     for (unsigned half = 0; half < 2; half++) {
         part <<= ARCTRUE_PHASE_STEP_WIDTH / 2;
         step = step << (ARCTRUE_PHASE_STEP_WIDTH / 2) | part / counts_per_rev;
@@ -46,7 +46,7 @@ static enum refusal quantise_lane(const struct harmonic *harmonic, uint32_t orde
                                   uint32_t counts_per_rev, struct lane *lane) {
     double counts = harmonic_amplitude(harmonic) / (ARCSEC_PER_TURN / counts_per_rev);
     double amplitude = rint(counts * AMPLITUDE_STEPS);
-    /* Also refuses what is not a number. */
+    /* This also refuses a value that is not a number. */
     if (!(amplitude <= AMPLITUDE_WORD_MAX)) {
         return REFUSED_AMPLITUDE;
     }

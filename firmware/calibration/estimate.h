@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What one turn says of the error: eps = sum of cosine cos(nx) + sine sin(nx), arcseconds. */
+/* Estimate of the error from one turn: eps = sum of cosine cos(nx) + sine sin(nx), arcseconds. */
 
 #ifndef ARCTRUE_ESTIMATE_H
 #define ARCTRUE_ESTIMATE_H
@@ -14,12 +14,12 @@
 struct harmonic {
     double cosine;
     double sine;
-    /* Covariance by the noise of the turn, arcsec^2; 0 where not seen. */
+    /* Covariance due to the noise of the turn, arcsec^2; 0 if the order is not seen. */
     double variance_cosine;
     double variance_sine;
     double covariance;
-    /* What one standard uncertainty of the separation adds to cosine and sine, arcsec. The same
-       in every turn: averaging does not lessen it. */
+    /* Change of cosine and sine by one standard uncertainty of the separation, arcsec. It is the same in every turn,
+       so averaging does not reduce it. */
     double by_separation_cosine;
     double by_separation_sine;
     /* |TF|; INFINITY where the order cannot be seen. */
@@ -28,10 +28,10 @@ struct harmonic {
 };
 
 struct estimate {
-    /* Order n at place n - 1. */
+    /* Order n has the place n - 1. */
     struct harmonic harmonic[ORDERS_MAX];
     uint32_t orders;
-    /* x is the reading of head 1; otherwise its true angle. */
+    /* True: x is the reading of head 1; false: x is its true angle. */
     bool function_of_reading;
     uint32_t samples;
     uint32_t iterations;
@@ -40,8 +40,8 @@ struct estimate {
     double u_measured_separation_rad;
     enum separation_choice separation_choice;
     double residual_rms_arcsec;
-    /* Standard deviation of the noise of head 2 less head 1, and the power of the residual near
-       the orders over its mean power. */
+    /* Standard deviation of the noise of head 2 minus head 1; and power of the residual near the orders over its
+       mean power. */
     double noise_arcsec;
     double colour;
 };
@@ -49,10 +49,10 @@ struct estimate {
 struct calibration_settings {
     double nominal_separation_rad;
     enum separation_choice separation;
-    /* Standard uncertainty of a constant difference between the places where the heads detect the
-       mark: a measured separation holds it one to one, and no capture tells. */
+    /* Standard uncertainty of a constant difference between the places where the heads detect the mark. It is fully
+       contained in a measured separation, and no capture shows it. */
     double index_detection_arcsec;
-    /* Orders 1 to this are fitted; at most ORDERS_MAX. */
+    /* The orders 1 to this one are fitted; at most ORDERS_MAX. */
     uint32_t orders;
 };
 
@@ -60,7 +60,7 @@ struct calibration_settings {
 double harmonic_amplitude(const struct harmonic *harmonic);
 /* Phi_n of equation (9), rad, in (-pi, pi]. */
 double harmonic_phase(const struct harmonic *harmonic);
-/* Standard uncertainty of a component: root of the mean of both variances, separation included. */
+/* Standard uncertainty of a component: root of the mean of both variances, including the separation's part. */
 double harmonic_uncertainty(const struct harmonic *harmonic);
 
 bool estimate_is_finite(const struct estimate *estimate);

@@ -23,8 +23,7 @@ static double difference_arcsec(const void *context, uint32_t sample) {
 
 struct means {
     double difference_counts;
-    /* True angle of the first sample by the supposition of equal steps: the error has no mean
-       over them. */
+    /* True angle of the first sample if the steps are equal, because the error then has no mean over them. */
     double start_rad;
 };
 
@@ -43,7 +42,7 @@ static struct means turn_means(const struct turn *turn) {
     return (struct means){(double)difference / number, 2.0 * PI * start_turns};
 }
 
-/* D_21[n] at angle 0, from the transform whose zero is the first sample. */
+/* Returns D_21[n] at angle 0, computed from the transform, whose zero is the first sample. */
 static struct vector coefficient(const struct lines *lines, const struct turn *turn, uint32_t order,
                                  double start_rad) {
     struct vector line = vector_scaled(lines->sum[order - 1], 1.0 / turn->samples);
@@ -67,7 +66,7 @@ static void take_order(struct estimate *estimate, uint32_t order, struct vector 
     harmonic->variance_sine = harmonic->variance_cosine;
 }
 
-/* What the seen orders take out of the sum of squares: two lines of a real signal each. */
+/* Returns the part of the sum of squares that the seen orders explain; each has two lines, as the signal is real. */
 static double squares_of_orders(const struct lines *lines, const struct estimate *estimate) {
     double squares = 0.0;
     for (uint32_t place = 0; place < estimate->orders; place++) {

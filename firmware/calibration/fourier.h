@@ -2,8 +2,8 @@
 
 /* The Fourier method of the paper, equations (1) to (7).
 
-   It supposes that the samples stand at equal steps of the true angle; sampling in equal time at
-   an uneven speed breaks that, which least_squares does not suppose. */
+   It assumes equal steps of the true angle between samples. Sampling at equal times at an uneven speed violates
+   this; least_squares.h does not need it. */
 
 #ifndef ARCTRUE_FOURIER_H
 #define ARCTRUE_FOURIER_H
@@ -17,7 +17,7 @@ struct fourier_workspace {
     struct lines lines;
 };
 
-/* The error as a function of the true angle. */
+/* Estimates the error as a function of the true angle. */
 enum refusal fourier_estimate(struct fourier_workspace *workspace, const struct turn *turn,
                               const struct calibration_settings *settings,
                               struct estimate *estimate);

@@ -12,7 +12,8 @@ enum { CIRCLE_BITS = 6, CIRCLE_SHIFT = 32 - CIRCLE_BITS };
 _Static_assert(UNIT_CIRCLE_STEPS == 1 << CIRCLE_BITS, "a phase's upper bits name a direction");
 #define RAD_PER_2_32 (2.0 * PI / 4294967296.0)
 
-/* e^{jx} of a phase of the gateware, to 3e-7: nearest direction and a short series. */
+/* Returns e^{jx} of a phase of the gateware, within 3e-7, from the nearest direction of the table and a short
+   series. */
 static inline struct vector unit_of_phase(const struct unit_circle *circle, uint64_t phase) {
     uint32_t upper = (uint32_t)(phase >> (ARCTRUE_PHASE_STEP_WIDTH - 32));
     uint32_t nearest = (upper + (1U << (CIRCLE_SHIFT - 1))) >> CIRCLE_SHIFT;
@@ -22,7 +23,7 @@ static inline struct vector unit_of_phase(const struct unit_circle *circle, uint
     return vector_product(circle->step[nearest % UNIT_CIRCLE_STEPS], small);
 }
 
-/* The fitted orders at a reading whose direction is `unit`, arcsec: Clenshaw's recurrence. */
+/* Returns the sum of the fitted orders at a reading whose direction is `unit`, arcsec, by Clenshaw's recurrence. */
 static double fitted(const struct estimate *estimate, struct vector unit) {
     double twice = 2.0 * unit.re;
     struct vector one = {0.0, 0.0};
@@ -37,14 +38,14 @@ static double fitted(const struct estimate *estimate, struct vector unit) {
     return one.re * unit.re - two.re + one.im * unit.im;
 }
 
-/* What a sample adds. */
+/* Contribution of a sample. */
 struct term {
     uint32_t angle1;
     uint32_t angle2;
     double residual;
 };
 
-/* Two samples a pass, because the sums are slower to load and store than to add to. */
+/* Adds two samples per pass, because loading and storing the sums takes longer than adding to them. */
 static void add_pair(struct further_order *sums, const struct unit_circle *circle,
                      const struct term *a, const struct term *b) {
     struct vector a1 = unit_of_phase(circle, sums->phase_step * a->angle1);
@@ -117,7 +118,7 @@ void further_orders_look(struct further_workspace *workspace, const struct turn 
     }
     unit_circle_prepare(&workspace->circle);
     follow_steps(workspace, turn);
-    /* The last of an odd number is left out. */
+    /* If the number is odd, the last sample is left out. */
     workspace->samples -= turn->samples % 2;
     for (uint32_t sample = 0; sample + 1 < turn->samples; sample += 2) {
         struct term a = term_of(workspace, turn, estimate, shift, sample);

@@ -8,9 +8,9 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* 1 - |D|^2 from which on the sums separate the heads' own errors: u then grows by 1.4 at most. */
+/* Least 1 - |D|^2 with which the sums separate the errors of the two heads; u then grows by a factor of at most 1.4. */
 #define TOLD_APART 0.5
-/* |<e^{j2mR}>| from which on cosine and sine are no longer nearly orthogonal. */
+/* Above this |<e^{j2mR}>|, cosine and sine are no longer nearly orthogonal. */
 #define NOT_ORTHOGONAL 0.3
 
 double further_orders_shift_rad(const struct estimate *estimate) {
@@ -73,7 +73,7 @@ static struct sight sight_from_sums(const struct further_workspace *workspace,
     if (!(gain <= gain_limit) || both * gain_limit * gain_limit < 1.0) {
         return (struct sight){.state = SIGHT_UNSEEN};
     }
-    /* u by alpha is n |TF| |G| u(alpha); each component has half of its square. */
+    /* The uncertainty due to alpha is n |TF| |G| u(alpha); each component has half of its square. */
     double by_alpha = order->order * gain * estimate->u_measured_separation_rad;
     struct sight disc =
         sight_of(vector_scaled(vector_difference(a2, a1), 1.0 / both), variance / both,

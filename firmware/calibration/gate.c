@@ -19,12 +19,11 @@ static double apart_squared(const struct harmonic *harmonic, struct vector appli
     return vector_square(apart);
 }
 
-/* The expected square of what the coefficients a leave of an order whose estimate is x.
+/* Returns the expected square of the error that the coefficients a leave of an order whose estimate is x.
 
-   |x - a|^2 is too large in the mean by the noise of x where a does not come from x; where it does,
-   the noise of x is part of the error, beside what quantising adds. What the uncertainty of the
-   separation does to x it has done to a as well: it cancels in x - a and is an error that stays.
-   Only where nothing is applied it makes |x|^2 too large. */
+   If a was not made from x, |x - a|^2 exceeds this on average by the noise of x. If it was, the noise of x is part
+   of the error, in addition to the quantisation. An error of the separation changes x and a equally: it cancels in x
+   - a and remains as an error. Only if nothing is applied it makes |x|^2 too large. */
 static double expected_square(const struct harmonic *harmonic, struct vector applied,
                               bool made_of_estimate) {
     double noise = harmonic->variance_cosine + harmonic->variance_sine;

@@ -16,7 +16,7 @@ static double mean_difference_counts(const struct turn *turn) {
     return (double)sum / turn->samples;
 }
 
-/* What a sample adds: e^{jk theta} of one k after another, times powers of delta. */
+/* Contribution of a sample: e^{jk theta} for successive k, times powers of delta. */
 struct term {
     struct vector power;
     struct vector unit;
@@ -24,7 +24,7 @@ struct term {
     double delta_squared;
 };
 
-/* Two samples a pass, because the sums are slower to load and store than to add to. */
+/* Adds two samples per pass, because loading and storing the sums takes longer than adding to them. */
 static void add_pair(struct gram_sums *sums, struct term a, struct term b) {
     for (uint32_t k = 0; k <= 2 * sums->orders; k++) {
         sums->moment[0][k].re += a.power.re + b.power.re;
@@ -51,7 +51,7 @@ void gram_accumulate(struct gram_sums *sums, const struct unit_circle *circle,
     };
     for (uint32_t sample = 0; sample < turn->samples; sample += 2) {
         struct term term[2] = {{.delta = 0.0}, {.delta = 0.0}};
-        /* The last of an odd number stands alone. */
+        /* If the number is odd, the last sample is added alone. */
         for (uint32_t place = 0; place < 2 && sample + place < turn->samples; place++) {
             struct reading reading = turn_reading(turn, sample + place);
             double delta = (reading.difference - mean) * rad_per_count;
@@ -62,7 +62,7 @@ void gram_accumulate(struct gram_sums *sums, const struct unit_circle *circle,
     }
 }
 
-/* Sum of e^{jkR1} e^{jq delta}; k and q may be negative. */
+/* Returns the sum of e^{jkR1} e^{jq delta}; k and q may be negative. */
 static struct vector expanded(const struct gram_sums *sums, int32_t k, int32_t q) {
     uint32_t place = (uint32_t)(k < 0 ? -k : k);
     struct vector m[DELTA_POWERS];
@@ -75,7 +75,7 @@ static struct vector expanded(const struct gram_sums *sums, int32_t k, int32_t q
                            m[0].im + q * m[1].re + second * m[2].im};
 }
 
-/* Sum of d_n d_m; with m negative the conjugate of d_|m| stands for d_m. */
+/* Returns the sum of d_n d_m; for a negative m, d_m is the conjugate of d_|m|. */
 static struct vector products(const struct gram_sums *sums, int32_t n, int32_t m) {
     struct vector turned_n = vector_unit(n * sums->beta_rad);
     struct vector turned_m = vector_unit(m * sums->beta_rad);
@@ -92,7 +92,7 @@ static struct vector sum_of_column(const struct gram_sums *sums, int32_t n) {
     return vector_difference(turned, expanded(sums, n, 0));
 }
 
-/* The four elements of two orders; i >= j. */
+/* Places the four elements of two orders; i >= j. */
 static void place_pair(const struct gram_sums *sums, const struct gram_layout *layout,
                        double *packed, uint32_t i, uint32_t j) {
     int32_t n = (int32_t)layout->order[i];
@@ -102,7 +102,7 @@ static void place_pair(const struct gram_sums *sums, const struct gram_layout *l
     struct vector conjugated = products(sums, n, -m);
     packed[packed_place(i, j)] = 0.5 * (plain.re + conjugated.re);
     packed[packed_place(i + number, j + number)] = 0.5 * (conjugated.re - plain.re);
-    /* Sine of n with cosine of m, then cosine of n with sine of m. */
+    /* First sine of n with cosine of m, then cosine of n with sine of m. */
     packed[packed_place(i + number, j)] = 0.5 * (plain.im + conjugated.im);
     packed[packed_place(j + number, i)] = 0.5 * (plain.im - conjugated.im);
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The normal matrix of the fit from sums of e^{jk theta}, k <= 2N.
+/* The normal matrix of the fit, computed from sums of e^{jk theta}, k <= 2N.
 
-   The columns are the real and imaginary parts of d_n = e^{jnR2} - e^{jnR1} and a column of ones.
-   With R2 = R1 + beta + delta, beta constant and delta of a few hundred arcseconds, every element
-   is a sum of e^{jkR1} e^{jq delta}, and the second factor is taken to the second power of delta.
-   What that leaves out is below (2N delta)^3/6; the fit takes it out by refinement. */
+   The columns of the design matrix are the real and imaginary parts of d_n = e^{jnR2} - e^{jnR1} and a column of
+   ones. With R2 = R1 + beta + delta, beta constant and delta of a few hundred arcseconds, every element is a sum of
+   e^{jkR1} e^{jq delta}, and the second factor is expanded to the second power of delta. The truncation error is
+   below (2N delta)^3/6; the refinement of the fit removes it. */
 
 #ifndef ARCTRUE_GRAM_H
 #define ARCTRUE_GRAM_H
@@ -24,18 +24,18 @@ struct gram_sums {
     uint32_t orders;
 };
 
-/* Which orders have unknowns: `order[i]` is the order of the cosine in row i and of the sine in
-   row i + number; the constant comes last. */
+/* The orders that have unknowns: `order[i]` is the order of the cosine in row i and of the sine in row i + number.
+   The constant is the last unknown. */
 struct gram_layout {
     uint32_t order[ORDERS_MAX];
     uint32_t number;
 };
 
-/* One pass over the turn; `shift_rad` is taken off head 2. */
+/* Sums over the turn in one pass; `shift_rad` is subtracted from head 2. */
 void gram_accumulate(struct gram_sums *sums, const struct unit_circle *circle,
                      const struct turn *turn, uint32_t orders, double shift_rad);
 
-/* The lower triangle, packed; its size is 2 number + 1. */
+/* Builds the packed lower triangle, of size 2 number + 1. */
 void gram_build(const struct gram_sums *sums, const struct gram_layout *layout, double *packed);
 
 #endif

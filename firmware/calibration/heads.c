@@ -10,11 +10,12 @@
 
 #define WEIGHT_ONE ((double)(1 << ARCTRUE_COSINE_FRACTION))
 #define WEIGHT_LIMIT (1 << (ARCTRUE_COSINE_WIDTH - 1))
-/* Length of the parity's vector, four triangles of the heads, from which on the places differ. */
+/* Least length of the parity vector, whose elements are four triangles of heads, with which the places count as
+   different. */
 #define LEAST_PARITY 1e-6
-/* From this gain on an order counts as not seen. */
+/* An order with a larger gain counts as not seen. */
 #define UNSEEN_GAIN 1e3
-/* Words within this distance of each weight are tried. */
+/* Largest distance of a tried word from the rounded weight. */
 enum { WORD_REACH = 2, WORD_CHOICES = 2 * WORD_REACH + 1, CONDITIONS = 3 };
 
 struct vector heads_sight(const struct heads_geometry *geometry, uint32_t head) {
@@ -22,14 +23,15 @@ struct vector heads_sight(const struct heads_geometry *geometry, uint32_t head) 
     return vector_scaled(vector_unit(place), geometry->ratio[head]);
 }
 
-/* Twice the area of a triangle. */
+/* Returns twice the signed area of a triangle. */
 static double triangle(struct vector a, struct vector b, struct vector c) {
     struct vector ab = vector_difference(b, a);
     struct vector ac = vector_difference(c, a);
     return ab.re * ac.im - ac.re * ab.im;
 }
 
-/* Orthogonal to ones and to both components of the sight: each element is the triangle of the other heads. */
+/* Computes the vector that is orthogonal to ones and to both components of the sight: each element is the triangle
+   of the other three heads. */
 static bool parity_of(const struct heads_geometry *geometry, double parity[HEADS_MOST]) {
     struct vector sight[HEADS_MOST];
     double square = 0.0;
@@ -56,7 +58,7 @@ uint32_t heads_combinations(const struct heads_geometry *geometry,
     if (heads == HEADS_MOST) {
         return parity_of(geometry, combination[0]) ? 1 : 0;
     }
-    /* Helmert's: each head against the mean of those before it. */
+    /* Helmert contrasts: each head minus the mean of those before it. */
     for (uint32_t row = 0; row + 1 < heads; row++) {
         double before = row + 1;
         double scale = 1.0 / sqrt(before * (before + 1.0));
@@ -122,7 +124,7 @@ double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HE
     return vector_length(leak);
 }
 
-/* The last word follows from the sum; it may be no further from its weight than half a step more. */
+/* Tries words near the exact weights; the last word follows from the sum and may be half a step further away. */
 bool heads_weights(const struct heads_geometry *geometry, int32_t weight[HEADS_MOST]) {
     double exact[HEADS_MOST];
     double least = (double)INFINITY;

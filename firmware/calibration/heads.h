@@ -3,8 +3,9 @@
 /* The heads of a table: their places, the combinations of their readings that a calibration uses, and the weights of
    their mean.
 
-   Head i stands p_i after head 1, on the radius R/rho_i. An axis that moves by c adds rho_i Im(c e^{jp_i}) to its
-   reading. Weights with sum w_i = 1 and sum w_i rho_i e^{jp_i} = 0 form a mean that no motion of the axis changes. */
+   Head i stands at the angle p_i after head 1, on the radius R/rho_i. A displacement c of the axis adds rho_i Im(c
+   e^{jp_i}) to its reading. Weights with sum w_i = 1 and sum w_i rho_i e^{jp_i} = 0 form a mean that no motion of
+   the axis changes. */
 
 #ifndef ARCTRUE_HEADS_H
 #define ARCTRUE_HEADS_H
@@ -24,28 +25,29 @@ struct heads_geometry {
     uint32_t heads;
     /* Mean of R_i - R_1 over the turn, rad. */
     double offset_rad[HEADS_MOST];
-    /* What head i detects the index mark late: p_i = offset + late. */
+    /* Angle by which head i detects the index mark late: p_i = offset + late. */
     double late_rad[HEADS_MOST];
-    /* rho_i, the disc's radius over that of the head. */
+    /* rho_i, the radius of the disc over the radius of the head. */
     double ratio[HEADS_MOST];
 };
 
-/* rho_i e^{jp_i}: what head i sees of the axis. */
+/* Returns rho_i e^{jp_i}, the sensitivity of head i to a motion of the axis. */
 struct vector heads_sight(const struct heads_geometry *geometry, uint32_t head);
 
-/* Orthonormal combinations of readings with sum 0. Four heads: the parity, the one combination that also contains no
-   motion of the axis; fewer heads: all of them. Returns their number; 0: two heads stand at one place. */
+/* Computes orthonormal combinations of readings with sum 0. With four heads: the parity, which is the only
+   combination that also contains no motion of the axis. With fewer heads: all of them. Returns their number; 0: two
+   heads stand at one place. */
 uint32_t heads_combinations(const struct heads_geometry *geometry,
                             double combination[COMBINATIONS_MOST][HEADS_MOST]);
 
-/* Noise of the disc's order n by these combinations over that of one head; INFINITY: not seen. */
+/* Returns the noise of the disc's order n in these combinations over the noise of one head; INFINITY: not seen. */
 double heads_gain(const struct heads_geometry *geometry, uint32_t order);
 
-/* Weights of the least noise as words s1.16 whose sum is 1 exactly. False: no weights keep the axis out, their noise
-   exceeds MEAN_NOISE_LIMIT, or one does not fit. */
+/* Computes the weights with the least noise as s1.16 words whose sum is exactly 1. False: no weights suppress the
+   motion of the axis, their noise exceeds MEAN_NOISE_LIMIT, or one does not fit. */
 bool heads_weights(const struct heads_geometry *geometry, int32_t weight[HEADS_MOST]);
 
-/* sum w_i rho_i e^{jp_i}: the share of a motion of the axis that the mean shows. */
+/* Returns |sum w_i rho_i e^{jp_i}|, the share of a motion of the axis that the mean contains. */
 double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HEADS_MOST]);
 
 #endif

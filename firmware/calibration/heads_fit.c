@@ -10,19 +10,20 @@
 #include "noise.h"
 #include "units.h"
 
-/* Passes over the turn: usual are 4 to 6. A pass over 12,000 samples with 40 orders and four heads takes an estimated
-   34 million instructions, or 0.1 s at two cycles each: nine passes stay below half of the 2 s after which the watchdog
-   takes the firmware for hung. */
+/* Limit of the passes over the turn; usual are 4 to 6. A pass over 12,000 samples with 40 orders and four heads takes
+   an estimated 34 million instructions, or 0.1 s at two cycles each. Nine passes take less than half of the 2 s after
+   which the watchdog regards the firmware as hung. */
 enum { PASSES_MOST = 32 };
 #define WORK_MOST (9U * 4U * 12000U * 40U)
-/* The normal matrix is made of every k-th sample: so many for each order, four a wave of the highest sum of two. */
+/* The normal matrix uses every k-th sample, at least this many per order: four per wave of the highest sum of two
+   orders. */
 enum { MATRIX_SAMPLES_AN_ORDER = 64 };
-/* The share of the largest value at which passes end. */
+/* The passes end when a step is below this share of the largest value. */
 #define REFINED_SHARE 1e-11
-/* Of a reading, arcsec^2: what has no noise must not divide by zero. */
+/* Least variance of a reading, arcsec^2, so that readings without noise cause no division by zero. */
 #define LEAST_VARIANCE 1e-6
 #define LEAST_U 1e-6
-/* First unknown of each kind at order 1. */
+/* Place of the first unknown of each kind at order 1. */
 enum { BACKWARD = 2, LATE = 4, CIRCLES = 4 };
 
 struct fit {
@@ -35,17 +36,17 @@ struct fit {
     uint32_t rows;
     double arcsec_per_count;
     double turns_per_count;
-    /* What a head's words are ahead of its angle after head 1. */
+    /* Counts by which a head's words exceed its angle after head 1. */
     int32_t ahead[HEADS_MOST];
     double combination[COMBINATIONS_MOST][HEADS_MOST];
     /* e^{jd_i} and rho_i e^{jp_i}. */
     struct vector late[HEADS_MOST];
     struct vector sight[HEADS_MOST];
-    /* Circle of the axis against the table, arcsec. */
+    /* Circular motion of the axis opposite to the table's rotation, arcsec. */
     struct vector backward;
 };
 
-/* From three heads on order 1 belongs to the places. */
+/* With three or four heads, order 1 is fitted together with the places. */
 static bool fits_places(const struct fit *fit) {
     return fit->geometry->heads > 2;
 }
@@ -55,7 +56,8 @@ static double precision(double u) {
     return 1.0 / (least * least);
 }
 
-/* Places as far as the offsets tell them, and whole turns between the counters, which mean nothing. */
+/* Determines the places as far as the offsets show them, and removes whole turns between the counters, which are
+   meaningless. */
 static enum refusal align(struct fit *fit) {
     const struct capture *capture = fit->capture;
     double turn = capture->counts_per_rev;
@@ -80,7 +82,7 @@ static enum refusal align(struct fit *fit) {
     return NOT_REFUSED;
 }
 
-/* d_i by mounting, which says p_i - a_i, and by the index, which says 0; arcsec. */
+/* Prior value of d_i from the mounting, which states p_i - a_i, and from the index, which states 0; arcsec. */
 static double late_beforehand(const struct fit *fit, uint32_t head) {
     double mounting = precision(fit->settings->u_place_arcsec);
     double index = precision(fit->settings->u_index_arcsec);
@@ -88,7 +90,7 @@ static double late_beforehand(const struct fit *fit, uint32_t head) {
     return remainder_of_turn(apart) * ARCSEC_PER_RAD * mounting / (mounting + index);
 }
 
-/* What follows from the geometry. */
+/* Computes the values that depend on the geometry. */
 static bool follow_geometry(struct fit *fit) {
     for (uint32_t head = 0; head < fit->geometry->heads; head++) {
         fit->late[head] = vector_unit(fit->geometry->late_rad[head]);
@@ -108,7 +110,8 @@ static void choose_orders(struct fit *fit) {
     }
 }
 
-/* Adds e^{jny} of all orders to the combinations; returns what the disc makes the head read, arcsec. */
+/* Adds e^{jny} of all orders to the columns of the combinations; returns the error of the disc under the head,
+   arcsec. */
 static double look_under_head(const struct fit *fit, uint32_t head, struct vector unit) {
     struct heads_workspace *workspace = fit->workspace;
     const double *cosine = workspace->values;
@@ -132,7 +135,7 @@ static double look_under_head(const struct fit *fit, uint32_t head, struct vecto
     return error;
 }
 
-/* Residual of every head less that of head 1, arcsec, and the columns; returns e^{jR1}. */
+/* Computes the residual of every head minus that of head 1, arcsec, and the columns; returns e^{jR1}. */
 static struct vector look(const struct fit *fit, uint32_t sample, double residual[HEADS_MOST]) {
     const struct turn *turn = fit->turn;
     int32_t word1 = turn->words[2 * sample];
@@ -166,7 +169,7 @@ static double combined(const struct fit *fit, uint32_t row, const double residua
     return sum;
 }
 
-/* Column of an unknown: cosines before sines. */
+/* Returns the column of an unknown; cosines come before sines. */
 static double column_of(const struct fit *fit, uint32_t row, uint32_t unknown) {
     const struct gram_layout *layout = &fit->workspace->layout;
     bool sine = unknown >= layout->number;
@@ -187,7 +190,7 @@ static void add_to_matrix(const struct fit *fit, uint32_t row) {
     }
 }
 
-/* X^T X as if of all samples. */
+/* Builds X^T X, scaled to the number of all samples. */
 static enum refusal build_matrix(const struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
     uint32_t size = 2 * workspace->layout.number;
@@ -240,8 +243,8 @@ static void add_density(const struct fit *fit, struct vector unit1) {
     }
 }
 
-/* Sums of the residuals become their mean and their line at order 1 together: samples of a speed that swings do not
-   stand evenly. */
+/* Separates the sums of the residuals into their mean and their line at order 1. Both must be solved together,
+   because samples at an uneven speed are not evenly spaced. */
 static enum refusal separate_lines(const struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
     double samples = fit->turn->samples;
@@ -302,12 +305,12 @@ static double step_of_disc(const struct fit *fit) {
     return largest;
 }
 
-/* Line A, a reading being Re(A e^{jR1}), of one head by one unknown of order 1. */
+/* Returns the line A that an unknown of order 1 causes in a head's reading, Re(A e^{jR1}). */
 static struct vector line_of(const struct fit *fit, uint32_t head, uint32_t unknown) {
     struct vector sight = fit->sight[head];
     struct vector backward = vector_conjugate(sight);
     const struct vector disc = {fit->workspace->values[0], -fit->workspace->values[fit->orders]};
-    /* Of the sine of x it is -j e^{jx}. */
+    /* The line of sin x is that of cos x times -j. */
     switch (unknown) {
     case 0:
         return sight;
@@ -326,12 +329,12 @@ static struct vector line_of(const struct fit *fit, uint32_t head, uint32_t unkn
         return (struct vector){0.0, 0.0};
     }
     struct vector seen = vector_product(sight, disc);
-    /* The derivative of the backward circle is left out: it is a hundredth of the disc's. */
+    /* The derivative of the backward circle is neglected: it is a hundredth of the disc's. */
     return late ? vector_scaled((struct vector){-seen.im, seen.re}, 1.0 / ARCSEC_PER_RAD)
                 : vector_scaled(seen, 1.0 / fit->geometry->ratio[head]);
 }
 
-/* Less the mean of all heads: what is common to them is the table's motion. */
+/* Subtracts the mean of all heads, which contains the motion of the table. */
 static void without_mean(uint32_t heads, struct vector line[HEADS_MOST]) {
     struct vector mean = {0.0, 0.0};
     for (uint32_t head = 0; head < heads; head++) {
@@ -342,8 +345,8 @@ static void without_mean(uint32_t heads, struct vector line[HEADS_MOST]) {
     }
 }
 
-/* The readings' lines at an order by the first `unknowns`; `weight` of a line's component, 0: nothing is known
-   beforehand. The matrix stays as its factor. */
+/* Fits the first `unknowns` to the readings' lines at an order. `weight`: inverse variance of a component of a line.
+   The packed matrix is replaced by its factor. */
 static bool solve_lines(const struct fit *fit, uint32_t order, uint32_t unknowns, double weight,
                         double *step) {
     struct heads_workspace *workspace = fit->workspace;
@@ -397,7 +400,7 @@ static uint32_t place_unknowns(const struct fit *fit) {
     return LATE + 2 * (fit->geometry->heads - 1);
 }
 
-/* NAN: the places do not follow. */
+/* Returns NAN if the places cannot be determined. */
 static double step_of_places(struct fit *fit) {
     struct heads_workspace *workspace = fit->workspace;
     uint32_t further = fit->geometry->heads - 1;
@@ -448,7 +451,7 @@ static uint32_t passes_of(const struct fit *fit) {
     return passes < PASSES_MOST ? passes : PASSES_MOST;
 }
 
-/* Steps shrink by nearly the same factor each: what is left is the last one times that. */
+/* Successive steps shrink by nearly the same factor, so the remaining error is the last step times that factor. */
 static enum refusal converge(struct fit *fit, struct estimate *estimate) {
     double before = 0.0;
     for (estimate->iterations = 1; estimate->iterations <= passes_of(fit); estimate->iterations++) {
@@ -511,8 +514,8 @@ static void take_noise(const struct fit *fit, struct estimate *estimate) {
     noise_scale_covariance(estimate);
 }
 
-/* Order 1 of the disc with its covariance, and the uncertainty of places and radii; the factor is that of the last
-   pass. */
+/* Takes order 1 of the disc with its covariance, and the uncertainties of places and radii, from the factor of the
+   last pass. */
 static void take_places(const struct fit *fit, struct heads_found *found,
                         struct estimate *estimate) {
     const struct heads_workspace *workspace = fit->workspace;
@@ -537,7 +540,7 @@ static void take_places(const struct fit *fit, struct heads_found *found,
     }
 }
 
-/* With fewer than four heads the disc has taken them. */
+/* Only four heads show the circles of the orders from 2 on; with fewer, the fitted orders of the disc contain them. */
 static void take_circles(const struct fit *fit, struct heads_found *found) {
     found->backward_arcsec[0] = vector_length(fit->backward);
     for (uint32_t order = 2; fit->geometry->heads == HEADS_MOST && order <= CIRCLE_ORDERS;

@@ -8,7 +8,7 @@
 #include "assertion.h"
 #include "units.h"
 
-/* Readings a turn: more than 16 to the highest order. */
+/* Number of readings per turn: more than 16 per wave of the highest order. */
 enum { READINGS = 1024, ROUNDS = 6 };
 #define WEIGHT_ONE ((double)(1 << ARCTRUE_COSINE_FRACTION))
 #define OFFSET_ONE 16.0
@@ -19,13 +19,13 @@ struct mean_error {
     const struct estimate *disc;
     const struct heads_geometry *geometry;
     const struct mean_set *set;
-    /* From a head's reading less its offset to the disc's, turns. */
+    /* Angle from a head's reading minus its offset to the disc's reading, turns. */
     double place_turns[HEADS_MOST];
-    /* Sum of all errors, arcsec. */
+    /* Sum of the error over all readings, arcsec. */
     double *sum;
 };
 
-/* g under a head at a reading of the disc, arcsec. */
+/* Returns g under a head at a reading of the disc, arcsec. */
 static double error_under(const struct mean_error *error, uint32_t head, double turns) {
     struct vector unit = unit_circle_at(error->circle, turns);
     struct vector power = unit;
@@ -39,7 +39,8 @@ static double error_under(const struct mean_error *error, uint32_t head, double 
     return total;
 }
 
-/* E = sum of w_i g_i(y_i) where the carrier reads r_s: theta = r_s - g_s, y_i = theta + p_i + g_i(y_i). */
+/* Returns E = sum of w_i g_i(y_i) at the carrier's reading r_s, with theta = r_s - g_s and y_i = theta + p_i +
+   g_i(y_i). */
 static double error_of_mean(const void *context, uint32_t sample) {
     const struct mean_error *error = context;
     double reading = (double)sample / READINGS;
@@ -50,7 +51,7 @@ static double error_of_mean(const void *context, uint32_t sample) {
     for (uint32_t head = 0; head < error->geometry->heads; head++) {
         double nominal = angle + error->place_turns[head];
         double under = 0.0;
-        /* Each makes y better by the slope of g, below 0.01. */
+        /* Each round multiplies the error of y by the slope of g, below 0.01. */
         for (uint32_t round = 0; round < ROUNDS; round++) {
             under = error_under(error, head, nominal + under / ARCSEC_PER_TURN);
         }
@@ -60,7 +61,7 @@ static double error_of_mean(const void *context, uint32_t sample) {
     return total;
 }
 
-/* The weight of order n in the mean: sum w_i e^{jnp_i}, of order 1 with rho_i. */
+/* Returns the factor of order n in the mean, sum w_i e^{jnp_i}; the terms of order 1 are multiplied by rho_i. */
 static struct vector factor_of(const struct mean_error *error, uint32_t order) {
     struct vector factor = {0.0, 0.0};
     for (uint32_t head = 0; head < error->geometry->heads; head++) {
@@ -72,7 +73,7 @@ static struct vector factor_of(const struct mean_error *error, uint32_t order) {
     return factor;
 }
 
-/* Square of what the uncertainties of places and radii make of a component of an order. */
+/* Returns the variance of a component of an order that is due to the uncertainties of places and radii. */
 static double square_by_places(const struct mean_error *error, const struct heads_found *found,
                                uint32_t order) {
     double amplitude = harmonic_amplitude(&error->disc->harmonic[order - 1]);
@@ -113,7 +114,7 @@ void heads_estimate_of_mean(struct heads_workspace *workspace, const struct head
             .seen = harmonic->seen,
             .cosine = workspace->lines.sum[place].re * (2.0 / READINGS),
             .sine = -workspace->lines.sum[place].im * (2.0 / READINGS),
-            /* Turned by the places: both components have the mean of both variances. */
+            /* The places rotate the components, so both get the mean of both variances. */
             .variance_cosine = 0.5 * weight * (harmonic->variance_cosine + harmonic->variance_sine),
             .variance_sine = 0.5 * weight * (harmonic->variance_cosine + harmonic->variance_sine),
             .by_separation_cosine = by_places,

@@ -11,18 +11,18 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* What a further round of moving head 2 would still change of the error. */
+/* Rounds end when moving head 2 would change the error by less than this. */
 #define CONVERGED_ARCSEC 1e-4
-/* Passes over the turn in all rounds together: one to build the matrix of a round, and one a
-   refinement. A usual fit takes 3 to 6. One of 12,000 samples and 40 orders is 23 million
-   instructions (counted in QEMU), 70 ms at two cycles each: 14 of them end within half of the 2 s
-   after which the firmware takes itself for hung. */
+/* Limit of the passes over the turn in all rounds together: one to build the matrix of each round, and one per
+   refinement. A usual fit takes 3 to 6. A pass over 12,000 samples with 40 orders takes 23 million instructions
+   (counted in QEMU), 70 ms at two cycles each. 14 of them end within half of the 2 s after which the watchdog
+   regards the firmware as hung. */
 enum { PASSES_MOST = 64 };
 #define WORK_MOST (14U * 12000U * 40U)
-/* The share of the largest value at which refinements end. */
+/* The refinements end when a step is below this share of the largest value. */
 #define REFINED_SHARE 1e-11
 
-/* What the passes over the turn need besides the workspace. */
+/* Values that the passes over the turn need in addition to the workspace. */
 struct fit {
     struct least_squares_workspace *workspace;
     const struct turn *turn;
@@ -49,7 +49,7 @@ static void choose_orders(struct fit *fit) {
     double raw_rad = 2.0 * PI * (double)sum / fit->turn->samples / fit->turn->counts_per_rev;
     layout->number = 0;
     for (uint32_t order = 1; order <= fit->orders; order++) {
-        /* One that either value hides would make the matrix singular. */
+        /* An order that one of the two separations hides would make the matrix singular. */
         if (isfinite(noise_gain(order, fit->nominal_arcsec / ARCSEC_PER_RAD)) &&
             isfinite(noise_gain(order, raw_rad))) {
             layout->order[layout->number++] = order;
@@ -57,7 +57,7 @@ static void choose_orders(struct fit *fit) {
     }
 }
 
-/* d_n = e^{jnR2} - e^{jnR1} of all orders, and the residual of the sample. */
+/* Computes d_n = e^{jnR2} - e^{jnR1} of all orders, and returns the residual of the sample. */
 static double residual_of(const struct fit *fit, uint32_t sample, struct vector *columns) {
     const double *values = fit->workspace->values;
     struct reading reading = turn_reading(fit->turn, sample);
@@ -78,7 +78,7 @@ static double residual_of(const struct fit *fit, uint32_t sample, struct vector 
     return reading.difference * fit->arcsec_per_count - fit->nominal_arcsec - model;
 }
 
-/* X^T r, with r at the present values. */
+/* Computes X^T r, with r at the present values. */
 static void accumulate_right(const struct fit *fit) {
     struct least_squares_workspace *workspace = fit->workspace;
     struct vector columns[ORDERS_MAX];
@@ -94,7 +94,7 @@ static void accumulate_right(const struct fit *fit) {
     }
 }
 
-/* Between all orders and those that have unknowns. */
+/* Picks the right-hand sides of the orders that have unknowns. */
 static void gather(const struct fit *fit, double *unknowns) {
     const struct gram_layout *layout = &fit->workspace->layout;
     const double *right = fit->workspace->right;
@@ -105,7 +105,7 @@ static void gather(const struct fit *fit, double *unknowns) {
     unknowns[2 * layout->number] = right[2 * fit->orders];
 }
 
-/* Add a step to the values; returns its largest component. */
+/* Adds a step to the values; returns its largest component. */
 static double take_step(const struct fit *fit, const double *unknowns) {
     const struct gram_layout *layout = &fit->workspace->layout;
     double *values = fit->workspace->values;
@@ -139,7 +139,7 @@ static bool take_pass(struct fit *fit) {
     return left;
 }
 
-/* Steps shrink by nearly the same factor each: what is left is the last one times that. */
+/* Successive steps shrink by nearly the same factor, so the remaining error is the last step times that factor. */
 static enum refusal refine(struct fit *fit) {
     const struct least_squares_workspace *workspace = fit->workspace;
     double unknowns[UNKNOWNS_MAX];
@@ -175,7 +175,7 @@ static enum refusal fit_once(struct fit *fit) {
     return refine(fit);
 }
 
-/* How fast the error changes with the angle at most, arcsec per arcsec. */
+/* Returns an upper bound of the error's slope, arcsec per arcsec. */
 static double steepest(const struct fit *fit) {
     const double *values = fit->workspace->values;
     double slope = 0.0;
@@ -186,7 +186,7 @@ static double steepest(const struct fit *fit) {
     return slope / ARCSEC_PER_RAD;
 }
 
-/* Fit, and move head 2 until its zero agrees with the separation that is used. */
+/* Fits repeatedly, and moves head 2 until its zero agrees with the separation in use. */
 static enum refusal fit_consistently(struct fit *fit, const struct calibration_settings *settings,
                                      struct estimate *estimate) {
     double nominal = settings->nominal_separation_rad;
@@ -228,7 +228,7 @@ static void take_values(const struct fit *fit, struct estimate *estimate) {
     }
 }
 
-/* The blocks of the inverse of the normal matrix; the constant counts as unknown in them. */
+/* Takes the variances from the inverse of the normal matrix, in which the constant counts as unknown. */
 static void take_covariance(const struct fit *fit, struct estimate *estimate) {
     struct least_squares_workspace *workspace = fit->workspace;
     uint32_t number = workspace->layout.number;

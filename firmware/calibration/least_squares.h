@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The error by least squares at the angles really read.
+/* Estimates the error by least squares at the angles that were read.
 
-   With g(R) = eps(theta) as a function of the reading each head gives the disc angle under it
-   without approximation, and
+   With g(R) = eps(theta) as a function of the reading, each head gives the disc angle under it without
+   approximation, and
 
        R2 - R1 = alpha + g(R2) - g(R1)
 
-   is linear in the harmonics of g and in alpha, exact for any steps, speed and number of samples.
-   Only the zero of head 2 couples back: where the separation is taken from elsewhere, R2 is moved
-   by what the fitted constant differs from it until nothing changes. */
+   is linear in the harmonics of g and in alpha, exact for any steps, speed and number of samples. Only the zero of
+   head 2 depends on the result: if the separation is not taken from this turn, R2 is moved by the difference between
+   the fitted constant and the separation, until nothing changes. */
 
 #ifndef ARCTRUE_LEAST_SQUARES_H
 #define ARCTRUE_LEAST_SQUARES_H
@@ -34,7 +34,7 @@ struct least_squares_workspace {
     } pass;
 };
 
-/* The error as a function of the reading. */
+/* Estimates the error as a function of the reading. */
 enum refusal least_squares_estimate(struct least_squares_workspace *workspace,
                                     const struct turn *turn,
                                     const struct calibration_settings *settings,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Some lines of a discrete Fourier transform, of any number of samples, without storing them. */
+/* Computes some lines of a discrete Fourier transform of any number of samples, without storing the samples. */
 
 #ifndef ARCTRUE_LINES_H
 #define ARCTRUE_LINES_H
@@ -17,19 +17,19 @@ struct lines {
     uint32_t number;
 };
 
-/* A sample of what is transformed. */
+/* Returns a sample of the transformed function. */
 typedef double line_sample(const void *context, uint32_t sample);
 
-/* Lines 1 to `number` of `samples` samples; `sum_of_squares` of the samples besides. */
+/* Computes the lines 1 to `number` of `samples` samples, and the `sum_of_squares` of the samples. */
 void lines_transform(struct lines *lines, uint32_t number, const struct unit_circle *circle,
                      line_sample *sample, const void *context, uint32_t samples,
                      double *sum_of_squares);
 
-/* Lines that can be told apart: the orders to fit and what the noise is read from. */
+/* Returns the number of lines that can be separated, at most the orders to fit plus the lines for the noise. */
 uint32_t lines_wanted(uint32_t orders, uint32_t samples);
 
-/* Mean power |X|^2/K of the lines next to the fitted orders, NOISE_LINES of them where there are
-   so many; those of orders that were fitted say nothing and are left out. 0: there are none. */
+/* Returns the mean power |X|^2/K of the lines next to the fitted orders, NOISE_LINES of them if there are so many.
+   Lines of fitted orders are left out because they do not show the noise. 0: there are none. */
 double lines_noise_power(const struct lines *lines, const struct estimate *estimate,
                          uint32_t samples);
 

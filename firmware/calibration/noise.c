@@ -8,7 +8,7 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* A residual of exactly zero must not divide by zero, arcsec^2. */
+/* Least variance, arcsec^2: a residual of exactly zero must not cause a division by zero. */
 #define LEAST_VARIANCE 1e-18
 
 static uint32_t parameters(const struct estimate *estimate) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* From what a fit leaves to the covariance of its harmonics. */
+/* Computes the covariance of the harmonics from the residual of a fit. */
 
 #ifndef ARCTRUE_NOISE_H
 #define ARCTRUE_NOISE_H
@@ -8,13 +8,13 @@
 #include "estimate.h"
 #include "lines.h"
 
-/* Noise and colour of the estimate from the residual's sum of squares and spectrum. */
+/* Computes noise and colour of the estimate from the residual's sum of squares and spectrum. */
 void noise_measure(struct estimate *estimate, double residual_squares, const struct lines *lines);
 
-/* Turn covariances for noise of variance 1 into those of the measured noise. */
+/* Scales covariances for noise of variance 1 to the measured noise. */
 void noise_scale_covariance(struct estimate *estimate);
 
-/* What the uncertainty of the separation does: dE_n/d alpha = -j n e^{jn alpha} TF(n) E_n. */
+/* Sets the effect of the separation's uncertainty: dE_n/d alpha = -j n e^{jn alpha} TF(n) E_n. */
 void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev,
                           double index_detection_arcsec);
 

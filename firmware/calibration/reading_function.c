@@ -7,10 +7,10 @@
 #include "assertion.h"
 #include "units.h"
 
-/* Readings a turn: more than 16 to the highest order. */
+/* Number of readings per turn: more than 16 per wave of the highest order. */
 enum { READINGS = 1024, ITERATIONS_MOST = 20 };
-/* A step is smaller than the one before by the slope of the error, 1e-3 at 200 arcsec: what is left
-   is below 1e-11. */
+/* Each step is smaller than the one before by the slope of the error, 1e-3 at 200 arcsec, so the remaining error is
+   below 1e-11. */
 #define UNCHANGED_ARCSEC 1e-8
 
 struct error_function {
@@ -30,7 +30,7 @@ static double error_at(const struct error_function *function, double turns) {
     return error;
 }
 
-/* g(R) = eps(R - g(R)), by iteration. */
+/* Solves g(R) = eps(R - g(R)) by iteration. */
 static double error_at_reading(const void *context, uint32_t sample) {
     const struct error_function *function = context;
     double reading = (double)sample / READINGS;

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Why a turn did not become coefficients. The last good ones stay in every case. */
+/* Reasons why a turn did not become coefficients. The last good coefficients stay in every case. */
 
 #ifndef ARCTRUE_REFUSAL_H
 #define ARCTRUE_REFUSAL_H
 
 enum refusal {
     NOT_REFUSED = 0,
-    /* What the capture's header says. */
+    /* Reasons in the header of the capture. */
     REFUSED_EMPTY,
     REFUSED_INDEX_NOT_SEEN,
     REFUSED_INDEX_ERROR,
     REFUSED_ILLEGAL_TRANSITION,
     REFUSED_EDGE_SPACING,
     REFUSED_BANK_FULL,
-    /* What its samples say. */
+    /* Reasons in its samples. */
     REFUSED_STANDS_STILL,
     REFUSED_SHORT_OF_A_TURN,
     REFUSED_MORE_THAN_A_TURN,
@@ -25,19 +25,19 @@ enum refusal {
     REFUSED_INCONSISTENT_HEADS,
     REFUSED_HEADS_EXCHANGED,
     REFUSED_HEADS_ELSEWHERE,
-    /* What the calculation says. */
+    /* Reasons in the calculation. */
     REFUSED_SINGULAR,
     REFUSED_NOT_CONVERGED,
     REFUSED_NOT_FINITE,
     REFUSED_AMPLITUDE,
     REFUSED_NO_MEAN,
-    /* What the gate says. */
+    /* Reasons of the gate. */
     REFUSED_NOISE,
     REFUSED_NOT_BETTER,
     REFUSALS,
 };
 
-/* A word for the console and for telemetry; "unknown" for anything else. */
+/* Returns the word for the console and for telemetry; "unknown" for any other value. */
 const char *refusal_name(enum refusal reason);
 
 #endif

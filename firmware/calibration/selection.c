@@ -6,7 +6,7 @@
 
 #include "assertion.h"
 
-/* Chance that noise alone makes any one order look significant. */
+/* Probability that noise alone makes at least one order look significant. */
 #define FALSE_ALARM 0.05
 
 const char *verdict_name(enum verdict verdict) {
@@ -15,8 +15,8 @@ const char *verdict_name(enum verdict verdict) {
     return (unsigned)verdict <= VERDICT_LOADED ? names[verdict] : "unknown";
 }
 
-/* A^2/2u^2 of noise is F distributed with (2, 2m) degrees of freedom, u being estimated from m
-   lines of the spectrum: P(A > k u) = (1 + k^2/2m)^-m. log1p() in place of log() and its table of 4 KB. */
+/* For noise, A^2/2u^2 has an F distribution with (2, 2m) degrees of freedom, because u is estimated from m lines of
+   the spectrum: P(A > k u) = (1 + k^2/2m)^-m. log1p() replaces log(), whose table has 4 KB. */
 double significance_factor(uint32_t orders) {
     double chance = FALSE_ALARM / (orders == 0 ? 1 : orders);
     return sqrt(2.0 * NOISE_LINES * expm1(log1p(1.0 / chance - 1.0) / NOISE_LINES));
@@ -41,7 +41,7 @@ static enum verdict judge(const struct harmonic *harmonic, double factor, double
     return significant ? VERDICT_APPLIED : VERDICT_NOT_SIGNIFICANT;
 }
 
-/* Orders with a larger amplitude, and lower ones with the same. */
+/* Returns the number of wanted orders with a larger amplitude, or with the same amplitude and a lower order. */
 static uint32_t larger_orders(const struct estimate *estimate, const enum verdict *verdicts,
                               uint32_t place) {
     double own = harmonic_amplitude(&estimate->harmonic[place]);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Which orders the gateware is to apply, and why not the others. */
+/* Selects the orders that the gateware applies, and states why the others are left out. */
 
 #ifndef ARCTRUE_SELECTION_H
 #define ARCTRUE_SELECTION_H
@@ -13,20 +13,20 @@ enum verdict {
     VERDICT_GAIN,
     VERDICT_NOT_SIGNIFICANT,
     VERDICT_NO_LANE,
-    /* The order has a lane that the operator has loaded. */
+    /* The operator has loaded a lane of the order. */
     VERDICT_LOADED,
 };
 
-/* At 33 degrees this keeps n = 11 (19 times) and leaves out what is next to n = 120. */
+/* At 33 degrees this keeps n = 11 (gain 19) and leaves out the orders next to n = 120. */
 #define GAIN_LIMIT_DEFAULT 50.0
 
 const char *verdict_name(enum verdict verdict);
 
-/* Least amplitude over its standard uncertainty that noise passes with chance 5 % in all of
-   `orders` orders together. */
+/* Returns the ratio of amplitude to standard uncertainty that noise exceeds in any of `orders` orders with a
+   probability of 5 %. */
 double significance_factor(uint32_t orders);
 
-/* One verdict an order, order n at place n - 1. Where lanes are short the largest have them. */
+/* Sets one verdict per order, order n at place n - 1. If there are too few lanes, the largest orders get them. */
 void select_orders(const struct estimate *estimate, uint32_t lanes, double gain_limit,
                    enum verdict *verdicts);
 

@@ -9,10 +9,10 @@
 
 #include "vector.h"
 
-/* TF(n) = 1/(e^{jn alpha} - 1), 0 where the denominator is 0. */
+/* Returns TF(n) = 1/(e^{jn alpha} - 1), or 0 if the denominator is 0. */
 struct vector transfer_function(uint32_t order, double separation_rad);
 
-/* |TF(n)|: noise of the error over noise of head 2 less head 1; INFINITY where it is not seen. */
+/* Returns |TF(n)|, the noise of the error over the noise of head 2 minus head 1; INFINITY if the order is not seen. */
 double noise_gain(uint32_t order, double separation_rad);
 
 #endif

@@ -32,7 +32,7 @@ static inline struct vector vector_scaled(struct vector a, double factor) {
     return (struct vector){a.re * factor, a.im * factor};
 }
 
-/* e^{j angle}. */
+/* Returns e^{j angle}. */
 static inline struct vector vector_unit(double angle_rad) {
     return (struct vector){cos(angle_rad), sin(angle_rad)};
 }
@@ -41,7 +41,7 @@ static inline double vector_square(struct vector a) {
     return a.re * a.re + a.im * a.im;
 }
 
-/* In place of hypot(), which minds overflow and is half a kilobyte. */
+/* Replaces hypot(), which protects against overflow and has half a kilobyte. */
 static inline double vector_length(struct vector a) {
     return sqrt(vector_square(a));
 }

@@ -339,7 +339,8 @@ static void temperature(struct console *console, char *const *words, uint32_t nu
     }
 }
 
-/* What the host measures, for example a load, in the scale of the coefficient file. */
+/* Sets a word that lanes follow to a value that the host measures, for example a load, in the scale of the
+   coefficient file. */
 static void followed_word(struct console *console, char *const *words, uint32_t number) {
     struct application *application = console->application;
     double value;

@@ -73,7 +73,7 @@ static bool fits(int64_t value) {
     return value >= INT32_MIN && value <= INT32_MAX;
 }
 
-/* A lane of the set, or of the set for a missing head. */
+/* Receives a lane of the set, or of the set for a missing head. */
 static void lane(struct console *console, char *const *words, bool is_without) {
     struct application *application = console->application;
     int64_t values[4];
@@ -166,7 +166,7 @@ static void real(struct console *console, char *const *words) {
            load_real(&console->application->load, (uint32_t)values[0], &lane_of_real_order, crc));
 }
 
-/* What a probe, an index of the drive or a reference has told the operator. */
+/* Sets the phase of a lane that the operator knows from a probe, an index of the drive or a reference. */
 static void phase(struct console *console, char *const *words) {
     int64_t number;
     int64_t turn;
@@ -216,7 +216,7 @@ static void mean(struct console *console, char *const *words) {
     answer(console, load_mean(&console->application->load, &set, crc));
 }
 
-/* A head of the mean, or of the set for a missing head. */
+/* Receives a head of the mean, or of the set for a missing head. */
 static void head(struct console *console, char *const *words, bool is_without) {
     struct application *application = console->application;
     int64_t values[3];
@@ -280,7 +280,7 @@ static void order_lines(struct console *console, const char *name, const struct 
     }
 }
 
-/* In the order of their numbers. */
+/* Prints the lanes of real orders in the order of their numbers. */
 static void tell_real(struct console *console, const struct followed *loaded) {
     ASSERT(loaded->real_lanes <= REAL_LANES_MAX);
     for (uint32_t place = 0; place < loaded->real_lanes; place++) {

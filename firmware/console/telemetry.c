@@ -15,7 +15,7 @@ enum {
     PARITY_DECIMALS = 3,
     LIST_DECIMALS = 6
 };
-/* s19.11 counts. */
+/* s19.11 value of one count. */
 #define PARITY_ONE 2048.0
 
 static void key(const struct text_sink *sink, const char *name) {
@@ -89,7 +89,7 @@ static void left_out_part(const struct text_sink *sink, uint32_t left_out) {
     }
 }
 
-/* The turn itself has been printed in an earlier line. */
+/* Prints alarms in a line of their own, because the turn itself has been printed already. */
 static void alarm_line(const struct text_sink *sink, const struct application *application,
                        uint32_t left_out, uint32_t alarms) {
     text_word(sink, "{\"turn\":");
@@ -155,7 +155,7 @@ static void estimate_part(const struct text_sink *sink, const struct application
          estimate->separation_choice == SEPARATION_MEASURED ? "measured" : "nominal");
     fixed(sink, "residual_arcsec", estimate->residual_rms_arcsec);
     fixed(sink, "noise_arcsec", estimate->noise_arcsec);
-    /* The estimate is of head 1 or of the device's own mean; what a loaded mean leaves it does not say. */
+    /* The estimate is of head 1 or of the device's own mean; it does not show what a loaded mean leaves. */
     const struct coefficients *active = state_active(application);
     if (active == NULL || active->mean.heads == 0 || application->found.geometry.heads != 0) {
         fixed(sink, "active_arcsec", application->report.prediction.active_arcsec);
@@ -187,7 +187,7 @@ static void loaded_part(const struct text_sink *sink, const struct application *
     text_word(sink, "]");
 }
 
-/* Each: order, modulator, what the turn measured of the lane, its standard uncertainty, the loaded value. */
+/* Values of each lane: order, modulator, measurement of the turn, its standard uncertainty, loaded value. */
 static void followed_part(const struct text_sink *sink, const struct turn_report *report) {
     ASSERT(report->followed_lanes <= FOLLOWED_LANES_MAX);
     if (report->followed_lanes == 0) {
@@ -221,7 +221,8 @@ static void list(const struct text_sink *sink, const char *name, const double *v
     text_word(sink, "]");
 }
 
-/* What the turn says of the heads and the axis, where the device calibrates the mean; or why it does not. */
+/* Prints what the turn says about the heads and the axis if the device calibrates the mean; otherwise the reason why
+   it does not. */
 static void found_part(const struct text_sink *sink, const struct application *application) {
     const struct heads_found *found = &application->found;
     double place_deg[HEADS_MOST];
@@ -286,7 +287,7 @@ static void harmonic_part(const struct text_sink *sink, const struct harmonic *h
 
 static void harmonics_part(const struct text_sink *sink, const struct application *application) {
     ASSERT(application->estimate.orders <= ORDERS_MAX);
-    /* Each: order, amplitude in arcsec, phase in rad, uncertainty in arcsec, chosen. */
+    /* Values of each order: order, amplitude in arcsec, phase in rad, uncertainty in arcsec, chosen. */
     key(sink, "harmonics");
     text_word(sink, "[");
     for (uint32_t place = 0; place < application->estimate.orders; place++) {
@@ -333,7 +334,7 @@ bool telemetry_turn(const struct text_sink *sink, const struct application *appl
                     uint32_t alarms) {
     size_t length = 0;
     const struct text_sink counter = {add_length, &length, NULL};
-    /* Read once: both passes print the same. */
+    /* The state is read once, so that both passes print the same. */
     const struct core_failover state =
         application->configuration.has_failover
             ? core_failover(&application->core)

@@ -8,7 +8,7 @@
 #include "assertion.h"
 
 enum { DIGITS_MOST = 20, DECIMALS_MOST = 9, HEXADECIMAL_DIGITS = 8 };
-/* This limit times 1e9 fits into 64 bits. */
+/* FIXED_MOST times 1e9 fits into 64 bits. */
 #define FIXED_MOST 9e8
 /* A double holds every whole number up to 2^53. */
 #define WHOLE_MOST 9007199254740992.0

@@ -78,7 +78,7 @@ static uint32_t clipped(uint32_t value, uint32_t low, uint32_t high) {
     return low + value % (high - low + 1);
 }
 
-/* At most half a turn in either direction. */
+/* Limits the zero to half a turn in either direction. */
 static int32_t zero_of(uint32_t word, uint32_t counts_per_rev) {
     return (int32_t)(word % counts_per_rev) - (int32_t)(counts_per_rev / 2);
 }

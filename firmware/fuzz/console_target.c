@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Any bytes at the console, with a core at the bus that hands over a turn after every line. What
-   is said must be text in whole lines, at most a line of error for each line heard. */
+/* Sends any bytes to the console, with a core on the bus that delivers a turn after every line. The output must be
+   text in whole lines, with at most one error line per received line. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +13,7 @@
 #define AT(register) (offsetof(arctrue_registers_t, register) / 4)
 
 enum { WINDOW_WORDS = 0x2100 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
-/* A calibration takes long compared with a line; few orders and few turns leave time for lines. */
+/* A calibration takes long compared with a line, so few orders and few turns leave time for lines. */
 enum { ORDERS = 6, TURNS_MOST = 4 };
 
 static struct {
@@ -150,7 +150,7 @@ static void prepare_core(void) {
     fuzz.words[AT(capture_header.sample_count)] = SAMPLES;
 }
 
-/* A turn of whatever the operator has said a turn is. */
+/* Delivers a turn with the counts per turn that the operator has set. */
 static void hand_over(void) {
     double step = (double)fuzz.words[AT(counts_per_rev_active)] / (SAMPLES - 1);
     for (uint32_t sample = 0; sample < SAMPLES; sample++) {
@@ -189,13 +189,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         }
         require(fuzz.console.length <= CONSOLE_LINE_MOST);
     }
-    /* Whatever came, the next line is heard. */
+    /* Whatever came before, the next line must be understood. */
     static const char question[] = "\rhelp\r";
     for (size_t place = 0; place + 1 < sizeof question; place++) {
         console_receive(&fuzz.console, (uint8_t)question[place]);
     }
     require(fuzz.before == '\n');
-    /* A fault now would begin anew with what was ordered. */
+    /* After a fault now, the firmware would restart with the ordered settings. */
     struct settings kept;
     require(kept_settings_read(&fuzz.kept, &kept));
     require(memcmp(&kept.parameters, &fuzz.application.parameters, sizeof kept.parameters) == 0);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* What libFuzzer calls with its inputs, and replay.c with those that are kept. */
+/* Entry point that libFuzzer calls with its inputs, and replay.c with the stored inputs. */
 
 #ifndef ARCTRUE_FUZZ_TARGET_H
 #define ARCTRUE_FUZZ_TARGET_H

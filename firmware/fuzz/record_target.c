@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Any bytes as the two records of the flash, with check sums that fit where the first byte asks for
-   them. What is taken must be what the console would take, and is what a save writes again. */
+/* Uses any bytes as the two records of the flash, with correct check sums if the first byte asks for them. Accepted
+   values must be values that the console would accept, and a save must write them unchanged. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -74,7 +74,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     const struct saved *saved = &fuzz.save.content;
     require(parameters_are_valid(&saved->settings.parameters));
     require(saved_lanes(saved) <= LANES_LIMIT && thermal_is_valid(&saved->thermal));
-    /* What was understood is written and understood again. */
+    /* The accepted record is written and read again. */
     memset(fuzz.flash, 0xFF, sizeof fuzz.flash);
     uint32_t number = saved_write(saved, fuzz.save.sequence, fuzz.flash[0]);
     save_prepare(&fuzz.again, &flash, 0, sizeof fuzz.flash);

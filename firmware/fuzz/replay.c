@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Runs a target once with each of the files that are named. */
+/* Runs a target once with each of the files in its arguments. */
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@ int main(int number, char **names) {
         }
         size_t size = fread(buffer, 1, sizeof buffer, file);
         fclose(file);
-        /* Of exactly its size, so that AddressSanitizer sees a read beyond its end. */
+        /* The buffer has exactly the size of the input, so that AddressSanitizer detects a read beyond its end. */
         uint8_t *input = malloc(size ? size : 1);
         if (!input) {
             perror("replay");

@@ -11,8 +11,8 @@
 #define MOST_CELSIUS 150.0
 #define CODE_SHIFT 4U
 #define CODE_MASK 0xFFFU
-/* The port on; commands and answers at the edges that UG585 gives; its clock is a quarter of the
-   bus's, at most 50 MHz; a gap of 20 clocks between commands. */
+/* Enables the port, with commands and answers at the clock edges that UG585 states, a clock of a quarter of the
+   bus's (at most 50 MHz), and a gap of 20 clocks between commands. */
 #define PORT_SETTINGS 0x80001114U
 #define COMMAND_READ_TEMPERATURE 0x04000000U
 #define COMMAND_NOTHING 0x00000000U
@@ -28,7 +28,7 @@ static void write_at(const struct register_access *access, uint32_t address, uin
 
 void die_temperature_prepare(const struct register_access *access) {
     write_at(access, XADC_CFG, PORT_SETTINGS);
-    /* Out of its reset. */
+    /* Ends the reset of the port. */
     write_at(access, XADC_MCTL, 0);
 }
 
@@ -36,7 +36,7 @@ static bool has_answer(const struct register_access *access) {
     return (read_at(access, XADC_MSTS) & XADC_MSTS_DATA_EMPTY) == 0;
 }
 
-/* Answers that nobody took, of a read that timed out. */
+/* Drops answers of an earlier read that timed out. */
 static void drop_answers(const struct register_access *access) {
     for (unsigned taken = 0; taken < QUEUE_MOST && has_answer(access); taken++) {
         (void)read_at(access, XADC_RDFIFO);
@@ -54,7 +54,7 @@ static bool take_answer(const struct register_access *access, uint32_t *answer) 
     return true;
 }
 
-/* What comes back with a command is the answer to the one before. */
+/* Each command returns the answer to the previous command. */
 bool die_temperature_read(const struct register_access *access, double *celsius) {
     uint32_t before;
     uint32_t status;

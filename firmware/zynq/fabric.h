@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The fabric: is it configured, and if not, load the bitstream that the flash carries through the
-   configuration port (PCAP; UG585, chapter 6). Without a configured fabric an access to its window
-   never ends: fabric_usable() says whether one may be made. */
+/* Configures the fabric if it is not configured: loads the bitstream in the flash through the configuration port
+   (PCAP; UG585, chapter 6). If the fabric is not configured, an access to its window never ends; fabric_usable()
+   tells whether an access is allowed. */
 
 #ifndef ARCTRUE_FABRIC_H
 #define ARCTRUE_FABRIC_H
@@ -14,7 +14,7 @@
 #include "register_access.h"
 
 enum fabric_state {
-    /* Nothing done yet, and the steps of loading. */
+    /* Nothing done yet, then the steps of loading. */
     FABRIC_FIND,
     FABRIC_CHECK,
     FABRIC_PROGRAM_HIGH,
@@ -23,10 +23,10 @@ enum fabric_state {
     FABRIC_SEND,
     FABRIC_SENDING,
     FABRIC_WAIT_FOR_DONE,
-    /* Ends: configured by this firmware, or before it came. */
+    /* Final states: configured by this firmware, or before it started. */
     FABRIC_LOADED,
     FABRIC_CONFIGURED,
-    /* Ends: refused. */
+    /* Final states: refused. */
     FABRIC_NO_FLASH,
     FABRIC_NO_IMAGE,
     FABRIC_VERSION,
@@ -46,28 +46,28 @@ struct fabric {
     struct register_access access;
     struct fabric_image image;
     enum fabric_state state;
-    /* An emulator, whose fabric window is memory. */
+    /* True in an emulator, whose fabric window is memory. */
     bool emulated;
-    /* Bytes checked, then bytes sent. */
+    /* Number of bytes checked, then of bytes sent. */
     uint32_t place;
     uint32_t crc;
-    /* When the present wait began. */
+    /* Time at which the present wait began. */
     uint32_t since_us;
 };
 
 void fabric_prepare(struct fabric *fabric, const struct register_access *access);
 
-/* One piece of work, at most some ten milliseconds. True: there is more to do. */
+/* Does one piece of work, at most some ten milliseconds. True: there is more to do. */
 bool fabric_step(struct fabric *fabric);
 
-/* After a refusal: has somebody else configured the fabric meanwhile, by JTAG? */
+/* Checks, after a refusal, whether the fabric was configured by JTAG meanwhile. */
 void fabric_look_again(struct fabric *fabric);
 
-/* True: the window of the fabric answers. */
+/* True if the window of the fabric answers. */
 bool fabric_usable(const struct fabric *fabric);
 
 const char *fabric_state_name(enum fabric_state state);
-/* What it means and what to do, for people. */
+/* Returns the meaning of the state, and what to do, as text. */
 const char *fabric_state_meaning(enum fabric_state state);
 
 #endif

@@ -8,8 +8,8 @@
      2  length of the bitstream in bytes, a multiple of 4
      3  CRC-32 (IEEE 802.3, as zlib.crc32) of the bitstream
      4 to 15  nothing, 0
-   The bitstream is a raw .bin without the text header of a .bit, each word's bytes swapped as the
-   configuration port takes them: its synchronisation word reads 0xAA995566 as a word. */
+   The bitstream is a raw .bin without the text header of a .bit. The bytes of each word are swapped as the
+   configuration port takes them: read as a word, the synchronisation word is 0xAA995566. */
 
 #ifndef ARCTRUE_FABRIC_IMAGE_H
 #define ARCTRUE_FABRIC_IMAGE_H
@@ -22,14 +22,14 @@
 #define FABRIC_IMAGE_MAGIC 0x53425441U
 #define FABRIC_IMAGE_VERSION 1U
 #define FABRIC_IMAGE_HEADER_BYTES 64U
-/* The XC7Z020's is 4,045,564 bytes. */
+/* Largest length; the bitstream of the XC7Z020 has 4,045,564 bytes. */
 #define FABRIC_IMAGE_LENGTH_MOST (FLASH_MAP_BITSTREAM_BYTES - FABRIC_IMAGE_HEADER_BYTES)
 #define FABRIC_IMAGE_SYNC_WORD 0xAA995566U
-/* Words before which the synchronisation word must come. */
+/* The synchronisation word must be among this number of first words. */
 #define FABRIC_IMAGE_SYNC_WITHIN 64U
 
 struct fabric_image {
-    /* Of the bitstream's first word. */
+    /* Address of the bitstream's first word. */
     uint32_t address;
     uint32_t length;
     uint32_t crc;
@@ -43,7 +43,7 @@ enum fabric_image_answer {
     FABRIC_IMAGE_NO_SYNC_WORD,
 };
 
-/* Read the header at `address`. The CRC is not worked out here: it takes a second. */
+/* Reads the header at `address`. It does not check the CRC, because that takes a second. */
 enum fabric_image_answer fabric_image_read(const struct register_access *access, uint32_t address,
                                            struct fabric_image *image);
 

@@ -6,7 +6,7 @@
 
 #include "registers.h"
 
-/* Commands that every flash of 16 MB with addresses of three bytes has. */
+/* Commands that are common to all flashes of 16 MB with three address bytes. */
 #define COMMAND_PROGRAM_PAGE 0x02U
 #define COMMAND_READ 0x03U
 #define COMMAND_STATUS 0x05U
@@ -15,33 +15,31 @@
 #define COMMAND_ID 0x9FU
 #define COMMAND_ERASE_SECTOR 0xD8U
 #define STATUS_AT_WORK 0x01U
-/* Of a Spansion: an erase or a programming went wrong; it stays at work until that is cleared. */
+/* Error flags of a Spansion flash after an erase or a programming; it stays busy until they are cleared. */
 #define STATUS_WENT_WRONG 0x60U
 /* A word takes 1.3 us at 25 MHz. */
 #define WORD_TIMEOUT_US 1000U
-/* The longest of the data sheets: 2.6 s for a sector of 256 KB, 3 s for one of 64 KB; 5 ms for a
-   page. */
+/* Longer than the times in all data sheets: 2.6 s for a sector of 256 KB, 3 s for one of 64 KB, 5 ms for a page. */
 #define ERASE_TIMEOUT_US 8000000U
 #define PROGRAM_TIMEOUT_US 50000U
 #define QUEUE_WORDS 63U
 
-/* The controller's signals leave at MIO 1 (select, with a pull-up) to MIO 6 as LVCMOS33: bank 500 of
-   both boards has 3.3 V. UG585, slcr.MIO_PIN: function in bits 7 to 1, IO type in bits 11 to 9,
-   pull-up in bit 12. */
+/* The signals of the controller are on MIO 1 (select, with a pull-up) to MIO 6, as LVCMOS33: bank 500 of both boards
+   has 3.3 V. UG585, slcr.MIO_PIN: function in bits 7 to 1, IO type in bits 11 to 9, pull-up in bit 12. */
 #define PIN_SELECT 0x1602U
 #define PIN_DATA_AND_CLOCK 0x0602U
 enum { FIRST_PIN = 1, LAST_PIN = 6 };
 
 #define KB 1024U
 #define MAKER_SPANSION 0x01U
-/* Fifth byte of its ID. */
+/* Fifth byte of the ID of a flash with sectors of 256 KB. */
 #define SPANSION_SECTORS_OF_256_KB 0x00U
 
 static const struct {
     uint32_t id;
     uint32_t sector_bytes;
 } chips[] = {
-    /* S25FL128S; its fifth byte tells which of both. */
+    /* S25FL128S; its fifth byte tells which of the two sector sizes it has. */
     {0x012018U, 64 * KB},
     /* N25Q128, W25Q128, MX25L128, IS25LP128, GD25Q128. */
     {0x20BA18U, 64 * KB},
@@ -64,8 +62,8 @@ static uint32_t now_us(const struct flash *flash) {
     return flash->access.microseconds(flash->access.context);
 }
 
-/* The select line is ours, and transmission begins with what is written to the queue: the clock
-   waits where we are late. */
+/* Drives the select line by software. The transmission begins when the queue is written; if the firmware is late,
+   the clock waits. */
 static void select(const struct flash *flash, bool selected) {
     write_at(flash, QSPI_CONFIG,
              QSPI_CONFIG_FLASH_MODE | QSPI_CONFIG_HOLD_HIGH | QSPI_CONFIG_WORDS |
@@ -83,7 +81,7 @@ static void drop_received(const struct flash *flash) {
     }
 }
 
-/* As many bytes come back as were sent: four, or one by QSPI_TXD1. */
+/* Sends four bytes, or one through QSPI_TXD1, and receives as many. */
 static bool exchange(const struct flash *flash, uint32_t place, uint32_t sent, uint32_t *word) {
     uint32_t start = now_us(flash);
     write_at(flash, place, sent);
@@ -96,13 +94,13 @@ static bool exchange(const struct flash *flash, uint32_t place, uint32_t sent, u
     return true;
 }
 
-/* On the wire the command goes first, and the address with its upper byte first. */
+/* The command is sent first, then the address, upper byte first. */
 static uint32_t command_word(uint32_t command, uint32_t address) {
     return command | (address >> 16 & 0xFFU) << 8 | (address >> 8 & 0xFFU) << 16 |
            (address & 0xFFU) << 24;
 }
 
-/* A command with its address; then `number` words out of `sent` or, where that is NULL, into
+/* Sends a command with its address, then `number` words from `sent` or, if that is NULL, receives them into
    `received`. */
 static bool run(const struct flash *flash, uint32_t word, const uint32_t *sent, uint32_t *received,
                 uint32_t number) {
@@ -125,7 +123,7 @@ static bool run_byte(const struct flash *flash, uint32_t command) {
     return answers;
 }
 
-/* The boot ROM does this only where it starts from the flash, not where a debugger starts us. */
+/* The boot ROM connects the pins only if it starts from the flash, not if a debugger starts the firmware. */
 static void connect_pins(const struct flash *flash) {
     write_at(flash, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
     for (uint32_t pin = FIRST_PIN; pin <= LAST_PIN; pin++) {
@@ -138,7 +136,7 @@ void flash_prepare(struct flash *flash, const struct register_access *access) {
     connect_pins(flash);
 }
 
-/* Whatever the boot ROM, a debugger or linear addressing left. */
+/* Takes over the controller in whatever state the boot ROM, a debugger or linear addressing has left it. */
 static void take_controller(const struct flash *flash) {
     write_at(flash, QSPI_EN, 0);
     write_at(flash, QSPI_LQSPI_CFG, 0);
@@ -166,7 +164,7 @@ uint32_t flash_open(void *context) {
     flash->id = 0;
     flash->sector_bytes = 0;
     select(flash, true);
-    /* The command's byte, then those of the ID. */
+    /* The first byte is the command's, the others are those of the ID. */
     bool answers =
         exchange(flash, QSPI_TXD0, COMMAND_ID, &id[0]) && exchange(flash, QSPI_TXD0, 0, &id[1]);
     select(flash, false);
@@ -209,7 +207,7 @@ enum flash_activity flash_activity(void *context) {
     select(flash, false);
     uint32_t status = answer >> 24;
     if (answers && flash->id >> 16 == MAKER_SPANSION && (status & STATUS_WENT_WRONG) != 0) {
-        /* What the sector holds now tells the rest. */
+        /* The content of the sector shows later whether the operation failed. */
         return run_byte(flash, COMMAND_CLEAR_STATUS) ? FLASH_IDLE : FLASH_STUCK;
     }
     if (answers && (status & STATUS_AT_WORK) == 0) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The serial flash through the quad-SPI controller, with commands on one wire (UG585, chapter 12:
-   I/O mode), beside which fabric.c reads it as memory. */
+/* Accesses the serial flash through the quad-SPI controller, with commands on one wire (UG585, chapter 12: I/O
+   mode). fabric.c reads the same flash as memory. */
 
 #ifndef ARCTRUE_ZYNQ_FLASH_H
 #define ARCTRUE_ZYNQ_FLASH_H
@@ -11,10 +11,10 @@
 
 struct flash {
     struct register_access access;
-    /* JEDEC ID: maker, kind, size, from the most significant of three bytes on. */
+    /* JEDEC ID: maker, kind and size, in three bytes, the maker in the most significant one. */
     uint32_t id;
     uint32_t sector_bytes;
-    /* When the erasing or programming under way began. */
+    /* Time at which the present erase or programming began. */
     uint32_t since_us;
     uint32_t most_us;
 };
@@ -22,7 +22,7 @@ struct flash {
 /* Connects the controller to the flash's pins; nothing is read or written yet. */
 void flash_prepare(struct flash *flash, const struct register_access *access);
 
-/* What flash_access.h says; the context is a struct flash. */
+/* Functions of flash_access.h; the context is a struct flash. */
 uint32_t flash_open(void *context);
 bool flash_read(void *context, uint32_t address, uint32_t *words, uint32_t number);
 bool flash_erase(void *context, uint32_t address);

@@ -5,15 +5,15 @@
 #include "registers.h"
 
 #define SCL_HZ 100000U
-/* A period of SCL has 22 of the divided clock. */
+/* A period of SCL has 22 periods of the divided clock. */
 #define CLOCKS_A_PERIOD 22U
 #define DIVISOR_B_MOST 64U
 #define TIMEOUT_US 5000U
-/* General-purpose pins on the same wires. */
+/* Bits of the general-purpose pins on the same wires. */
 #define SCL 1U
 #define SDA 2U
 enum { CLOCKS_OF_A_BYTE = 9 };
-/* Half a period of 100 kHz; the clock that is waited by has steps of 1 us. */
+/* At least half a period of 100 kHz; the clock used for waiting has steps of 1 us. */
 #define HALF_PERIOD_US 6U
 
 static uint32_t read_at(const struct register_access *access, uint32_t address) {
@@ -29,7 +29,7 @@ static uint32_t control_word(const struct register_access *access) {
            I2C_CONTROL_SEVEN_BITS | I2C_CONTROL_MASTER;
 }
 
-/* These wires are low for half a period or more, all others are let go: they are never driven high. */
+/* Pulls these wires low for at least half a period and releases all others. A wire is never driven high. */
 static void pull_low(const struct register_access *access, uint32_t wires) {
     write_at(access, GPIO_DIRM_2, wires);
     uint32_t start = access->microseconds(access->context);
@@ -37,7 +37,7 @@ static void pull_low(const struct register_access *access, uint32_t wires) {
     }
 }
 
-/* A device in the middle of a byte lets SDA go within nine clocks; STOP ends what it takes for a
+/* A device in the middle of a byte releases SDA within nine clocks; STOP then ends what the device regards as a
    transfer. */
 static void clock_the_bus_free(const struct register_access *access) {
     write_at(access, GPIO_DATA_2, 0);
@@ -72,13 +72,13 @@ void i2c_prepare(const struct register_access *access, uint32_t bus_hz) {
     begin_anew(access, (first - 1U) << 14 | (second - 1U) << 8);
 }
 
-/* Whatever a transfer before has left. */
+/* Clears whatever an earlier transfer has left. */
 static void begin(const struct register_access *access, uint32_t direction) {
     write_at(access, I2C_CONTROL, control_word(access) | I2C_CONTROL_CLEAR_QUEUE | direction);
     write_at(access, I2C_HAPPENED, I2C_HAPPENED_ALL);
 }
 
-/* 0: nothing within the time. */
+/* Returns the events, or 0 if none came within the time. */
 static uint32_t wait_until_it_ends(const struct register_access *access) {
     uint32_t start = access->microseconds(access->context);
     for (;;) {
@@ -92,7 +92,7 @@ static uint32_t wait_until_it_ends(const struct register_access *access) {
     }
 }
 
-/* That nobody acknowledges is no fault of the bus. */
+/* A missing acknowledge is no fault of the bus, so it causes no restart of the bus. */
 static bool is_done(const struct register_access *access) {
     uint32_t happened = wait_until_it_ends(access);
     bool done = (happened & I2C_HAPPENED_DONE) != 0 && (happened & I2C_HAPPENED_ERRORS) == 0;
@@ -108,7 +108,7 @@ bool i2c_write(const struct register_access *access, uint32_t device, const uint
     for (uint32_t place = 0; place < number && place < I2C_BYTES_MOST; place++) {
         write_at(access, I2C_DATA, bytes[place]);
     }
-    /* This write starts it. */
+    /* This write starts the transfer. */
     write_at(access, I2C_ADDRESS, device);
     return is_done(access);
 }

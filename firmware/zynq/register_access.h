@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The processor's own registers and memory over functions, so that what works them can be tested
-   without them. */
+/* Access to the processor's own registers and memory through functions, so that the drivers can be tested without
+   the hardware. */
 
 #ifndef ARCTRUE_REGISTER_ACCESS_H
 #define ARCTRUE_REGISTER_ACCESS_H
@@ -10,7 +10,7 @@
 
 typedef uint32_t register_access_read(void *context, uint32_t address);
 typedef void register_access_write(void *context, uint32_t address, uint32_t word);
-/* Of a clock that never stops; modulo 2^32. */
+/* Returns the time of a clock that never stops; modulo 2^32. */
 typedef uint32_t register_access_microseconds(void *context);
 
 struct register_access {

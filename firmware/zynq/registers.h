@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits as in
-   its technical reference manual (UG585). docs/firmware.md tells what they were compared with. */
+/* Registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits as in its technical
+   reference manual (UG585). docs/firmware.md states what they were compared with. */
 
 #ifndef ARCTRUE_ZYNQ_REGISTERS_H
 #define ARCTRUE_ZYNQ_REGISTERS_H
@@ -33,16 +33,17 @@
 #define SLCR_I2C_RST_CTRL 0xF8000224U
 #define SLCR_I2C_RST_0 0x1U
 #define SLCR_FPGA_RST_CTRL 0xF8000240U
-/* Bit 0 is of processor 0. Its watchdog's reset goes, at 0, where that of the pin PS_SRST_B goes,
-   to the whole system, which clears the fabric; at 1 to that processor alone. */
+/* Bit 0 belongs to processor 0. At 0, the reset of its watchdog resets the whole system, like the pin PS_SRST_B,
+   which clears the fabric; at 1 it resets only that processor. */
 #define SLCR_RS_AWDT_CTRL 0xF800024CU
 #define SLCR_RS_AWDT_PROCESSOR0 0x1U
-/* Of the configuration port: where the boot ROM found its image, in 32 KB (UG585, chapter 6). */
+/* Register of the configuration port: place where the boot ROM found its image, in units of 32 KB (UG585, chapter
+   6). */
 #define DEVCFG_MULTIBOOT_ADDR 0xF800702CU
 #define DEVCFG_MULTIBOOT_PLACES 0x1FFFU
 #define DEVCFG_MULTIBOOT_BYTES 0x8000U
-/* Outlives every reset but the power-on's. The lower half is the boot ROM's; so are, for a boot
-   that failed, the four upper bits. */
+/* Survives every reset except that of power-on. The boot ROM uses the lower half and, after a failed boot, the four
+   upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
 #define SLCR_REBOOT_WATCHDOG 0x00030000U
 #define SLCR_REBOOT_KEPT 0x0F000000U
@@ -80,7 +81,7 @@
 /* AXI responses and time-outs, DMA command and queue, lengths, authentication, upset. */
 #define DEVC_INT_ERRORS 0x00F0C860U
 #define DEVC_MCTRL_LOOPBACK 0x00000010U
-/* Reserved on silicon; QEMU tells with it what it is. */
+/* Reserved on silicon; QEMU sets it to identify itself. */
 #define DEVC_MCTRL_QEMU 0x00000008U
 
 /* The serial port to the converter of the fabric (XADC). */
@@ -91,11 +92,11 @@
 #define XADC_MCTL 0xF8007118U
 #define XADC_MSTS_DATA_EMPTY 0x00000100U
 
-/* Quad-SPI controller, and its flash as memory. */
+/* Quad-SPI controller, and the flash as memory. */
 #define QSPI_CONFIG 0xE000D000U
 #define QSPI_STATUS 0xE000D004U
 #define QSPI_EN 0xE000D014U
-/* Four bytes to send; one byte; what came back, one byte in the upper end. */
+/* Registers for four bytes to send and for received bytes; a single received byte is in the upper end. */
 #define QSPI_TXD0 0xE000D01CU
 #define QSPI_RXD 0xE000D020U
 #define QSPI_RX_THRESHOLD 0xE000D02CU
@@ -109,7 +110,7 @@
 #define QSPI_CONFIG_MANUAL_START 0x00008000U
 #define QSPI_CONFIG_MANUAL_SELECT 0x00004000U
 #define QSPI_CONFIG_NOT_SELECTED 0x00000400U
-/* Reserved in this controller; in the one that it was made of, the lines of three more flashes. */
+/* Reserved in this controller; in the one from which it was derived, the select lines of three more flashes. */
 #define QSPI_CONFIG_OTHERS_NOT_SELECTED 0x00003800U
 #define QSPI_CONFIG_OTHER_CLOCK 0x00000100U
 #define QSPI_CONFIG_WORDS 0x000000C0U
@@ -143,7 +144,7 @@
 /* No acknowledge, time-out, queues beyond their ends, another master. */
 #define I2C_HAPPENED_ERRORS 0x02ECU
 
-/* General-purpose pins that leave by the fabric, bank 2: values, what the wires are, direction (1: out),
+/* General-purpose pins that leave through the fabric, bank 2: output values, input values, direction (1: out),
    enable. */
 #define GPIO_DATA_2 0xE000A048U
 #define GPIO_DATA_2_RO 0xE000A068U
@@ -182,12 +183,12 @@
 #define GIC_ICDABR(word) (0xF8F01300U + 4U * (word))
 #define GIC_ICDIPR(interrupt) (0xF8F01400U + (interrupt))
 #define GIC_ICDIPTR(interrupt) (0xF8F01800U + (interrupt))
-/* Two bits an interrupt, the upper one: an edge. */
+/* Two bits per interrupt; the upper bit selects an edge. */
 #define GIC_ICDICFR(interrupt) (0xF8F01C00U + 4U * ((interrupt) / 16U))
 #define GIC_ICDICFR_EDGE(interrupt) (2U << 2U * ((interrupt) % 16U))
 /* 96 interrupts in words of 32. */
 #define GIC_WORDS 3U
-/* From here on: nothing is pending. */
+/* Numbers from here on mean that no interrupt is pending. */
 #define GIC_SPURIOUS 1020U
 #define INTERRUPT_GLOBAL_TIMER 27U
 #define INTERRUPT_UART0 59U
@@ -203,7 +204,7 @@
 #define WATCHDOG_LOAD 0xF8F00620U
 #define WATCHDOG_COUNTER 0xF8F00624U
 #define WATCHDOG_CONTROL 0xF8F00628U
-/* Set by the watchdog's own reset; no reset of the processor clears it. 1 clears it. */
+/* Set by a reset of the watchdog and cleared by no reset of the processor; writing 1 clears it. */
 #define WATCHDOG_RESET_STATUS 0xF8F00630U
 #define WATCHDOG_RESET_TAKEN 0x1U
 

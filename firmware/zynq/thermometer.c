@@ -6,16 +6,16 @@
 
 enum { FIRST_DEVICE = 0x48, DEVICES = 4 };
 enum { ADT7420_TEMPERATURE = 0x00, ADT7420_CONFIGURATION = 0x03, ADT7420_ID = 0x0B };
-/* Sixteen bits, converting all the time. */
+/* Sixteen bits, continuous conversion. */
 #define ADT7420_SIXTEEN_BITS 0x80U
 #define ADT7420_ID_VALUE 0xCBU
 enum { TMP117_TEMPERATURE = 0x00, TMP117_ID = 0x0F };
-/* The four upper bits are its revision. */
+/* The four upper bits are the revision. */
 #define TMP117_ID_MASK 0x0FFFU
 #define TMP117_ID_VALUE 0x0117U
-/* Until its first conversion. */
+/* Value before the first conversion. */
 #define TMP117_NOTHING_YET (-32768)
-/* Both: two's complement, 1/128 K. */
+/* Both devices use two's complement with 1/128 K. */
 #define STEPS_A_KELVIN 128.0
 
 const char *thermometer_name(enum thermometer_kind kind) {
@@ -36,7 +36,8 @@ static uint32_t word_of(const uint8_t bytes[2]) {
 static enum thermometer_kind kind_of(const struct thermometer *thermometer) {
     static const uint8_t settings[2] = {ADT7420_CONFIGURATION, ADT7420_SIXTEEN_BITS};
     uint8_t bytes[2];
-    /* A TMP117 has no register of that number, and answers with another's two bytes or none. */
+    /* A TMP117 has no register ADT7420_ID and would answer there with another register's bytes or none, so it is
+       tested first. */
     if (read_register(thermometer, TMP117_ID, bytes, 2) &&
         (word_of(bytes) & TMP117_ID_MASK) == TMP117_ID_VALUE) {
         return THERMOMETER_TMP117;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The thermometer of the table: an ADT7420 or a TMP117 on the I2C bus, whichever answers first. */
+/* The thermometer of the table on the I2C bus: an ADT7420 or a TMP117, whichever answers first. */
 
 #ifndef ARCTRUE_THERMOMETER_H
 #define ARCTRUE_THERMOMETER_H
@@ -20,11 +20,11 @@ struct thermometer {
 
 const char *thermometer_name(enum thermometer_kind kind);
 
-/* Look for one at the addresses 0x48 to 0x4B; the bus is prepared. */
+/* Searches for one at the addresses 0x48 to 0x4B; the bus must be prepared. */
 void thermometer_find(struct thermometer *thermometer, const struct register_access *access);
 
-/* The context is a struct thermometer. One that does not answer is looked for again, since after a
-   loss of its supply it has forgotten its settings. */
+/* Reads the temperature; the context is a struct thermometer. One that does not answer is searched again, because it
+   has lost its settings if it has lost its supply. */
 bool thermometer_read(void *context, double *celsius);
 
 #endif

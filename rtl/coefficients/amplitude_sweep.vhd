@@ -98,14 +98,14 @@ begin
 
   multiply : process (clock) is
 
-    -- Registers; the number is the clock after sweep_step in which they hold.
+    -- Registers; the number is that of the clock after sweep_step in which they are valid.
     variable step_1_to_4 : steps_then                                      := (others => (others => '0'));
     variable amplitude_2 : amplitude                                       := (others => '0');
     variable modulator_2 : modulator                                       := (others => '0');
     variable product_3   : u_signed(AMPLITUDE_WIDTH + MODULATOR_WIDTH - 1 downto 0) := (others => '0');
     variable rounded_4   : u_signed(AMPLITUDE_WIDTH downto 0)              := (others => '0');
 
-    -- Of the whole sweep
+    -- Modulators of the whole sweep
     variable held_direction : modulator := (others => '0');
     variable held_speed     : modulator := (others => '0');
     variable held_square    : modulator := (others => '0');
@@ -119,7 +119,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Fifth clock: to the memory that this entity alone writes.
+      -- Fifth clock: write to the memory, of which this entity is the only writer.
       selected  <= (others => '0');
       lane      := step_1_to_4(4)(5 downto 0);
       bank      <= step_1_to_4(4)(6);

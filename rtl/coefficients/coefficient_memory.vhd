@@ -97,7 +97,7 @@ entity coefficient_memory is
     speed_squared     : out   modulator;
     -- With REAL_ORDERS, see turn_offset_sweep and turn_counter
     write_turn_step   : in    std_ulogic                                := '0';             -- pulse: write a word of a turn step
-    read_turn_step    : in    std_ulogic                                := '0';             -- read_address is that of one
+    read_turn_step    : in    std_ulogic                                := '0';             -- address of a turn step
     turn              : in    u_signed(TURN_NUMBER_WIDTH - 1 downto 0) := (others => '0'); -- turns
     turn_select       : in    u_unsigned(1 downto 0)                    := "00"             -- turn modulo 4, a clock after the angle
   );
@@ -109,7 +109,7 @@ architecture rtl of coefficient_memory is
   constant LAST_COPY : positive := maximum(maximum(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY), OFFSET_DELAY);
   constant LAST_WORD : positive := 4 * LANES - 1;
 
-  -- Bits of word 1: those of the phase step, and those of the modulator.
+  -- Bits of word 1: the upper bits of the phase step, and the bits of the modulator.
   constant HIGH_BITS : positive := PHASE_STEP_WIDTH - 32 + 3 * boolean'pos(MODULATORS);
 
   -- Turns for which a phase offset is stored.
@@ -123,7 +123,7 @@ architecture rtl of coefficient_memory is
 
   type words is array (0 to 4 * LANES_MAX - 1) of word;
 
-  -- The slot `ahead` clocks after that of `now`.
+  -- Returns the slot `ahead` clocks after `now`.
   function later (now : slot_number; ahead : integer) return slot_number is
   begin
 
@@ -153,7 +153,7 @@ architecture rtl of coefficient_memory is
   signal swapped : std_ulogic_vector(0 to LAST_COPY);
   signal copying : std_ulogic_vector(1 to LAST_COPY) := (others => '0');
 
-  -- A write that waits.
+  -- A waiting write
   signal pending_word   : std_ulogic   := '0';
   signal pending_offset : std_ulogic   := '0';
   signal pending_turn   : std_ulogic;
@@ -162,7 +162,7 @@ architecture rtl of coefficient_memory is
   signal data           : word         := (others => '0');
   signal write_now      : std_ulogic;
 
-  -- The idle bank is filled: the word that is asked for, and the two that were asked for in the clocks before.
+  -- Filling of the idle bank: the address that is read, and the addresses of the two clocks before
   signal filling        : std_ulogic   := '0';
   signal fill_address   : word_address := (others => '0');
   signal fill_under_way : std_ulogic_vector(1 to 2) := (others => '0');
@@ -171,10 +171,10 @@ architecture rtl of coefficient_memory is
   signal fill_stored    : word         := (others => '0');
   signal fill_word      : word         := (others => '0');
 
-  -- No swap is taking effect and the idle bank is filled, but for a word that is written now.
+  -- No swap takes effect, and the idle bank is filled, except for a word that is written now.
   signal is_quiet : std_ulogic := '1';
 
-  -- The word that is written into the idle bank: a bit for each kind of word of a lane that is built.
+  -- The word that is written into the idle bank, with one bit for each kind of word of each built lane
   signal selected      : std_ulogic_vector(0 to 4 * BUILT - 1) := (others => '0');
   signal selected_slot : slot_number                           := (others => '0');
   signal written       : word                                  := (others => '0');
@@ -182,14 +182,14 @@ architecture rtl of coefficient_memory is
   signal answers       : std_ulogic                            := '0';
   signal idle_bank     : std_ulogic;
 
-  -- How the amplitudes are written: as they are, or by the sweep
+  -- Writing of the amplitudes: directly, or by the sweep
   signal swept            : std_ulogic;
   signal amplitude_enters : std_ulogic_vector(0 to BUILT - 1);
   signal amplitude_target : std_ulogic;
   signal amplitude_place  : slot_number;
   signal amplitude_word   : std_ulogic_vector(AMPLITUDE_WIDTH - 1 downto 0);
 
-  -- How the phase offsets are written: as they are, or for every turn by the sweep
+  -- Writing of the phase offsets: directly, or by the sweep for every turn
   signal turns_swept      : std_ulogic;
   signal turns_copied     : std_ulogic;
   signal offset_enters    : std_ulogic_vector(0 to BUILT - 1);
@@ -198,7 +198,7 @@ architecture rtl of coefficient_memory is
   signal offset_turn      : u_unsigned(1 downto 0);
   signal offset_word      : std_ulogic_vector(PHASE_WIDTH - 1 downto 0);
 
-  -- The place of the word that is written in this clock, and what kind of word it is
+  -- Place and kind of the word that is written in this clock
   signal written_place : word_address := (others => '0');
   signal is_written    : std_ulogic   := '0';
   signal is_turn_step  : std_ulogic   := '0';
@@ -232,7 +232,7 @@ begin
       if swap_now = '1' then
         active <= not active;
       end if;
-      -- Taken from the steps' bank, so that a swap brings all parts to one bank whatever they had before.
+      -- All parts take the bank of the phase steps, so that a swap brings them to one bank whatever they had before.
       if swapped(PHASE_OFFSET_DELAY - 1) = '1' then
         phase_bank <= step_bank;
       end if;
@@ -252,7 +252,7 @@ begin
 
   end process swapping;
 
-  -- After a swap, when all parts have changed their bank.
+  -- Fills the idle bank after a swap, when all parts have changed their bank.
   fill : process (clock) is
   begin
 
@@ -539,7 +539,7 @@ begin
     read_data     <= of_coefficients;
   end generate real_orders_too;
 
-  -- Block RAM with the words of the idle bank, as they are read back and as it is filled.
+  -- Block RAM with the words of the idle bank, for the read-back and for the filling.
   read_back_memory : process (clock) is
 
     variable stored : word;

@@ -69,7 +69,7 @@ architecture rtl of turn_offset_sweep is
   constant BUILT        : positive := LANES / FOLD;
   constant PARTS        : positive := 3;
   constant SWEEP_CLOCKS : positive := 3 * PARTS * 2 * LANES;
-  -- From the last item of a sweep to the memory that has its offset, and two clocks more.
+  -- Clocks from the last item of a sweep until the memory has its offset, plus two.
   constant TAIL_CLOCKS  : positive := 10;
 
   -- The multiplier's narrow port takes 17 unsigned bits.
@@ -94,7 +94,7 @@ architecture rtl of turn_offset_sweep is
 
   type offsets is array (0 to 127) of offset_of_phase;
 
-  -- Which part of which lane is on its way
+  -- An item in the pipeline: part of a turn step, lane, bank and turn
   type item is record
     part  : natural range 0 to PARTS - 1;
     lane  : natural range 0 to LANES - 1;
@@ -141,7 +141,7 @@ architecture rtl of turn_offset_sweep is
 
   end function next_item;
 
-  -- Bank before lane, in 7 bits.
+  -- Returns the place of a lane's word: bank, then lane, in 7 bits.
   function place (of_bank : std_ulogic; lane : u_unsigned(5 downto 0)) return natural is
   begin
 
@@ -184,7 +184,7 @@ begin
                write_word;
   to_high   <= copied_high when copied = '1' else
                write_word(high_word'range);
-  -- Until they are copied the words of the active bank are those that the idle one will have.
+  -- Until they are copied, the words of the active bank are those that the idle bank will have.
   read_bank <= idle_bank xor (copying or copied);
   read_word <= std_ulogic_vector(resize(u_unsigned(read_high), 32)) when read_is_high = '1' else
                read_low;
@@ -217,7 +217,7 @@ begin
 
   multiply : process (clock) is
 
-    -- Registers; the number is the clock after `now` in which they hold.
+    -- Registers; the number is that of the clock after `now` in which they are valid.
     variable item_1_to_4 : items(1 to 4)                              := (others => FIRST);
     variable turn_2      : turn_number                                := (others => '0');
     variable part_2      : u_signed(PART_WIDTH downto 0)              := (others => '0');
@@ -240,7 +240,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Fifth clock: to the memory that this entity alone writes.
+      -- Fifth clock: write to the memory, of which this entity is the only writer.
       selected <= (others => '0');
       bank     <= item_1_to_4(4).bank;
       of_turn  <= low_turn_4;
@@ -255,7 +255,7 @@ begin
       fraction := u_unsigned(sum_4(HIGH_WIDTH - 1 downto 0)) & middle_4(middle_4'high downto 1);
       prepared <= std_ulogic_vector(fraction + offset_4 + ("" & middle_4(0)));
 
-      -- Fourth clock. Every part's low 17 bits belong to the product, the others go to the next part.
+      -- Fourth clock. The low 17 bits of each part belong to the product; the other bits are added to the next part.
       middle_4   := u_unsigned(sum_4(PART_WIDTH - 1 downto LOWEST_BIT - 1));
       low_turn_4 := low_turn_3;
       offset_4   := offset_3;
@@ -303,7 +303,7 @@ begin
       item_1_to_4 := now & item_1_to_4(1 to 3);
       now         <= next_item(now);
 
-      -- One turn for the whole sweep: otherwise a tremble could leave one of the three out.
+      -- The turn is held for the whole sweep. Otherwise a tremble of the angle could leave one of the three turns out.
       if now = FIRST then
         middle := turn;
         above  := turn + 1;
@@ -317,7 +317,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- In its last clock the words of the item that was asked for are there.
+      -- In the last clock of an item, the words that were asked for are there.
       copied      <= copying and (now.bank xor idle_bank) when now.part = PARTS - 1 and now.which = 0 else
                      '0';
       copied_lane <= to_unsigned(now.lane, 6);

@@ -25,28 +25,28 @@ package carry_save_pkg is
     carry_in : std_ulogic
   ) return u_signed;
 
-  -- a - b, or a + b, on one carry chain. Written as a difference, since Yosys may swap the operands of
+  -- Returns a - b, or a + b, on one carry chain. It is written as a difference, because Yosys may swap the operands of
   -- a sum; a enters the carry chain without a LUT.
   function less_or_more (
     a, b : u_signed;
     more : std_ulogic
   ) return u_signed;
 
-  -- a < b, both of one width, by the sign of a - b: a carry chain with a bit of each in a LUT. Of "<" Yosys makes one with two
-  -- or three bits in two LUTs, which nextpnr sets apart from the chain.
+  -- Returns a < b for numbers of the same width, from the sign of a - b: a carry chain with one bit of each number per
+  -- LUT. For "<" Yosys makes a chain with two or three bits in two LUTs, which nextpnr places apart from the chain.
   function is_less (
     a, b : u_signed
   ) return std_ulogic;
 
-  -- Numbers of `width` bits side by side become `left` numbers with the same sum modulo 2**width, 0 where there were
-  -- fewer. Three to six of them become fewer in a level of logic: up to 6 numbers take 1 level to 3, up to 12 take 2,
-  -- up to 24 take 3, up to 48 take 4; to 2 numbers is one level more.
+  -- Reduces numbers of `width` bits, side by side, to `left` numbers with the same sum modulo 2**width; missing numbers
+  -- are 0. One level of logic reduces up to 6 numbers to 3; 2 levels reduce up to 12, 3 levels up to 24, 4 levels up to
+  -- 48. A reduction to 2 numbers takes one more level.
   function carry_saved (
     numbers     : u_signed;
     width, left : positive
   ) return u_signed;
 
-  -- Sum of such numbers on one carry chain, after the levels that leave 2 numbers.
+  -- Returns the sum of such numbers on one carry chain, after the levels that leave 2 numbers.
   function sum_of_all (
     numbers : u_signed;
     width   : positive
@@ -102,7 +102,7 @@ package body carry_save_pkg is
 
   begin
 
-    -- The lowest bit makes the borrow: a - (not b) - 1 is a + b.
+    -- The lowest bit generates the borrow: a - (not b) - 1 is a + b.
     difference := (a & '0') - ((b xor (b'range => more)) & more);
     return difference(a'length downto 1);
 
@@ -121,7 +121,7 @@ package body carry_save_pkg is
 
   end function is_less;
 
-  -- Number `place` of `count` ones of `width` bits side by side, 0 beyond the last.
+  -- Returns number `place` of `count` numbers of `width` bits side by side, 0 beyond the last.
   function number_at (
     numbers             : u_signed;
     width, place, count : natural
@@ -137,7 +137,7 @@ package body carry_save_pkg is
 
   type counts_of_six is array (0 to 63) of u_unsigned(2 downto 0);
 
-  -- How many of six bits are high.
+  -- Returns, for every value of six bits, how many of them are high.
   function high_bits return counts_of_six is
 
     variable table : counts_of_six;
@@ -161,7 +161,7 @@ package body carry_save_pkg is
 
   constant HIGH_BITS_OF : counts_of_six := high_bits;
 
-  -- Six numbers become three with the same sum: each bit is a function of the six bits of one place.
+  -- Reduces six numbers to three with the same sum: each bit is a function of the six bits of one place.
   function three_of_six (
     six   : u_signed;
     width : positive
@@ -200,7 +200,7 @@ package body carry_save_pkg is
 
     subtype number is u_signed(width - 1 downto 0);
 
-    -- As long as before or asked for, and room for the third of three numbers that six places make.
+    -- As long as the numbers or as the result, plus two numbers, because a group may write three.
     variable left_over : u_signed(maximum(numbers'length, left * width) + 2 * width - 1 downto 0);
     variable count     : natural;
     variable a         : number;
@@ -214,7 +214,7 @@ package body carry_save_pkg is
     count                                  := numbers'length / width;
 
     while count > left loop
-      -- Six places each; what is written here has been read.
+      -- Each group has up to six numbers; it overwrites only numbers that have been read.
       for part in 0 to (count - 1) / 6 loop
         a := number_at(left_over, width, 6 * part, count);
         b := number_at(left_over, width, 6 * part + 1, count);

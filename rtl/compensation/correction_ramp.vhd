@@ -53,7 +53,7 @@ entity correction_ramp is
     reset      : in    std_ulogic;
     correction : in    u_signed(20 + PAIR_FRACTION downto 0);                    -- ε, counts, s20.F
     marker     : in    std_ulogic;                                               -- with the first ε of another origin
-    withdrawn  : in    u_signed(15 downto 0);                                    -- counts, less in the reading, with the marker
+    withdrawn  : in    u_signed(15 downto 0);                                    -- counts that the reading loses at the marker
     limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
     ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
     ramp_acceleration : in    u_unsigned(31 downto 0);                           -- 2⁻⁵⁹ count a clock and clock
@@ -71,13 +71,13 @@ architecture rtl of correction_ramp is
   subtype sum is u_signed(WIDTH - 1 downto 0);
 
   signal held        : u_signed(total'range) := (others => '0');
-  -- -r, what ε is above the total: of this clock, and of the next but for its end
+  -- -r, the excess of ε over the total: in this clock and, unless the ramp ends, in the next one
   signal excess      : sum                   := (others => '0');
   signal next_excess : sum                   := (others => '0');
-  -- Of ε in this clock
+  -- Bounds of ε in this clock
   signal upper_bound : sum                   := (others => '0');
   signal lower_bound : sum                   := (others => '0');
-  -- There was a marker 1 and 2 clocks ago.
+  -- A marker came 1 or 2 clocks ago.
   signal marker_then : std_ulogic_vector(1 to 2) := "00";
   signal is_at_rest  : std_ulogic            := '1';
   signal ends_now    : std_ulogic;
@@ -109,13 +109,13 @@ begin
 
   total <= held;
 
-  -- Where the velocity has no bound of its change, r passes 0 with it: that ends the ramp.
+  -- With acceleration 0, r passes 0 at its velocity; that ends the ramp.
   ends_now <= is_at_rest or ends or (stops_at_zero and (next_excess(WIDTH - 1) xnor falling));
 
   choose_total : process (clock) is
 
     variable unlimited : sum;
-    -- A bit more than the total has
+    -- One bit more than the total has
     variable jumped    : u_signed(WHOLE_WIDTH - 3 downto 0);
     variable overflows : std_ulogic;
     variable whole     : u_signed(WHOLE_WIDTH - 4 downto 0);
@@ -125,7 +125,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- ε + r and its limits, side by side on a carry chain each.
+      -- ε + r and its limits are computed in parallel, each on one carry chain.
       unlimited := resize(correction, WIDTH) - excess;
       above     := resize(correction, WIDTH) ?> upper_bound;
       below     := resize(correction, WIDTH) ?< lower_bound;
@@ -173,14 +173,15 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- The limit is whole counts: below them there is nothing to add.
+      -- The limit is a whole number of counts, so nothing is added to the fraction bits.
       top         := resize(u_signed('0' & limit), top'length);
       whole       := next_excess(whole'range);
       upper_bound <= (whole + top) & next_excess(PAIR_FRACTION - 1 downto 0);
       lower_bound <= (whole - top) & next_excess(PAIR_FRACTION - 1 downto 0);
       if ends_now = '1' then
         upper_bound <= top & (PAIR_FRACTION - 1 downto 0 => '0');
-        -- The negative, in a form that Yosys does not make one with the difference above: that would wait for ends_now.
+        -- The negative limit, in a form that Yosys does not share with the difference above, which would wait for
+        -- ends_now.
         lower_bound <= (not (top - 1)) & (PAIR_FRACTION - 1 downto 0 => '0');
       end if;
 

@@ -56,8 +56,8 @@ library ieee;
 
 entity error_compensation is
   generic (
-    LANES       : positive range 1 to LANES_MAX := LANES_DEFAULT; -- whose pair sums arrive in one clock
-    FOLD        : positive range 1 to 8         := 1;             -- clocks in which those of an angle arrive
+    LANES       : positive range 1 to LANES_MAX := LANES_DEFAULT; -- lanes whose pair sums arrive in one clock
+    FOLD        : positive range 1 to 8         := 1;             -- clocks in which an angle's pair sums arrive
     MEAN        : boolean                       := false;         -- the mean of the heads is corrected
     LOCAL_TABLE : boolean                       := false          -- a local table corrects too
   );
@@ -68,20 +68,20 @@ entity error_compensation is
     offset             : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                         -- counts, s13.11
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                           -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);                          -- counts
-    apply              : in    std_ulogic;                                                     -- '0': correct by nothing
+    apply              : in    std_ulogic;                                                     -- '0': no correction
     swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
-    zero_moved         : in    std_ulogic                               := '0';                -- turns over with another zero
+    zero_moved         : in    std_ulogic                               := '0';                -- toggles with another zero
     put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position that no edge brought
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
     jumped             : in    std_ulogic                               := '0';                -- with swap_marker: another carrier
-    jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts that the reading jumps by there
+    jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts by which the reading jumps then
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
     ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count a clock and clock, 0: no bound
     first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
-    last_sums          : in    std_ulogic                               := '1';                -- with the last ones
+    last_sums          : in    std_ulogic                               := '1';                -- with the last of them
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
     corrected_referenced : out   std_ulogic                               := '0';                -- corrected_angle counts from an index
@@ -96,8 +96,8 @@ architecture rtl of error_compensation is
 
   constant PAIRS : positive := (LANES + 1) / 2;
   constant TERMS        : positive := PAIRS + 1 + boolean'pos(MEAN) + boolean'pos(LOCAL_TABLE);
-  -- So many numbers are left of them in the first clock, by carry-save levels alone, so that the second one has one
-  -- such level before its carry chain: folded, the sum of the angle so far is the third number.
+  -- How many numbers the first clock leaves, by carry-save levels alone, so that the second clock has one such level
+  -- before its carry chain. With FOLD > 1 the third number is the sum of the angle so far.
   constant SAVED        : positive := 3 - boolean'pos(FOLD > 1);
   constant SUM_WIDTH    : positive := 21 + PAIR_FRACTION;
   constant TURN_WIDTH   : positive := ANGLE_WIDTH + 3;
@@ -124,7 +124,7 @@ begin
 
   sum_and_subtract : process (clock) is
 
-    -- Registers; the number is the clock after pair_sums in which they hold.
+    -- Registers; the number is that of the clock after pair_sums in which they are valid.
     variable saved_sums     : u_signed(SAVED * SUM_WIDTH - 1 downto 0)             := (others => '0');
     variable sum_so_far     : u_signed(SUM_WIDTH - 1 downto 0)                      := (others => '0');
     variable last_1         : std_ulogic                                           := '0';
@@ -138,7 +138,7 @@ begin
     variable referenced_1_to_3 : std_ulogic_vector(1 to 3)                         := (others => '0');
     variable angle_1_to_2   : angles                                               := (others => (others => '0'));
     variable position_1_to_3 : positions                                           := (others => (others => '0'));
-    -- The reading, and a turn more and less
+    -- The reading, and the reading plus and minus a turn
     variable reading_3      : turn_sum                                             := (others => '0');
     variable reading_more_3 : turn_sum                                             := (others => '0');
     variable reading_less_3 : turn_sum                                             := (others => '0');
@@ -184,7 +184,7 @@ begin
       ramp_busy          <= busy;
       swap_done          <= swap_1_to_3(3);
 
-      -- Third clock: that of the ramp.
+      -- Third clock: the clock of the ramp.
       turn           := resize(u_signed('0' & counts_per_rev), TURN_WIDTH);
       reading_3      := resize(u_signed('0' & angle_1_to_2(2)), TURN_WIDTH);
       reading_more_3 := reading_3 + turn;
@@ -194,13 +194,13 @@ begin
       position_1_to_3(3) := position_1_to_3(2);
       referenced_1_to_3(3) := referenced_1_to_3(2);
 
-      -- Second clock: one number.
+      -- Second clock: reduce to one number.
       terms_2(terms_2'high downto 2 * SUM_WIDTH) := sum_so_far;
       terms_2(saved_sums'range)                  := saved_sums;
 
       wide_sum       := sum_of_all(terms_2, SUM_WIDTH);
       sum_so_far     := wide_sum;
-      -- Another angle comes next.
+      -- The next pair sums belong to another angle.
       if first_sums = '1' then
         sum_so_far := (others => '0');
       end if;
@@ -221,7 +221,7 @@ begin
         referenced_1_to_3(2) := referenced_1_to_3(1);
       end if;
 
-      -- First clock: fewer numbers.
+      -- First clock: reduce the numbers.
       for i in 0 to PAIRS - 1 loop
         pair_sum                                              := u_signed(pair_sums((i + 1) * PAIR_WIDTH - 1 downto i * PAIR_WIDTH));
         terms_1((i + 1) * SUM_WIDTH - 1 downto i * SUM_WIDTH) := resize(pair_sum, SUM_WIDTH);
@@ -259,7 +259,7 @@ begin
       end if;
       last_1 := last_sums;
 
-      -- It stands still while angles are corrected: each clock does a part.
+      -- The limit does not change while angles are corrected, so each clock computes a part of it.
       if (or half_turn(half_turn'high downto limit'length)) = '1' then
         limit <= LIMIT_MAX;
       else

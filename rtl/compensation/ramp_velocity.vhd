@@ -45,8 +45,8 @@ entity ramp_velocity is
     acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count a clock and clock
     step         : out   u_signed(25 downto 0)              := (others => '0');    -- counts, s-2.F, to be added to the excess
     step_rises   : out   std_ulogic                         := '1';                -- low: a unit of 2⁻ᶠ count more
-    falling      : out   std_ulogic                         := '0';                -- the excess falls by it; else it rises
-    ends         : out   std_ulogic                         := '0';                -- strobe: the excess is to be 0
+    falling      : out   std_ulogic                         := '0';                -- the excess falls, else it rises
+    ends         : out   std_ulogic                         := '0';                -- strobe: the excess must become 0
     moves        : out   std_ulogic                         := '0';                -- there is a velocity
     stops_at_zero : out   std_ulogic                        := '0'                 -- the acceleration is 0
   );
@@ -55,24 +55,24 @@ end entity ramp_velocity;
 architecture rtl of ramp_velocity is
 
   constant WIDTH             : positive := 23 + PAIR_FRACTION;
-  constant VELOCITY_FRACTION : positive := 16; -- bits of the velocity below the rate's
+  constant VELOCITY_FRACTION : positive := 16; -- bits of the velocity below those of the rate
   constant VELOCITY_WIDTH    : positive := 32 + VELOCITY_FRACTION;
   constant TICK_WIDTH        : positive := 8;  -- 256 clocks
-  constant MARGIN            : positive := 3;  -- an eighth
+  constant MARGIN            : positive := 3;  -- the margin is an eighth
 
-  -- Clocks of the 256 in which the remainder is looked at, its sign taken off, compared and acted upon.
+  -- Clocks of the 256 in which the remainder is read, made positive, compared and acted upon.
   constant LOOK    : natural := 240;
   constant MEASURE : natural := 241;
   constant COMPARE : natural := 242;
   constant CHOOSE  : natural := 243;
   constant DECIDE  : natural := 255;
 
-  -- What is done in a clock. It is decided a clock earlier and kept in a register, since many bits depend on it.
+  -- Action of a clock. It is decided a clock earlier and kept in a register, because many bits depend on it.
   type moment_of_tick is (ADD, LIMIT_BOTH, ADD_WAY, ADD_MARGIN, LOOK_NOW, MEASURE_NOW, COMPARE_NOW, CHOOSE_NOW, DECIDE_NOW, NOTHING);
 
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
 
-  -- What is done in the clock after the one of this tick.
+  -- Returns the action of the clock after that of `tick`.
   function moment_after (
     tick : natural range 0 to 255
   ) return moment_of_tick is
@@ -125,29 +125,29 @@ begin
     variable moment         : moment_of_tick                          := ADD;
     variable whole          : u_unsigned(31 downto 0);
     variable limit          : u_unsigned(VELOCITY_WIDTH - 1 downto 0);
-    -- What braking takes from the velocity as it is
+    -- Distance that braking from the present velocity takes
     variable way            : way_count                               := (others => '0');
-    -- A step more and less; the highest bit of the latter says that it would pass 0
+    -- The velocity one step up and one step down; the highest bit of the latter tells that it would pass 0
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable to_take_off    : u_unsigned(31 downto 0)                 := (others => '0');
     variable may_be_faster  : std_ulogic                              := '0';
     variable is_too_fast    : std_ulogic                              := '0';
-    -- What is needed to go on faster, without and with what is kept in hand, and as it is
+    -- Distances that are needed to accelerate, without and with the margin, and to keep the velocity
     variable way_straight   : way_count                               := (others => '0');
     variable way_faster     : way_count                               := (others => '0');
     variable way_same       : way_count                               := (others => '0');
-    -- The excess, then |excess|, less its last bit where it is negative
+    -- The excess, then |excess|, for a negative excess less by its last bit
     variable size           : way_count                               := (others => '0');
-    -- The excess has changed since.
+    -- The excess has changed since it was read.
     variable is_stale       : std_ulogic                              := '0';
     variable is_unknown     : std_ulogic;
     variable is_zero        : std_ulogic                              := '1';
     variable goes_away      : std_ulogic                              := '0';
-    -- Braking ends it; the velocity's way of 256 clocks is 1 at the most
+    -- The next step of braking ends the velocity; the velocity covers at most 1 in 256 clocks
     variable is_last        : std_ulogic                              := '0';
     variable is_slow        : std_ulogic                              := '0';
-    -- What is chosen
+    -- The decisions
     variable brakes         : std_ulogic                              := '0';
     variable stops          : std_ulogic                              := '0';
     variable speeds         : std_ulogic                              := '0';
@@ -228,7 +228,7 @@ begin
 
       end case;
 
-      -- A register of its own, or Yosys makes one adder wait for the other's first look-up table.
+      -- A separate register: otherwise Yosys makes one adder wait for the first look-up table of the other.
       to_take_off := acceleration;
 
       moment   := moment_after(to_integer(tick));
@@ -259,7 +259,7 @@ begin
 
   end process choose_velocity;
 
-  -- Below the last bit of the excess the way of each clock is carried on.
+  -- Each clock carries the part of its travel that is below the last bit of the excess on to the next clock.
   hand_out : process (clock) is
 
     variable fraction : u_unsigned(TICK_WIDTH - 1 downto 0) := (others => '0');
@@ -271,7 +271,7 @@ begin
     if rising_edge(clock) then
       sum      := resize(fraction, sum'length) + resize(velocity(velocity'high downto VELOCITY_FRACTION), sum'length);
       fraction := sum(fraction'range);
-      -- The negative is the complement and a unit.
+      -- The negative is the complement plus one unit.
       step       <= u_signed('0' & sum(sum'high downto TICK_WIDTH)) xor (step'range => falling);
       step_rises <= not falling;
       if reset = '1' or marker = '1' or was_marker = '1' then

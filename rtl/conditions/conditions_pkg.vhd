@@ -18,7 +18,7 @@ package conditions_pkg is
 
   constant MODULATOR_ONE      : modulator := to_signed(2 ** MODULATOR_FRACTION, MODULATOR_WIDTH);
 
-  -- What is named by bits 18 to 16 of word 1 of a lane; other numbers act as UNMODULATED.
+  -- Numbers of the modulators in bits 18 to 16 of word 1 of a lane; other numbers act as UNMODULATED.
   constant UNMODULATED        : natural := 0;
   constant BY_DIRECTION       : natural := 1;
   constant BY_SPEED           : natural := 2;
@@ -36,7 +36,7 @@ package conditions_pkg is
   constant STOP_FRACTION      : positive := 4;
   constant STOP_WIDTH         : positive := 24;  -- u20.4 counts
   constant DEAD_ZONE_WIDTH    : positive := 8;
-  constant MOST_STEP          : positive := 8;   -- counts a clock; more is no motion
+  constant MOST_STEP          : positive := 8;   -- counts a clock; a larger step is no motion
 
   -- Speed
   constant TRAVEL_WIDTH       : positive := 31;  -- u20.11 counts

@@ -44,7 +44,7 @@ end entity stop_operator;
 
 architecture rtl of stop_operator is
 
-  -- A bit for the sign and one for the sum
+  -- One bit for the sign and one for the sum
   subtype wide_place is u_signed(STOP_WIDTH + 1 downto 0);
 
   signal low   : wide_place := (others => '0');
@@ -56,7 +56,7 @@ begin
 
   follow : process (clock) is
 
-    -- Registers; the number is the clock after the position in which they hold.
+    -- Registers; the number is that of the clock after the position in which they are valid.
     variable count_1      : u_signed(15 downto 0)                      := (others => '0');
     variable count_2      : u_signed(15 downto 0)                      := (others => '0');
     variable step_2       : u_signed(15 downto 0)                      := (others => '0');
@@ -73,7 +73,7 @@ begin
     variable moved        : u_signed(DEAD_ZONE_WIDTH + 1 downto 0);
     variable beyond       : u_signed(DEAD_ZONE_WIDTH + 1 downto 0);
 
-    -- The stop: as far as the way leads, and no further than the ends.
+    -- The stop: moves by `way`, but not beyond the ends.
     function stopped (from, way, to_top, to_bottom, end_top : wide_place) return wide_place is
     begin
 
@@ -95,7 +95,7 @@ begin
       meets   <= '1' when low = high else '0';
       reached <= high(place'range);
 
-      -- Fifth and sixth clock: both operators, against bounds that were worked out a clock earlier.
+      -- Fifth and sixth clock: both operators, with bounds that were computed one clock earlier.
       low         <= stopped(low, way_5, to_top_5, to_bottom_5, top);
       high        <= stopped(high, way_5, to_top_5, to_bottom_5, top);
       way_5       := shift_left(resize(motion_4, way_5'length), STOP_FRACTION);
@@ -116,7 +116,7 @@ begin
         slack    := u_unsigned(moved(slack'range));
       end if;
 
-      -- Third clock: steps that no table makes are no motion.
+      -- Third clock: steps that no table can make count as no motion.
       step_3 := step_2(step_3'range);
       if step_2 > MOST_STEP or step_2 < -MOST_STEP then
         step_3 := (others => '0');

@@ -34,7 +34,7 @@ entity table_conditions is
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
-    -- What moves: the reading that is corrected, and the corrected one
+    -- The reading before and after the correction
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     put_back           : in    u_signed(15 downto 0);                   -- counts in position that no edge brought
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
@@ -52,7 +52,7 @@ entity table_conditions is
     speed              : out   modulator;
     word_a             : out   modulator;
     word_b             : out   modulator;
-    speed_squared      : in    modulator                                -- as the sweep has it
+    speed_squared      : in    modulator                                -- as the sweep uses it
   );
 end entity table_conditions;
 
@@ -62,7 +62,7 @@ architecture rtl of table_conditions is
 
   constant SLEW_AT_RESET : bus_word := x"00010000";
 
-  -- At most 1 in size: the formats of the lanes hold no more.
+  -- Limits a value to -1 to 1: the formats of the lanes hold no more.
   function limited (value : bus_word) return modulator is
 
     variable whole : u_signed(31 downto 0);
@@ -242,7 +242,7 @@ begin
         serves_speed    := '0';
       elsif step = SPEED_STEP and is_measured = '1' then
         start        <= '1';
-        -- Both in 2⁻³² count
+        -- Both in units of 2⁻³² count
         dividend     <= shift_left(resize(travel, NOMINAL_WIDTH), 32 - CORRECTION_FRACTION);
         divisor      <= nominal_travel;
         down_then    := is_down;

@@ -18,8 +18,8 @@
 --
 -- **Error.** In steady motion each end of a window lies within a clock of its passage, so the ratio errs by at most 1 / 2¹⁴ =
 -- 6·10⁻⁵ of itself, and 2⁻¹⁷ of the nominal speed from the rounding of the quotient.
--- **Lag.** The mean of a window is half a window old when it ends and one and a half when the next one does:
--- 0.08 to 0.25 ms at 100 MHz, and a period of A and B; with it comes the division, of 3 µs at the most.
+-- **Lag.** The mean of a window is half a window old when it ends and one and a half windows when the next one ends:
+-- 0.08 to 0.25 ms at 100 MHz, plus a period of A and B; the division adds 3 µs at the most.
 --
 -- **Range.** From a period of A and B in 168 ms up to a count a clock. `nominal` 0 makes every ratio 0.
 --
@@ -46,10 +46,10 @@ entity table_speed is
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
     position       : in    u_signed(POSITION_WIDTH - 1 downto 0);             -- counts, corrected
-    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, that was taken off
+    correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted
     nominal        : in    u_unsigned(31 downto 0);                           -- counts a clock, u0.32
     measured       : out   std_ulogic                                := '0';  -- strobe: the others are new
-    travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; where the angle fell, a unit less
+    travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; a unit less if the angle fell
     is_down        : out   std_ulogic                                := '0';  -- the angle fell
     is_bound       : out   std_ulogic                                := '0';  -- the speed is not above the ratio
     nominal_travel : out   u_unsigned(NOMINAL_WIDTH - 1 downto 0)             -- counts, u24.32
@@ -59,7 +59,7 @@ end entity table_speed;
 architecture rtl of table_speed is
 
   constant FINE_WIDTH : positive := TRAVEL_WIDTH + 1;
-  -- Counts, in 2⁻¹¹
+  -- Counts, in units of 2⁻¹¹
   constant TREMBLE    : positive := 2 * 2 ** CORRECTION_FRACTION;
   constant MOST_QUIET : positive := 8 * 2 ** CORRECTION_FRACTION;
 
@@ -73,18 +73,18 @@ begin
 
   measure : process (clock) is
 
-    -- Registers; the number is the clock after the position in which they hold.
+    -- Registers; the number is that of the clock after the position in which they are valid.
     variable fine_1       : fine_count                               := (others => '0');
     variable period_1     : u_unsigned(3 downto 0)                   := (others => '0');
     variable period_2     : u_unsigned(3 downto 0)                   := (others => '0');
     variable fine_2       : fine_count                               := (others => '0');
     variable way_2        : fine_count                               := (others => '0');
     variable passes_2     : std_ulogic                               := '0';
-    -- Of the window: where it began, for how long it lasts, and the way at the nominal speed
+    -- The window: its beginning, its duration, and the travel at the nominal speed
     variable base         : fine_count                               := (others => '0');
     variable elapsed      : u_unsigned(LONGEST - 1 downto 0)         := (others => '0');
     variable nominal_way  : u_unsigned(NOMINAL_WIDTH - 1 downto 0)   := (others => '0');
-    -- The window began with a passage; it held others
+    -- The window began with a passage; it contained further ones
     variable is_anchored  : std_ulogic                               := '0';
     variable has_passed   : std_ulogic                               := '0';
     variable was_over     : std_ulogic                               := '0';
@@ -152,7 +152,7 @@ begin
       passes_2 := period_1 ?/= period_2;
       period_2 := period_1;
 
-      -- First clock. The reading is the corrected position and the rounded correction.
+      -- First clock. The reading is the corrected position plus the rounded correction.
       raw      := u_unsigned(position(5 downto 0)) + u_unsigned(correction(CORRECTION_FRACTION + 5 downto CORRECTION_FRACTION))
                   + ("" & correction(CORRECTION_FRACTION - 1));
       period_1 := raw(5 downto 2);

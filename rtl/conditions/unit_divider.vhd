@@ -32,7 +32,7 @@ end entity unit_divider;
 
 architecture rtl of unit_divider is
 
-  -- The bits of the quotient and the one that it is rounded by
+  -- The bits of the quotient, and the bit for its rounding
   constant STEPS : positive := MODULATOR_FRACTION + 1;
 
 begin
@@ -58,7 +58,7 @@ begin
         left    := STEPS + 1;
         found   := (others => '0');
       elsif left > 0 then
-        -- The first bit is that of 1: there the quotient ends, and a divisor of 0 leaves it 0.
+        -- The first bit has the value 1: if it is found, the quotient is 1. A divisor of 0 gives 0.
         found := found(STEPS - 1 downto 0) & not less(less'high);
         if less(less'high) = '0' then
           rest := less(rest'range);

@@ -58,7 +58,7 @@ entity arctrue_core is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false;                 -- correct the mean of two heads; of more it is in any case
+    MEAN          : boolean                       := false;                 -- correct the mean of two heads; with more heads always
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
@@ -91,14 +91,14 @@ entity arctrue_core is
     out_a           : out   std_ulogic;
     out_b           : out   std_ulogic;
     out_z           : out   std_ulogic;
-    driver_enable   : out   std_ulogic;                     -- of the line drivers of A, B and Z
-    alarm           : out   std_ulogic;                     -- a fault of those that are asked for is present
+    driver_enable   : out   std_ulogic;                     -- enables the line drivers of A, B and Z
+    alarm           : out   std_ulogic;                     -- a selected fault is present
     -- Instruments beside the table
     sync_in         : in    std_ulogic := '0';              -- asynchronous: an edge asks for a sample
     trigger_out     : out   std_ulogic;                     -- a pulse with each sample
     probe_in        : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
     compare_out     : out   std_ulogic;                     -- a pulse at chosen corrected positions
-    -- The chip's identifier, of a top level that reads it
+    -- The chip's identifier, if the top level reads it
     chip_dna        : in    std_ulogic_vector(56 downto 0) := (others => '0');
     chip_dna_known  : in    std_ulogic := '0';
     -- For lamps
@@ -120,27 +120,28 @@ architecture rtl of arctrue_core is
 
   type filters_of_heads is array (1 to HEADS) of u_unsigned(7 downto 0);
 
-  -- What is corrected is the mean of the heads. With more than two it has a clock of its own.
+  -- If HAS_MEAN, the mean of the heads is corrected. With more than two heads it takes an additional clock.
   constant HAS_MEAN     : boolean := MEAN or HEADS > 2;
   constant CORE_LATENCY : positive := PIPELINE_LATENCY + FOLD - 1 + boolean'pos(HEADS > 2);
 
-  -- Clocks from an edge of a pulse input to its strobe, the filter off, and of head 1 to its position.
+  -- Clocks from an edge at a pulse input to its strobe, with the filter off; and from an edge of head 1 to its
+  -- position.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
 
-  -- Address bits that tell turn steps from coefficients, and the turn number from turn steps.
+  -- Address bits that distinguish turn steps from coefficients, and the turn number from turn steps.
   constant TURN_STEPS_BIT  : positive := 10;
   constant TURN_NUMBER_BIT : positive := 9;
 
-  -- Address bit that tells the local table's points from the place of its windows.
+  -- Address bit that distinguishes the local table's points from the place of its windows.
   constant LOCAL_POINTS_BIT : positive := 16;
 
   constant IS_TABLE : boolean := ROTATION = "table";
 
-  -- What a fault is called in the register `alarm`; those of heads 3 and 4 are its highest bits.
+  -- Number of faults in the register `alarm`; those of heads 3 and 4 are its highest bits.
   constant FAULT_KINDS : positive := 6 + 2 * boolean'pos(HEADS > 2);
 
-  -- The filter of a head: its own, or that of both.
+  -- Returns the filter length of a head: its own or, if that is 0, the common one of both heads.
   function filter_of (own, both : std_ulogic_vector(7 downto 0)) return u_unsigned is
   begin
 
@@ -166,7 +167,7 @@ architecture rtl of arctrue_core is
   signal zero_again     : std_ulogic_vector(1 to HEADS);
   signal heal           : std_ulogic_vector(1 to HEADS);
   signal agrees         : std_ulogic_vector(1 to HEADS);
-  -- What is corrected, and of all heads what the mean needs.
+  -- The reading to correct, and for the mean the values of all heads
   signal angle_in       : angle_count;
   signal healed         : position_count;
   signal healed_phase   : u_unsigned(1 downto 0);
@@ -217,7 +218,7 @@ architecture rtl of arctrue_core is
   signal sets_write       : std_ulogic;
   signal sets_done        : std_ulogic;
   signal sets_data        : std_ulogic_vector(31 downto 0);
-  -- What is written to the idle bank and swaps it: the processor, or a prepared set.
+  -- Writes and swaps of the idle bank, by the processor or by a prepared set
   signal lane_write       : std_ulogic;
   signal constant_write   : std_ulogic;
   signal mean_word_write  : std_ulogic;
@@ -321,7 +322,7 @@ begin
       refused        => hwif_in.status.counts_per_rev_refused.next_q
     );
 
-  -- Chosen in a clock of its own, since the filters compare with it.
+  -- The lengths are chosen in a separate clock, because the filters compare with them.
   choose_filters : process (clock) is
   begin
 
@@ -393,7 +394,8 @@ begin
         decoded              => decoded(number)
       );
 
-    -- Of two heads without a mean, the zero of head 2 is the separation of the heads: the processor's business.
+    -- With two heads and no mean, the zero of head 2 determines the separation of the heads, which the processor
+    -- handles.
     counts_again : if number = 1 or HAS_MEAN generate
 
       zero_again(number) <= hwif_out.lost_counts.zero_again.value;
@@ -420,7 +422,7 @@ begin
 
   end generate decoders;
 
-  -- What is corrected and sent: the position and the counts put back for those that were lost.
+  -- The corrected and output position includes the counts that were put back for lost ones.
   mean_of_heads : if HAS_MEAN generate
 
     signal angles       : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);
@@ -670,7 +672,7 @@ begin
       failover_changed  <= '0';
     end generate leaves_out;
 
-    -- The carrier's turns are captured, while every used head has its index. Another carrier begins another turn.
+    -- The turns of the carrier are captured while every used head has its index. Another carrier begins another turn.
     used_seen <= and (indices_seen or not used);
 
     choose_reference : process (clock) is
@@ -1133,7 +1135,7 @@ begin
       swap_count       <= swap_count + ("" & swap_done);
       ramp_busy_before <= ramp_busy;
 
-      -- Read data of the coefficients follow their address by two clocks.
+      -- Read data of the coefficients come two clocks after their address.
       read_under_way <= read_under_way(0) & coefficient_read;
       turns_under_way <= turns_under_way(0) & turns_read;
       mean_read_then <= mean_read;
@@ -1153,7 +1155,7 @@ begin
   offset_data      <= std_ulogic_vector(resize(idle_offset, 32));
   mean_done        <= mean_read_then or mean_written;
   coefficient_done <= read_under_way(1) or offset_read or lane_written;
-  -- A turn step that is written is answered as a coefficient.
+  -- A written turn step is acknowledged like a coefficient.
   turns_done <= turns_under_way(1);
   turns_data <= std_ulogic_vector(resize(turn, 32)) when access_address(TURN_NUMBER_BIT) = '1' else
                 coefficient_data;

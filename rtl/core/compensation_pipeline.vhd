@@ -2,10 +2,10 @@
 --
 -- # compensation_pipeline
 --
--- Computes the compensated reading of equations (8) and (9) from the reading of the reference head:
--- coefficient_memory, phase_unit, harmonic_unit, beside them the delay_line for the reading, and
--- error_compensation with the correction_ramp. Section 3.3 and figure 7 of the
--- paper.
+-- Computes the compensated reading of equations (8) and (9) from the reading of the reference head.
+-- It consists of coefficient_memory, phase_unit, harmonic_unit, the delay_line for the reading, and
+-- error_compensation with the correction_ramp (section 3.3 and figure 7 of the
+-- paper).
 --
 -- **Latency.** 29 clocks from `angle` and `position` to all outputs, one angle per clock: phase 5,
 -- harmonics 20, compensation 4 (Table 1 of the paper). The delay line is 25 clocks, as long as
@@ -14,7 +14,7 @@
 -- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and
 -- an angle is accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on it meets the
 -- blocks of lanes one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1
--- clocks after it was accepted and stands, but for the ramp, until the next: it is at most 29 + 2 * (FOLD - 1)
+-- clocks after it was accepted and changes only by the ramp until the next one: it is at most 29 + 2 * (FOLD - 1)
 -- clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; for a cosine
 -- of more than 18 bits that needs an even LANES / FOLD. A position that moves faster than one count in
 -- FOLD clocks makes steps of more than one count, of FOLD counts at most, which quadrature_output
@@ -85,7 +85,7 @@ entity compensation_pipeline is
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     apply              : in    std_ulogic;                                    -- correct this reading
-    zero_moved         : in    std_ulogic             := '0';                 -- turns over with the first angle from another zero
+    zero_moved         : in    std_ulogic             := '0';                 -- toggles with the first angle from another zero
     put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts in position that no edge brought, modulo 2¹⁶
     referenced         : in    std_ulogic;                                    -- this angle counts from an index
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
@@ -104,7 +104,7 @@ entity compensation_pipeline is
     idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
     swap               : in    std_ulogic;                                    -- pulse: the idle bank becomes active
     swap_allowed       : in    std_ulogic := '1';                             -- the next angle may be the first of a new bank
-    swap_comes         : out   std_ulogic;                                    -- it is
+    swap_comes         : out   std_ulogic;                                    -- the next angle is that
     swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is not filled
     sweep_step         : in    u_unsigned(7 downto 0) := (others => '0');     -- see amplitude_sweep
     direction          : in    modulator              := (others => '0');     -- s1.16
@@ -113,11 +113,11 @@ entity compensation_pipeline is
     word_b             : in    modulator              := (others => '0');     -- s1.16
     speed_squared      : out   modulator;                                     -- s1.16, as the lanes have it
     write_turn_step    : in    std_ulogic             := '0';                 -- pulse: write a word of a turn step, lane * 2 + word
-    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is that of one
+    read_turn_step     : in    std_ulogic             := '0';                 -- read_address is that of a turn step
     turn               : out   u_signed(TURN_NUMBER_WIDTH - 1 downto 0);      -- turns, two clocks after its angle
     local_read         : in    std_ulogic             := '0';                 -- pulse: read a word of the local table
-    local_write        : in    std_ulogic             := '0';                 -- pulse: write one
-    local_of_place     : in    std_ulogic             := '0';                 -- it is one of the place of its windows
+    local_write        : in    std_ulogic             := '0';                 -- pulse: write a word of it
+    local_of_place     : in    std_ulogic             := '0';                 -- the word belongs to the place
     local_address      : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0) := (others => '0'); -- number of the word
     local_data         : in    std_ulogic_vector(31 downto 0) := (others => '0'); -- the word
     local_done         : out   std_ulogic;                                    -- pulse: read or written
@@ -134,7 +134,7 @@ end entity compensation_pipeline;
 
 architecture rtl of compensation_pipeline is
 
-  -- Lanes that are built. Raises an error for a FOLD that does not fit, and for an unknown ROTATION.
+  -- Returns the number of built lanes. Raises an error for a FOLD that does not fit, and for an unknown ROTATION.
   function built_lanes return positive is
   begin
 
@@ -204,7 +204,7 @@ begin
       last_sums  => last_sums
     );
 
-  -- In the other slots the lanes meet the angle of slot 0.
+  -- In the other slots the lanes use the angle of slot 0.
   hold : process (clock) is
   begin
 

@@ -30,7 +30,7 @@ entity fold_sequence is
     accept     : out   std_ulogic;             -- this clock's angle is taken
     last_slot  : out   std_ulogic;             -- the next clock's angle is taken
     first_sums : out   std_ulogic;             -- the first pair sums of an angle arrive
-    last_sums  : out   std_ulogic              -- the last ones do
+    last_sums  : out   std_ulogic              -- the last pair sums arrive
   );
 end entity fold_sequence;
 
@@ -50,7 +50,7 @@ begin
 
   folded : if FOLD > 1 generate
 
-    -- One bit a slot, and the same as a number.
+    -- One bit per slot, and the slot as a number.
     signal ring   : std_ulogic_vector(0 to FOLD - 1) := (0 => '1', others => '0');
     signal number : natural range 0 to FOLD - 1      := 0;
 

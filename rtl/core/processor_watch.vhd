@@ -45,7 +45,7 @@ begin
         if elapsed >= limit then
           silent <= '1';
         end if;
-        -- It stops a clock later, by a register: the comparison is too slow to enable a counter.
+        -- A register stops the counter one clock late, because the comparison is too slow to enable it.
         if silent = '0' then
           elapsed := elapsed + 1;
         end if;

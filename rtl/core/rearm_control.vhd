@@ -51,7 +51,7 @@ begin
   control : process (clock) is
 
     variable remaining : u_unsigned(7 downto 0) := (others => '0');
-    -- What the last command asked for, and whether it may be had.
+    -- The turn that the last command requested, and whether it may be taken
     variable next_turn : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
     variable take      : std_ulogic := '0';
     variable legal     : std_ulogic;

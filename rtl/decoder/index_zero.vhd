@@ -91,7 +91,7 @@ entity index_zero is
     index_direction   : out   std_ulogic;                                    -- of the last index, '1' up
     index_interval    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, from the index before
     index_trusted     : out   std_ulogic;                                    -- strobe: the last index lies where the zero says
-    zero_moved        : out   std_ulogic;                                    -- turns over where the zero moves to another count
+    zero_moved        : out   std_ulogic;                                    -- toggles where the zero moves to another count
     zero_moves        : out   u_unsigned(15 downto 0);                       -- how often; wraps
     zero_slip         : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);   -- counts, angle of the mark that moved it last
     put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, for those that were lost

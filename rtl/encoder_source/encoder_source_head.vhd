@@ -44,7 +44,7 @@ architecture rtl of encoder_source_head is
   constant LANES           : positive := 2;
   constant STEP_FRACTION   : positive := 24;
   constant WORDS           : positive := 4 * LANES;
-  -- The edges may come this close: the rate at which the reading runs fastest stays below it.
+  -- Smallest spacing of two edges: the largest rate of the reading stays below it.
   constant MINIMUM_SPACING : positive := 1;
 
   -- Counts a clock, u0.24.
@@ -53,7 +53,7 @@ architecture rtl of encoder_source_head is
 
   type word_array is array (0 to WORDS - 1) of std_ulogic_vector(31 downto 0);
 
-  -- round(order * 2**48 / COUNTS_PER_REV), by long division: a real has not so many bits.
+  -- Returns round(order * 2**48 / COUNTS_PER_REV), by long division, because a real has too few bits.
   function phase_step (order : positive) return u_unsigned is
 
     constant WIDTH     : positive := PHASE_STEP_WIDTH + 2;

@@ -82,7 +82,7 @@ architecture rtl of table_rotation is
 
   type place_line is array (natural range <>) of place;
 
-  -- Angle of the middle of an interval, rad.
+  -- Returns the angle of the middle of an interval, rad.
   function middle_of (address : table_address) return real is
   begin
 
@@ -90,7 +90,7 @@ architecture rtl of table_rotation is
 
   end function middle_of;
 
-  -- Slope of the cosine without its sign, in 2**-SLOPE_FRACTION per turn.
+  -- Returns the slope of the cosine without its sign, in 2**-SLOPE_FRACTION per turn.
   function slope_of (address : table_address) return real is
   begin
 
@@ -112,10 +112,10 @@ architecture rtl of table_rotation is
 
   end function slopes_of_all;
 
-  -- The lines' values at the beginnings of their intervals.
+  -- Returns the values of the lines at the beginnings of their intervals.
   function values_of_all return value_table is
 
-    -- Half of an interval and half a unit of the digits, turns
+    -- Half an interval and half a unit of the digits, turns
     constant REACH : real := 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH);
     constant UNIT  : real := 2.0 ** (OFFSET_WIDTH - DIGITS_WIDTH - 1 - PHASE_WIDTH);
     constant SCALE : real := 1.0 - (MATH_2_PI * REACH) ** 2 / 4.0;
@@ -140,7 +140,7 @@ architecture rtl of table_rotation is
 
 begin
 
-  -- The amplitude comes in a fixed clock, so that no other width or latency fits.
+  -- The amplitude comes in a fixed clock, so no other width or latency is possible.
   assert COSINE_WIDTH = 18 and WAITING >= 1
     report "table_rotation: built for a cosine of 18 bits and 10 clocks at least; choose ROTATION = cordic"
     severity failure;

@@ -56,7 +56,7 @@ architecture rtl of local_table is
 
   subtype point is u_signed(LOCAL_POINT_WIDTH - 1 downto 0);
 
-  -- Every second point of both banks: the two neighbours of a place come from one memory each.
+  -- Every second point of both banks: the two neighbours of a place come from different memories.
   type half_of_points is array (0 to 2 ** LOCAL_INDEX_WIDTH - 1) of point;
 
   subtype half_index is u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
@@ -80,7 +80,7 @@ architecture rtl of local_table is
 
   end function starts_of;
 
-  -- The last count of a window of 2**-width turn: offset · 2**width < turn for the counts up to it.
+  -- Returns the last count of a window of 2**-width turn: the largest offset with offset · 2**width < turn.
   function last_count (
     width : u_unsigned(2 downto 0);
     turn  : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)
@@ -106,7 +106,7 @@ architecture rtl of local_table is
   signal step          : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);
   signal in_window     : u_unsigned(PHASE_WIDTH - 1 downto 0);
 
-  -- Of a window of each bank. They stand while angles meet them.
+  -- Last count of a window of each bank. It does not change while angles use it.
   signal last_of_bank  : last_counts := (others => (others => '0'));
 
   -- Points at `write_address`, a clock later
@@ -114,7 +114,7 @@ architecture rtl of local_table is
   signal even_there    : point := (others => '0');
   signal odd_there     : point := (others => '0');
 
-  -- Bank and window of the angles on their way, by stage
+  -- Bank and window of the angles in the pipeline, by stage
   signal banks     : std_ulogic_vector(1 to LOCAL_TABLE_LATENCY - 1) := (others => '0');
   signal even_word : point                                          := (others => '0');
   signal odd_word  : point                                          := (others => '0');
@@ -140,7 +140,7 @@ begin
 
   even_points : process (clock) is
 
-    -- A variable: as a signal it would be 73,728 signals to the simulator.
+    -- This is a variable: as a signal it would be 73,728 signals for the simulator.
     variable memory : half_of_points := (others => (others => '0'));
     variable word   : point          := (others => '0');
 
@@ -177,13 +177,13 @@ begin
 
   follow : process (clock) is
 
-    -- Registers; the number is the clock after `angle` in which they hold.
+    -- Registers; the number is that of the clock after `angle` in which they are valid.
     variable difference1 : differences                                  := (others => (others => '0'));
     variable offset2     : angles                                       := (others => (others => '0'));
     variable offset3     : angles                                       := (others => (others => '0'));
     variable inside3     : std_ulogic_vector(1 to LOCAL_WINDOWS)        := (others => '0');
     variable starts      : angles;
-    -- Window, and whether there is one, from clock 4 on
+    -- Window of the angle, and whether there is one, from clock 4 on
     variable window      : u_unsigned(1 downto 0);
     variable windows     : u_unsigned(2 * LOCAL_TABLE_LATENCY - 1 downto 0) := (others => '0');
     variable are_inside  : std_ulogic_vector(4 to LOCAL_TABLE_LATENCY - 1) := (others => '0');
@@ -192,7 +192,7 @@ begin
     variable following   : u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);
     variable part        : u_unsigned(LINE_WIDTH - 1 downto 0);
     variable place       : local_place;
-    -- Place between two points, and whether the first of them is an odd one
+    -- Place between two points, and whether the first of them is odd
     variable part10      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
     variable part11      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
     variable part12      : u_unsigned(LINE_WIDTH - 1 downto 0)          := (others => '0');
@@ -210,14 +210,14 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- 17: the fraction of the points, and 0 outside of the windows.
+      -- 17: apply the fraction of the points; 0 outside of the windows.
       place := place_of_bank(number_of(banks(16)));
       value <= (others => '0');
       if are_inside(16) = '1' then
         value <= shift_left(resize(sum16, LOCAL_VALUE_WIDTH), 6 - 2 * to_integer(place.fraction));
       end if;
 
-      -- 16 to 13: the line. It stays between its two points, so the sum has no more bits than they.
+      -- 16 to 13: interpolate. The value lies between its two points, so the sum needs no more bits than they have.
       sum16     := resize(shift_left(resize(first15, product15'length), LINE_WIDTH) + product15, sum16'length);
       first15   := first14;
       product15 := rise14 * signed('0' & part14);
@@ -233,12 +233,12 @@ begin
       end if;
       part13 := part12;
 
-      -- 12 and 11: the memories.
+      -- 12 and 11: read the memories.
       part12 := part11;
       part11 := part10;
       odd(11 to 12) := odd(10 to 11);
 
-      -- 10: which points. The window is in the upper bits where there are several.
+      -- 10: select the points. With several windows, the number of the window is in the upper bits.
       place   := place_of_bank(number_of(banks(9)));
       window9 := windows(2 * 9 + 1 downto 2 * 9);
 
@@ -271,7 +271,7 @@ begin
         even_read <= banks(9) & following(LOCAL_INDEX_WIDTH - 1 downto 1);
       end if;
 
-      -- 4: the first window that holds the angle.
+      -- 4: select the first window that contains the angle.
       windows    := shift_left(windows, 2);
       are_inside := (or inside3) & are_inside(4 to LOCAL_TABLE_LATENCY - 2);
       window     := "00";
@@ -286,7 +286,7 @@ begin
 
       windows(2 * 4 + 1 downto 2 * 4) := window;
 
-      -- 3 to 1: how far the angle is from each start, and whether that is within the window.
+      -- 3 to 1: distance of the angle from each start, and whether it is within the window.
       place := place_of_bank(number_of(banks(2)));
 
       for number in 1 to LOCAL_WINDOWS loop

@@ -75,7 +75,7 @@ architecture rtl of local_table_banks is
     step     => (others => '0')
   );
 
-  -- The place with one word written.
+  -- Returns the place with one word changed.
   function changed (
     place  : local_place;
     number : u_unsigned(2 downto 0);
@@ -178,7 +178,7 @@ architecture rtl of local_table_banks is
   signal copied     : point_index          := (others => '0');
   signal left_clear : natural range 0 to LOCAL_TABLE_LATENCY := 0;
 
-  -- An access that waits, and the read that is under way
+  -- An access that waits, and a read in progress
   signal to_read    : std_ulogic                     := '0';
   signal to_write   : std_ulogic                     := '0';
   signal looked_up  : std_ulogic                     := '0';
@@ -205,7 +205,8 @@ architecture rtl of local_table_banks is
 
 begin
 
-  -- A swap of this table, a write that takes place now, and the clock in which a copied point is written.
+  -- takes: this table swaps. starts: an access may begin. stores: a write takes place. copies: a copied point is
+  -- written.
   takes  <= swap_comes and asked;
   starts <= '1' when copy = FREE and swap_comes = '0' else
             '0';
@@ -246,7 +247,7 @@ begin
       done      <= stores or looked_up;
       looked_up <= '0';
 
-      -- The address stands: a clock later the memory has the point.
+      -- The address is stable: one clock later the memory has read the point.
       if to_read = '1' and starts = '1' then
         looked_up  <= '1';
         place_word <= word_of(place(number_of(not active)), address(2 downto 0));
@@ -259,7 +260,7 @@ begin
         end if;
       end if;
 
-      -- Bank by bank: each register then has its own enable and no choice of banks before it.
+      -- A loop over the banks gives each register its own enable, without a choice of banks before it.
       for bank in 0 to 1 loop
         if number_of(active) /= bank then
           if stores = '1' and of_place = '1' then

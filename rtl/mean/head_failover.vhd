@@ -50,7 +50,7 @@ entity head_failover is
     read_data        : out   std_ulogic_vector(31 downto 0) := (others => '0');         -- the word
     take_snapshot    : in    std_ulogic;                                                -- pulse
     clear            : in    std_ulogic;                                                -- pulse: clears the sticky flag of the parity
-    -- Of the decoders, a bit a head, see head_watch
+    -- From the decoders, a bit a head, see head_watch
     steps            : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
     steps_up         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
     illegals         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
@@ -61,10 +61,10 @@ entity head_failover is
     index_errors     : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
     index_error_counts : in    std_ulogic_vector(HEADS - 1 downto 0);                   -- lowest bit
     indices_seen     : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level
-    -- Of the mean
+    -- From the mean
     used             : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level
-    idle_used        : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level: by the idle words
-    idle_carrier_used : in    std_ulogic;                                               -- level: their carrier is one of these
+    idle_used        : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- level: used by the idle words
+    idle_carrier_used : in    std_ulogic;                                               -- level: their carrier is a used head
     differences      : in    std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4
     is_settled       : in    std_ulogic;                                                -- level: readings do not jump
     -- The banks
@@ -74,8 +74,8 @@ entity head_failover is
     refused          : in    std_ulogic;                                                -- pulse: a swap did not take place
     may_activate     : out   std_ulogic                     := '0';                     -- level: the idle words may be swapped
     load             : out   std_ulogic                     := '0';                     -- pulse
-    number           : out   u_unsigned(2 downto 0)         := "000";                   -- of the set
-    -- What follows
+    number           : out   u_unsigned(2 downto 0)         := "000";                   -- number of the set
+    -- Results
     rearm_heads      : out   std_ulogic_vector(HEADS - 1 downto 0);                     -- level
     left_out         : out   std_ulogic_vector(HEADS - 1 downto 0) := (others => '0');  -- level
     parity_beyond    : out   std_ulogic                     := '0';                     -- sticky
@@ -99,7 +99,7 @@ architecture rtl of head_failover is
 
   subtype heads_bits is std_ulogic_vector(HEADS - 1 downto 0);
 
-  -- Whether a set has one of these heads.
+  -- Tells whether a set uses one of these heads.
   function uses_one (
     set    : u_unsigned(2 downto 0);
     chosen : heads_bits

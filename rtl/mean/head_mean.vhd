@@ -2,8 +2,9 @@
 --
 -- # head_mean
 --
--- What is corrected where the mean of the heads is: the reading of the carrier, a head that is chosen at run time,
--- without the whole counts of its offset; beside it the term that makes the mean of it (weighted_mean).
+-- Outputs the reading to correct if the mean of the heads is corrected: the reading of the carrier, a head that is
+-- chosen at run time, minus the whole counts of its offset; and the term that turns this reading into the mean
+-- (weighted_mean).
 -- The words of the mean are swapped with the coefficients of the lanes (mean_words).
 --
 -- **Position.** The output's count goes on from carrier to carrier. `position` is that of the carrier and a base; with
@@ -12,7 +13,7 @@
 -- that of a head that was never set up; the position then jumps by that limit, and angle and position differ by the rest until
 -- the next reset.
 --
--- **Zero.** `zero_moved` turns over where the zero of any head moves, since each of them moves the mean: the ramp takes
+-- **Zero.** `zero_moved` toggles where the zero of any head moves, since each of them moves the mean: the ramp takes
 -- it up. `put_back` is that of the carrier, whose count goes out.
 --
 -- **Apply.** The mean may be corrected while every used head has seen its index. `referenced` is that of the carrier.
@@ -20,8 +21,8 @@
 -- **Swap.** `may_swap` is low while, and for 8 clocks after, the zero of a head moves, its first index is seen or a word is
 -- written, so that the base of the next carrier is that of readings from after it.
 --
--- **Latency.** From the heads to angle, position and what stands beside them no clock with two heads, 1 with
--- more, in which the offsets are taken off. MEAN_LATENCY from these to `mean_term`, `limited`, `jumped` and `jump`.
+-- **Latency.** From the heads to angle, position and the values that belong to them: no clock with two heads, 1 with
+-- more, in which the offsets are subtracted. MEAN_LATENCY from these to `mean_term`, `limited`, `jumped` and `jump`.
 --
 -- **Number formats.** angles u24.0 counts below counts_per_rev; positions s31.0 counts modulo 2³²; put_backs s15.0 counts modulo
 -- 2¹⁶; mean_term s19.20 counts; differences s16.4 counts, 5 clocks after the angle; jump s15.0
@@ -47,7 +48,7 @@ entity head_mean is
     positions         : in    std_ulogic_vector(HEADS * POSITION_WIDTH - 1 downto 0);       -- counts, those put back included
     phases_of_zero    : in    std_ulogic_vector(HEADS * 2 - 1 downto 0);                    -- place of (A, B) at such a position 0
     put_backs         : in    std_ulogic_vector(HEADS * 16 - 1 downto 0);                   -- counts in position that no edge brought
-    zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- turns over with the zero of a head
+    zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- toggles with the zero of a head
     indices_seen      : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- level
     unsettle          : in    std_ulogic;                                                   -- angles begin anew
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
@@ -61,24 +62,24 @@ entity head_mean is
     read_address      : in    u_unsigned(3 downto 0);                                       -- the word's number
     read_data         : out   std_ulogic_vector(31 downto 0);                               -- the idle word, a clock later
     swap_comes        : in    std_ulogic;                                                   -- the next clock has the idle words
-    may_swap          : out   std_ulogic;                                                   -- it may
+    may_swap          : out   std_ulogic;                                                   -- a swap is allowed
     -- To the pipeline
     angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, below counts_per_rev
     position          : out   u_signed(POSITION_WIDTH - 1 downto 0);                        -- counts
     phase_of_zero     : out   u_unsigned(1 downto 0);                                       -- place of (A, B) at position 0
     put_back          : out   u_signed(15 downto 0);                                        -- counts in position that no edge brought
-    zero_moved        : out   std_ulogic;                                                   -- turns over with the zero of a head
+    zero_moved        : out   std_ulogic;                                                   -- toggles with the zero of a head
     referenced        : out   std_ulogic;                                                   -- the angle counts from an index
     apply             : out   std_ulogic;                                                   -- correct this reading
     carrier           : out   u_unsigned(1 downto 0);                                       -- number of the head - 1
     used              : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- heads whose index is waited for
-    idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- the same of the idle words
-    idle_carrier_used : out   std_ulogic;                                                   -- their carrier is one of these
+    idle_used         : out   std_ulogic_vector(HEADS - 1 downto 0);                        -- used, by the idle words
+    idle_carrier_used : out   std_ulogic;                                                   -- their carrier is a used head
     differences       : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0); -- counts, s16.4, to the carrier
     mean_term         : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0);                       -- counts, s19.20
-    limited           : out   std_ulogic;                                                   -- of this term
+    limited           : out   std_ulogic;                                                   -- this term is limited
     jumped            : out   std_ulogic;                                                   -- the first angle of other words
-    jump              : out   u_signed(15 downto 0)                                         -- counts that the reading jumps by there
+    jump              : out   u_signed(15 downto 0)                                         -- counts by which the reading jumps then
   );
 end entity head_mean;
 
@@ -88,7 +89,7 @@ architecture rtl of head_mean is
   constant WEIGHTS_FIRST : positive := HEADS * HEAD_OFFSET_WIDTH;
   constant USED_FIRST    : positive := WEIGHTS_FIRST + HEADS * HEAD_WEIGHT_WIDTH;
   constant CARRIER_FIRST : positive := USED_FIRST + HEADS;
-  -- Two heads keep the latency; with more, the offsets have a clock of their own.
+  -- Two heads keep the latency; with more heads, the offsets take an additional clock.
   constant HAS_CLOCK     : boolean  := HEADS > 2;
   constant JUMP_CLOCKS   : positive := DIFFERENCE_LATENCY + 1;
   constant SETTLE_CLOCKS : positive := 8;
@@ -101,7 +102,7 @@ architecture rtl of head_mean is
 
   type position_counts is array (1 to JUMP_CLOCKS) of position_count;
 
-  -- Word `place` of words of one width side by side; the first one where there are not so many.
+  -- Returns word `place` of words of equal width side by side; the first word if there are fewer.
   function word_at (
     words : std_ulogic_vector;
     place : u_unsigned(1 downto 0);
@@ -126,7 +127,7 @@ architecture rtl of head_mean is
 
   end function word_at;
 
-  -- An angle less the whole counts of an offset, within the turn.
+  -- Returns an angle minus the whole counts of an offset, within the turn.
   function whole_reading (
     reading : std_ulogic_vector;
     offset  : std_ulogic_vector;
@@ -158,11 +159,11 @@ architecture rtl of head_mean is
   signal this_head    : u_unsigned(1 downto 0);
   signal next_head    : u_unsigned(1 downto 0);
 
-  -- Readings of all heads, and of the next carrier with the idle words.
+  -- Readings of all heads, and the reading of the next carrier with the idle words
   signal wholes     : std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);
   signal whole_next : std_ulogic_vector(ANGLE_WIDTH - 1 downto 0);
 
-  -- The same, and what came with them, in the clock of the angle that is put out
+  -- The same readings, and the values that belong to them, in the clock of the output angle
   signal wholes_now     : std_ulogic_vector(wholes'range)         := (others => '0');
   signal whole_next_now : std_ulogic_vector(whole_next'range)     := (others => '0');
   signal positions_now  : std_ulogic_vector(positions'range)      := (others => '0');
@@ -207,7 +208,7 @@ begin
       next_words        => next_words
     );
 
-  -- A register between offsets and angle needs the words a clock earlier.
+  -- With a register between offsets and angle, the words are needed one clock earlier.
   words_met <= next_words when HAS_CLOCK else
                active_words;
   this_head <= u_unsigned(active_words(CARRIER_FIRST + 1 downto CARRIER_FIRST));
@@ -311,7 +312,7 @@ begin
 
     type jump_counts is array (JUMP_CLOCKS + 1 to MEAN_LATENCY + 1) of jump_count;
 
-    -- Registers; the number is the clock after the readings in which they hold.
+    -- Registers; the number is that of the clock after the readings in which they are valid.
     variable count_1_to_4   : position_counts                               := (others => (others => '0'));
     variable jump_4         : jump_count                                    := (others => '0');
     variable jump_5_to_11   : jump_counts                                   := (others => (others => '0'));
@@ -322,7 +323,8 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- With the first angle of other words, a clock after swap_comes, MEAN_LATENCY clocks late.
+      -- The jump belongs to the first angle of the new words, one clock after swap_comes; it is output MEAN_LATENCY
+      -- clocks later.
       jump_5_to_11   := jump_4 & jump_5_to_11(JUMP_CLOCKS + 1 to MEAN_LATENCY);
       jump           <= jump_5_to_11(MEAN_LATENCY + 1);
       jumped_1_to_11 := swap_comes & jumped_1_to_11(1 to MEAN_LATENCY);
@@ -330,7 +332,7 @@ begin
 
       next_base <= base + count_1_to_4(JUMP_CLOCKS) + resize(jump_4, POSITION_WIDTH);
 
-      -- Bits above the format are copies of the sign, or the jump is limited, to the same size up and down.
+      -- Either the bits above the format are copies of the sign, or the jump is limited, to the same size up and down.
       sign   := to_next(to_next'high);
       jump_4 := to_next(jump_4'range);
       if (or (to_next(to_next'high downto jump_4'high) xor (to_next'high downto jump_4'high => sign))) = '1' then

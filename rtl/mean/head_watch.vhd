@@ -47,7 +47,7 @@ entity head_watch is
     reset          : in    std_ulogic;
     watching       : in    std_ulogic;                                                -- level: all heads are in the mean
     causes_wanted  : in    std_ulogic_vector(5 downto 0);                             -- a bit a cause
-    -- Of the decoders, a bit a head
+    -- From the decoders, a bit a head
     steps          : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe: a count
     steps_up       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe: upwards
     illegals       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
@@ -57,7 +57,7 @@ entity head_watch is
     swallowed      : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
     index_errors   : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
     index_error_counts : in    std_ulogic_vector(HEADS - 1 downto 0);                 -- lowest bit of the counter
-    -- Of the mean
+    -- From the mean
     differences    : in    std_ulogic_vector(HEADS * (HEAD_DIFFERENCE_WIDTH - HEAD_OFFSET_FRACTION) - 1 downto 0); -- counts, s16.0
     restart        : in    std_ulogic;                                                -- level: readings jump
     -- Settings
@@ -125,7 +125,7 @@ begin
 
     type heads_bits_of_causes is array (0 to 3) of heads_bits;
 
-    -- Flags and lowest bits of their counters, a clock ago
+    -- Flags and lowest bits of their counters, one clock ago
     variable flags_before  : heads_bits_of_causes := (others => (others => '0'));
     variable counts_before : heads_bits_of_causes := (others => (others => '0'));
 
@@ -214,7 +214,7 @@ begin
     variable is_begun    : std_ulogic                         := '0';
     variable elapsed     : u_unsigned(INTERVAL_BITS - 1 downto 0) := (others => '0');
     variable settling    : natural range 0 to SETTLE_CLOCKS   := SETTLE_CLOCKS;
-    -- Comparison: clock in it, changes of the readings, and without which heads all others agree
+    -- Comparison: its clock, the changes of the readings, and the heads without which all others agree
     variable phase       : natural range 0 to PAIRS + 1       := 0;
     variable moved       : moved_counts                       := (others => (others => '0'));
     variable agree       : heads_bits                         := (others => '0');
@@ -263,7 +263,7 @@ begin
         phase := phase + 1;
       else
 
-        -- One bit alone.
+        -- Exactly one bit is high.
         for head in 0 to HEADS - 1 loop
           alone       := (others => '0');
           alone(head) := '1';
@@ -275,7 +275,7 @@ begin
         phase := 0;
       end if;
 
-      -- Store the readings: the first of a new beginning, then one an interval.
+      -- Store the readings: at the beginning, then once per interval.
       if settling = 1 or (is_begun = '1' and (and elapsed) = '1') then
         stored(to_integer(place)) := differences;
         is_full  := is_full or (and place);

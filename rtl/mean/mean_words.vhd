@@ -127,7 +127,7 @@ begin
 
       if address = 2 * HEADS_MAX and write_now = '1' then
         idle(CARRIER_FIRST - 1 downto USED_FIRST) <= data(HEADS + 3 downto 4);
-        -- Three bits: GHDL's synthesis cuts HEADS to the width of the word that it is compared with, and 4 would be 0.
+        -- Three bits are compared: GHDL's synthesis cuts HEADS to the width of the other operand, and 4 would become 0.
         idle(CARRIER_FIRST + 1 downto CARRIER_FIRST) <= data(1 downto 0) when u_unsigned('0' & data(1 downto 0)) < HEADS else "00";
       end if;
 

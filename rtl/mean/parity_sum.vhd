@@ -43,7 +43,7 @@ begin
 
     variable turn      : u_unsigned(2 downto 0)                                              := "000";
     variable held      : std_ulogic_vector(differences'range)                                := (others => '0');
-    -- Registers; the number is the clock after that of their head in which they hold.
+    -- Registers; the number is that of the clock after that of their head in which they are valid.
     variable factor_1  : u_signed(HEAD_DIFFERENCE_WIDTH - 1 downto 0)                        := (others => '0');
     variable weight_1  : u_signed(HEAD_WEIGHT_WIDTH - 1 downto 0)                            := (others => '0');
     variable product_2 : u_signed(HEAD_DIFFERENCE_WIDTH + HEAD_WEIGHT_WIDTH - 1 downto 0)    := (others => '0');
@@ -55,7 +55,7 @@ begin
     if rising_edge(clock) then
       beyond <= (or limit) and (abs (resize(shift_right(parity, CORRECTION_FRACTION), CORRECTION_WIDTH)) ?>= signed('0' & limit));
 
-      -- Head h is taken in turn h, its product added in turn h + 2.
+      -- Head h is read in turn h; its product is added in turn h + 2.
       head := to_integer(turn);
       if head = HEADS + 2 then
         parity <= resize(shift_right(sum_3, ROUNDED), parity'length);

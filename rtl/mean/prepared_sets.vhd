@@ -39,7 +39,7 @@ entity prepared_sets is
   port (
     clock             : in    std_ulogic;
     reset             : in    std_ulogic;
-    -- The stored words; address and data stand until the answer
+    -- The stored words; address and data stay until the answer
     access_read       : in    std_ulogic;                     -- pulse
     access_write      : in    std_ulogic;                     -- pulse
     access_set        : in    u_unsigned(2 downto 0);         -- 0: all heads, k: head k is missing
@@ -47,7 +47,7 @@ entity prepared_sets is
     access_data       : in    std_ulogic_vector(31 downto 0); -- to be written
     access_done       : out   std_ulogic := '0';              -- pulse
     access_answer     : out   std_ulogic_vector(31 downto 0); -- the word that was read
-    -- What the processor wants of the idle bank; address and data stand until `acknowledge`
+    -- Writes of the processor to the idle bank; address and data stay until `acknowledge`
     write_lane        : in    std_ulogic;                     -- pulse
     write_offset      : in    std_ulogic;                     -- pulse
     write_mean        : in    std_ulogic;                     -- pulse
@@ -59,7 +59,7 @@ entity prepared_sets is
     swap              : in    std_ulogic;                     -- pulse
     -- Which set is loaded
     load              : in    std_ulogic;                     -- pulse: load set `number` and swap; ignored while busy
-    number            : in    u_unsigned(2 downto 0);         -- of the set
+    number            : in    u_unsigned(2 downto 0);         -- number of the set
     busy              : out   std_ulogic;                     -- level: from the clock after `load` until `loaded`
     loaded            : out   std_ulogic;                     -- pulse: the next angle is the first of the set
     -- To the banks
@@ -69,7 +69,7 @@ entity prepared_sets is
     turn_step_out     : out   std_ulogic := '0';              -- pulse
     address_out       : out   u_unsigned(7 downto 0) := (others => '0');
     data_out          : out   std_ulogic_vector(31 downto 0) := (others => '0');
-    acknowledged      : in    std_ulogic;                     -- pulse: written, whatever it was
+    acknowledged      : in    std_ulogic;                     -- pulse: any word was written
     may_activate      : in    std_ulogic;                     -- level: the idle words may be swapped
     refused           : out   std_ulogic;                     -- pulse: a swap did not take place
     swap_out          : out   std_ulogic;                     -- pulse
@@ -84,7 +84,7 @@ architecture rtl of prepared_sets is
   constant SET_WORDS    : positive := LANE_WORDS + MEAN_WORDS;
   constant STORED_WORDS : positive := (HEADS + 1) * SET_WORDS;
   constant OFFSET_PLACE : natural  := SET_WORDS - 1;
-  -- The words of the mean end with its choice; between that and the offset nothing is stored.
+  -- The words of the mean end with the choice of heads; nothing is stored between the choice and the offset.
   constant LAST_OF_MEAN : natural  := LANE_WORDS + 2 * HEADS_MAX;
 
   subtype word is std_ulogic_vector(31 downto 0);
@@ -95,7 +95,7 @@ architecture rtl of prepared_sets is
 
   type kind is (NOTHING, OF_LANE, OF_OFFSET, OF_MEAN, OF_TURN_STEP);
 
-  -- Where the words of a set begin.
+  -- Returns the place of the first word of a set.
   function first_word (set : u_unsigned(2 downto 0)) return natural is
   begin
 
@@ -148,7 +148,7 @@ begin
                      or (access_word(9) = '1' and access_word(8 downto 0) < MEAN_WORDS) else
  '0';
 
-  -- One port: of the set that is loaded, else of the access.
+  -- The memory has one port: it serves the set that is loaded, otherwise the access.
   choose_word : process (all) is
   begin
 
@@ -179,7 +179,7 @@ begin
 
   end process memory;
 
-  -- An access waits while a set is loaded.
+  -- An access waits while a set is being loaded.
   answer : process (clock) is
   begin
 
@@ -241,7 +241,7 @@ begin
 
         when FETCH =>
 
-          -- The memory's register takes the word; a write of the processor that is under way ends.
+          -- The memory reads the word; a processor's write in progress ends first.
           if in_flight = NOTHING then
             now <= HAND_OVER;
           end if;

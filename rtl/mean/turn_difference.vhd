@@ -31,14 +31,14 @@ end entity turn_difference;
 
 architecture rtl of turn_difference is
 
-  -- Twice a difference, and the turn beside it.
+  -- Twice a difference, plus or minus a turn.
   subtype wide_count is u_signed(ANGLE_WIDTH + 2 downto 0);
 
 begin
 
   subtract_and_fold : process (clock) is
 
-    -- Registers; the number is the clock after the angles in which they hold.
+    -- Registers; the number is that of the clock after the angles in which they are valid.
     variable straight_1 : u_signed(difference'range) := (others => '0');
     variable straight_2 : u_signed(difference'range) := (others => '0');
     variable more_2     : u_signed(difference'range) := (others => '0');
@@ -61,7 +61,7 @@ begin
         difference <= straight_2;
       end if;
 
-      -- Second clock. The turn has a bit more than a difference: a sum that is chosen fits.
+      -- Second clock. The turn has one bit more than a difference, but the chosen sum fits.
       turn       := resize(u_signed('0' & counts_per_rev), turn'length);
       twice      := shift_left(resize(straight_1, twice'length), 1);
       above_2    := twice - turn;

@@ -40,7 +40,7 @@ entity weighted_mean is
   port (
     clock            : in    std_ulogic;
     readings         : in    std_ulogic_vector(HEADS * ANGLE_WIDTH - 1 downto 0);          -- counts, whole part of each r
-    carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, that of the carrier
+    carrier_reading  : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts, of the carrier
     fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, of each o
     carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's o
     weights          : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);    -- s1.16
@@ -49,7 +49,7 @@ entity weighted_mean is
     differences      : out   std_ulogic_vector(HEADS * (ANGLE_WIDTH + 1) - 1 downto 0);    -- counts, s24.0
     fine_differences : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0) := (others => '0'); -- counts, s16.4
     mean_term        : out   u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');    -- counts, s19.20
-    limited          : out   std_ulogic                             := '0'                 -- of this term
+    limited          : out   std_ulogic                             := '0'                 -- this term is limited
   );
 end entity weighted_mean;
 
@@ -59,7 +59,7 @@ architecture rtl of weighted_mean is
   constant FINE_WIDTH       : positive := DIFFERENCE_WIDTH + HEAD_OFFSET_FRACTION + 1;
   constant PRODUCT_WIDTH    : positive := HEAD_DIFFERENCE_WIDTH + HEAD_WEIGHT_WIDTH;
   constant FRACTION_SHIFT   : natural  := MEAN_TERM_FRACTION - HEAD_OFFSET_FRACTION;
-  -- Clocks from the third to the carrier's fraction beside the sum of the products.
+  -- Clocks by which the carrier's fraction is delayed, so that it meets the sum of the products.
   constant LAST_FRACTION    : positive := MEAN_LATENCY - 2;
 
   subtype fraction_count is u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);
@@ -104,7 +104,7 @@ begin
 
       type fraction_differences is array (1 to 3) of u_signed(HEAD_OFFSET_FRACTION downto 0);
 
-      -- Registers; the number is the clock after the readings in which they hold.
+      -- Registers; the number is that of the clock after the readings in which they are valid.
       variable weight_1_to_5   : weight_words                                 := (others => (others => '0'));
       variable fraction_1_to_3 : fraction_differences                         := (others => (others => '0'));
       variable used_1_to_4     : std_ulogic_vector(1 to 4)                    := (others => '0');
@@ -124,7 +124,7 @@ begin
         products(head) <= product_6;
         product_6      := limited_5 * weight_1_to_5(5);
 
-        -- Fifth clock: bits above the format are copies of the sign, or the difference is limited.
+        -- Fifth clock: either the bits above the format are copies of the sign, or the difference is limited.
         sign      := fine_4(fine_4'high);
         is_beyond := or (fine_4(fine_4'high downto HEAD_DIFFERENCE_WIDTH - 1)
                          xor (fine_4'high downto HEAD_DIFFERENCE_WIDTH - 1 => sign));
@@ -140,7 +140,7 @@ begin
         fine_4 := shift_left(resize(difference, FINE_WIDTH), HEAD_OFFSET_FRACTION)
                   + resize(fraction_1_to_3(3), FINE_WIDTH);
 
-        -- First clock: what the fraction of r is above that of the carrier's r.
+        -- First clock: the fraction of r minus that of the carrier's r.
         own_fraction    := u_unsigned(fractions((head + 1) * HEAD_OFFSET_FRACTION - 1 downto head * HEAD_OFFSET_FRACTION));
         fraction_1_to_3 := (u_signed('0' & carrier_fraction) - u_signed('0' & own_fraction)) & fraction_1_to_3(1 to 2);
         own_weight      := u_signed(weights((head + 1) * HEAD_WEIGHT_WIDTH - 1 downto head * HEAD_WEIGHT_WIDTH));
@@ -154,7 +154,7 @@ begin
 
   add : process (clock) is
 
-    -- Registers; the number is the clock after the readings in which they hold.
+    -- Registers; the number is that of the clock after the readings in which they are valid.
     variable fraction_1_to_8 : fraction_counts                       := (others => (others => '0'));
     variable first_pair_8    : u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');
     variable second_pair_8   : u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0');

@@ -39,7 +39,7 @@ architecture rtl of turn_counter is
   subtype limit is u_signed(ANGLE_WIDTH + 1 downto 0);
 
   signal half    : limit                              := (others => '0');
-  -- The next angle has wrapped if it is below the first or above the second.
+  -- The next angle has wrapped if it is below `lowest` or above `highest`.
   signal lowest  : limit                              := (others => '0');
   signal highest : limit                              := (others => '0');
   signal up      : std_ulogic                         := '0';

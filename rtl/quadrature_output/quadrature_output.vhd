@@ -73,9 +73,9 @@ entity quadrature_output is
     reset              : in    std_ulogic;
     enable             : in    std_ulogic;
     clear              : in    std_ulogic;                                    -- pulse: clears cannot_keep_up
-    invert_a           : in    std_ulogic := '0';                             -- of the pin
-    invert_b           : in    std_ulogic := '0';                             -- of the pin
-    invert_z           : in    std_ulogic := '0';                             -- of the pin
+    invert_a           : in    std_ulogic := '0';                             -- inverts the pin
+    invert_b           : in    std_ulogic := '0';                             -- inverts the pin
+    invert_z           : in    std_ulogic := '0';                             -- inverts the pin
     swap_ab            : in    std_ulogic := '0';                             -- before the inversion
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, multi-turn
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev

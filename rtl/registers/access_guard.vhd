@@ -93,8 +93,8 @@ architecture rtl of access_guard is
   constant POINTS_FIRST       : byte_address := to_unsigned(LOCAL_POINTS_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
-  -- The bit of a table, chosen half by half: an index would become a memory, whose contents a proof by induction
-  -- does not know.
+  -- Returns a bit of a table, chosen in two halves: an index would become a memory, whose contents are unknown to a
+  -- proof by induction.
   function bit_of (
     table : std_ulogic_vector;
     place : u_unsigned
@@ -170,15 +170,16 @@ begin
       offset       := is_offset and not partial;
       coefficients := place(place'high downto 10) = COEFFICIENTS_FIRST(place'high downto 10)
                       and not partial and is_at_most(lane, LANES - 1);
-      -- Offsets, weights, and the choice.
+      -- Offsets, weights, and the choice of heads.
       mean_word    := (place(5) = '0' and is_at_most(place(3 downto 2), HEADS - 1)) or place(5 downto 2) = 2 * HEADS_MAX;
       of_mean      := MEAN and mean_word and not partial
                       and place(place'high downto 6) = MEAN_FIRST(place'high downto 6);
-      -- Of heads 3 and 4 the words 0 to 8, 10 and 11, of which the first may be written; delays, command and status.
+      -- Words 0 to 8, 10 and 11 of heads 3 and 4, of which only the first may be written; then delays, command and
+      -- status.
       head_word    := to_integer(place(7 downto 2));
       of_head      := (head_word < 16 and HEADS > 2) or (head_word >= 16 and head_word < 32 and HEADS > 3);
       of_head      := of_head and (head_word mod 16 < 9 or head_word mod 16 = 10 or head_word mod 16 = 11);
-      -- Settings of the failover, weights of the parity, its value, and both limits.
+      -- Settings of the failover, weights of the parity, its value, and its two limits.
       of_failover  := head_word = 35 or head_word = 36 or (head_word >= 40 and head_word < 40 + HEADS)
                       or (head_word >= 44 and head_word < 47);
       if is_write = '1' then
@@ -192,16 +193,17 @@ begin
       conditions   := MODULATORS and not partial
                       and place(place'high downto 6) = CONDITIONS_FIRST(place'high downto 6)
                       and (is_at_most(place(5 downto 2), 5) or (is_write = '0' and is_at_most(place(5 downto 2), 8)));
-      -- A set is laid out as the windows from 0x1000 on: coefficients, mean, and as its last word the coefficient offset.
+      -- A set has the layout of the windows from 0x1000 on: coefficients, mean, and the coefficient offset as its last
+      -- word.
       of_set       := FAILOVER and not partial and place(place'high downto 15) = SETS_FIRST(place'high downto 15)
                       and is_at_most(place(14 downto 12), HEADS)
                       and ((place(11 downto 10) = "00" and is_at_most(lane, LANES - 1))
                            or (place(11 downto 6) = "100000" and (mean_word or place(5 downto 2) = "1111")));
-      -- Seven words of the place, and 4,096 points.
+      -- Seven words of the place of the windows, and 4,096 points.
       of_local     := LOCAL_TABLE and not partial
                       and ((place(place'high downto 5) = PLACE_FIRST(place'high downto 5) and is_at_most(place(4 downto 2), 6))
                            or place(place'high downto 14) = POINTS_FIRST(place'high downto 14));
-      -- Two words a lane, and after those of 64 lanes the turn number, which is only read.
+      -- Two words per lane and, after those of 64 lanes, the turn number, which can only be read.
       of_turns     := REAL_ORDERS and not partial and place(place'high downto 10) = TURNS_FIRST(place'high downto 10)
                       and ((place(9) = '0' and is_at_most(place(8 downto 3), LANES - 1))
                            or (is_write = '0' and place(9 downto 2) = 128));

@@ -46,7 +46,7 @@ entity axi_lite_access is
     refused         : in    std_ulogic;                    -- in the clock after taken
     -- Its answer
     answered        : in    std_ulogic;                    -- pulse
-    data            : in    std_ulogic_vector(31 downto 0) -- what was read; 0 when refused
+    data            : in    std_ulogic_vector(31 downto 0) -- word that was read; 0 if refused
   );
 end entity axi_lite_access;
 

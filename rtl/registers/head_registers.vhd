@@ -3,8 +3,8 @@
 -- # head_registers
 --
 -- Answers the window of heads 3 and 4 and of the mean: pins, faults and snapshot of the further heads, delays of all heads,
--- commands and status. It stands outside the generated register block, so that a core with two heads has nothing
--- of it; the register map has its words. access_guard asks for nothing but words that exist.
+-- commands and status. It stands outside the generated register block, so that a core with two heads does not
+-- contain it; the register map defines its words. access_guard passes only accesses to words that exist.
 --
 -- **Latency.** 1 clock from `read_enable` or `write_enable` to `done`, with `read_data`.
 --
@@ -38,7 +38,7 @@ entity head_registers is
     head4              : in    decoded_head;
     indices_seen       : in    std_ulogic_vector(3 downto 0);  -- a bit a head
     difference_limited : in    std_ulogic;                     -- the difference of a used head is limited
-    clear_limited      : in    std_ulogic;                     -- pulse: clears the sticky flag of it
+    clear_limited      : in    std_ulogic;                     -- pulse: clears its sticky flag
     -- Settings
     pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits a head, as the registers have them
     clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, a bit a head
@@ -64,7 +64,7 @@ architecture rtl of head_registers is
 
   type counts_of_heads is array (0 to 1) of word;
 
-  -- What a head says in one clock: time of its last edge, angle, turn position, position.
+  -- Returns the values of a head in one clock: time of its last edge, angle, turn position, position.
   function snapshot_of (head : decoded_head) return std_ulogic_vector is
   begin
 
@@ -73,7 +73,7 @@ architecture rtl of head_registers is
 
   end function snapshot_of;
 
-  -- The words of a head, but for those that are latched.
+  -- Returns the words of a head, except those that are latched.
   function words_of (
     head     : decoded_head;
     settings : std_ulogic_vector(15 downto 0);

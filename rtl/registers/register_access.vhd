@@ -46,7 +46,7 @@ entity register_access is
     -- The registers
     hwif_in           : in    arctrue_registers_in_t;
     hwif_out          : out   arctrue_registers_out_t;
-    -- What other units answer
+    -- Answers of other units
     capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
     access_address    : out   axi_lite_address;               -- bytes
     access_data       : out   std_ulogic_vector(31 downto 0); -- to be written
@@ -116,7 +116,7 @@ architecture rtl of register_access is
   signal word_asked       : std_ulogic_vector(0 to 2 ** (REGISTERS_ADDRESS_WIDTH - 2) - 1);
   signal register_written : std_ulogic;
 
-  -- A bit for each place; only the bit at `place` is high.
+  -- Returns one bit for each place; only the bit at `place` is high.
   function decoded (place : std_ulogic_vector) return std_ulogic_vector is
 
     alias    digits : std_ulogic_vector(place'length - 1 downto 0) is place;

@@ -54,7 +54,7 @@ entity sample_trigger is
     sample_period : in    u_unsigned(31 downto 0);                   -- clocks
     angle_step    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);      -- counts
     turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the index, head 1
-    zero_moved    : in    std_ulogic := '0';                         -- turns over with the first position from another zero
+    zero_moved    : in    std_ulogic := '0';                         -- toggles with the first position from another zero
     trigger       : out   std_ulogic                                 -- one clock a sample
   );
 end entity sample_trigger;

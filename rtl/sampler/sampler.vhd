@@ -81,7 +81,7 @@ entity sampler is
     timestamp           : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     turn_position1      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the index, head 1
     turn_position2      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the index, head 2
-    zero_moved1         : in    std_ulogic := '0';                                   -- turns over with turn_position1 from another zero
+    zero_moved1         : in    std_ulogic := '0';                                   -- toggles with turn_position1 from another zero
     index_seen1         : in    std_ulogic;                                          -- level
     index_seen2         : in    std_ulogic;                                          -- level
     index_error1        : in    std_ulogic;                                          -- level, sticky in the decoder
@@ -94,7 +94,7 @@ entity sampler is
     further_positions    : in    std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0) := (others => '0'); -- counts, head 4, head 3
     further_flags        : in    std_ulogic_vector(7 downto 0) := (others => '0');                      -- levels, as flags 0 to 7
     reference_position   : in    u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');              -- counts from the index
-    reference_zero_moved : in    std_ulogic := '0';                                                     -- turns over with another zero
+    reference_zero_moved : in    std_ulogic := '0';                                                     -- toggles with another zero
     -- To and from the processor
     release_bank        : in    std_ulogic;                                          -- pulse: the READY bank is free again
     capture_ready       : out   std_ulogic;                                          -- pulse: a bank became READY

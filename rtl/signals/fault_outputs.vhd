@@ -52,9 +52,9 @@ begin
   tell : process (clock) is
 
     variable fatal    : std_ulogic_vector(KINDS - 1 downto 0);
-    -- clear, a clock later: what it has cleared elsewhere is no longer present.
+    -- `clear`, one clock later, when a fault that it has cleared elsewhere is no longer present.
     variable cleared  : std_ulogic := '0';
-    -- Clocks of the hold so far, the highest bit when it is over, and the reset of the clock before
+    -- Clocks of the hold so far, with the highest bit set when it is over, and the reset one clock ago
     variable held     : u_unsigned(HOLD_LOG2 downto 0) := '1' & (HOLD_LOG2 - 1 downto 0 => '0');
     variable resets   : std_ulogic := '0';
 
@@ -74,7 +74,7 @@ begin
       end if;
       resets := reset;
 
-      -- In a hold it stays as it is.
+      -- During a hold the output does not change.
       if held(HOLD_LOG2) = '1' then
         driver_enable <= enable and not (or fatal) and (cleared or not released) and not reset;
       end if;

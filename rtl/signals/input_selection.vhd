@@ -19,9 +19,9 @@ entity input_selection is
     pin_a    : in    std_ulogic; -- asynchronous
     pin_b    : in    std_ulogic; -- asynchronous
     pin_z    : in    std_ulogic; -- asynchronous
-    invert_a : in    std_ulogic; -- of the pin
-    invert_b : in    std_ulogic; -- of the pin
-    invert_z : in    std_ulogic; -- of the pin
+    invert_a : in    std_ulogic; -- inverts the pin
+    invert_b : in    std_ulogic; -- inverts the pin
+    invert_z : in    std_ulogic; -- inverts the pin
     swap_ab  : in    std_ulogic; -- after the inversion
     a        : out   std_ulogic;
     b        : out   std_ulogic;

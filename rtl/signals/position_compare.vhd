@@ -50,20 +50,20 @@ begin
   compare : process (clock) is
 
     variable state    : compare_state := IDLE;
-    variable place    : count         := (others => '0'); -- the first one
+    variable place    : count         := (others => '0'); -- the first place
     variable step     : count         := (others => '0');
     variable distance : count         := (others => '0');
-    variable below    : std_ulogic    := '0';             -- the side of the arming
-    variable stood    : std_ulogic    := '0';             -- it was there at the arming
+    variable below    : std_ulogic    := '0';             -- the side at the arming
+    variable stood    : std_ulogic    := '0';             -- at the place at the arming
     variable is_there : std_ulogic;
-    -- The next places upwards and downwards; from there to the position, downwards less a count
+    -- The next places upwards and downwards; the distances from them to the position, the lower one minus a count
     variable upper      : count       := (others => '0');
     variable lower      : count       := (others => '0');
     variable upper_then : count;
     variable lower_then : count;
     variable from_upper : count       := (others => '0');
     variable from_lower : count       := (others => '0');
-    -- A place was reached a clock ago. For two clocks the distances are those of the places before.
+    -- A place was reached one clock ago. For two clocks the distances still belong to the places before.
     variable rose      : std_ulogic   := '0';
     variable fell      : std_ulogic   := '0';
     variable goes_up   : std_ulogic;

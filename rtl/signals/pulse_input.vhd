@@ -6,7 +6,7 @@
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 1 clocks from the pin's edge to `strobe`, 4 with the filter off.
 --
--- **Number formats.** filter_length u8.0 clocks: a level is taken over after so many equal samples, 1 is off.
+-- **Number formats.** filter_length u8.0 clocks: a level is taken over after this number of equal samples, 1 is off.
 --
 -- **Reset.** The level in the last clock of the reset makes no strobe.
 
@@ -35,7 +35,7 @@ architecture rtl of pulse_input is
   signal pins     : std_ulogic_vector(0 downto 0);
   signal levels   : std_ulogic_vector(0 downto 0);
   signal filtered : std_ulogic_vector(0 downto 0);
-  -- The reset and the clocks after it in which older levels come out of the synchroniser.
+  -- The reset, and the clocks after it in which the synchroniser still outputs earlier levels.
   signal settling : std_ulogic_vector(SETTLED_AFTER - 1 downto 0) := (others => '1');
 
 begin

@@ -29,7 +29,7 @@ entity arctrue_device is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
-    MEAN          : boolean                       := false;                 -- the mean of two heads; of more it is in any case
+    MEAN          : boolean                       := false;                 -- the mean of two heads; with more heads always
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
@@ -58,7 +58,7 @@ entity arctrue_device is
     out_a            : out   std_ulogic;
     out_b            : out   std_ulogic;
     out_z            : out   std_ulogic;
-    -- Of the line drivers of A, B and Z; of what is beside the table
+    -- Line drivers of A, B and Z; instruments beside the table
     driver_enable    : out   std_ulogic;
     alarm            : out   std_ulogic;
     sync_in          : in    std_ulogic; -- asynchronous

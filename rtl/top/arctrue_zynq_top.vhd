@@ -40,7 +40,7 @@ entity arctrue_zynq_top is
     out_a            : out   std_ulogic;
     out_b            : out   std_ulogic;
     out_z            : out   std_ulogic;
-    -- Of the line drivers of A, B and Z; of what is beside the table
+    -- Line drivers of A, B and Z; instruments beside the table
     driver_enable    : out   std_ulogic;
     alarm            : out   std_ulogic;
     sync_in          : in    std_ulogic; -- asynchronous

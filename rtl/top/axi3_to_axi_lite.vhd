@@ -84,7 +84,7 @@ architecture rtl of axi3_to_axi_lite is
 
   constant WRAP : std_ulogic_vector(1 downto 0) := "10";
 
-  -- No burst leaves its 4 KiB: only these bits count.
+  -- No burst leaves its 4 KiB, so only these bits change.
   constant PAGE_WIDTH : positive := 12;
   -- 16 beats of 4 bytes.
   constant WRAP_WIDTH : positive := 6;
@@ -97,11 +97,11 @@ architecture rtl of axi3_to_axi_lite is
 
   type burst is record
     address : u_unsigned(31 downto 0);
-    beats   : u_unsigned(3 downto 0);                     -- still to come after this one
+    beats   : u_unsigned(3 downto 0);                     -- beats after this one
     size    : u_unsigned(1 downto 0);
     kind    : std_ulogic_vector(1 downto 0);
-    mask    : u_unsigned(WRAP_WIDTH - 1 downto 0);        -- address bits that WRAP counts in
-    refusal : std_ulogic_vector(1 downto 0);              -- answer without an access, OKAY: none
+    mask    : u_unsigned(WRAP_WIDTH - 1 downto 0);        -- address bits that a WRAP burst changes
+    refusal : std_ulogic_vector(1 downto 0);              -- response without an access; OKAY: no refusal
   end record burst;
 
   function in_window (

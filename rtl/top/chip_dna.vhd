@@ -82,7 +82,7 @@ begin
         if taken /= BITS then
           port_clock <= not port_clock;
           if port_clock = '1' then
-            -- It falls now. A bit is there as soon as the identifier has been loaded.
+            -- The port's clock falls now. A bit is valid as soon as the identifier has been loaded.
             if load = '1' or shift = '1' then
               identifier <= identifier(BITS - 2 downto 0) & bit_out;
               taken      <= taken + 1;

@@ -34,7 +34,7 @@ end entity encoder_source_heads_top;
 
 architecture rtl of encoder_source_heads_top is
 
-  -- Counts, 64.3 deg at 2**24 counts a turn: places at which any three heads do as well (docs/heads.md).
+  -- Counts, 64.3 deg at 2**24 counts a turn. At these places any three heads are equally good (docs/heads.md).
   constant HEAD2_AHEAD : natural := 2996597;
 
   signal reset : std_ulogic;

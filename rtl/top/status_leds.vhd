@@ -36,7 +36,7 @@ end entity status_leds;
 
 architecture rtl of status_leds is
 
-  -- 8 windows each, lit and out.
+  -- 8 windows lit and 8 windows out.
   constant COUNTER_WIDTH : positive := HOLD_LOG2 + 4;
 
   constant WINDOW_END : u_unsigned(HOLD_LOG2 - 1 downto 0) := (others => '1');

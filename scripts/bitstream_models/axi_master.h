@@ -18,18 +18,18 @@
 struct Access {
     char kind; // w write, r read, n nothing for `data` clocks, z reset for `data` clocks
     uint32_t address;
-    uint32_t data; // of the first beat; each beat adds BEAT_STEP
+    uint32_t data; // data of the first beat; each beat adds BEAT_STEP
     int beats;
     uint64_t size;
     uint64_t burst;
     uint64_t strobe;
-    int last;     // the beat that WLAST comes with
-    int together; // it may start while an access the other way is under way
+    int last;     // beat that has WLAST
+    int together; // may start during an access in the other direction
 };
 
 constexpr uint32_t BEAT_STEP = 0x01000193;
 
-// One line for each access: the fields of Access in their order.
+// Reads one access per line: the fields of Access in their order.
 inline std::vector<Access> read_accesses(const char *path) {
     std::vector<Access> found;
     std::FILE *file = std::fopen(path, "r");
@@ -50,7 +50,7 @@ inline std::vector<Access> read_accesses(const char *path) {
 
 // A valid line and the lines that belong to it.
 struct Offer {
-    bool is_due = false;   // there is something to be taken
+    bool is_due = false;   // an item waits for its handshake
     bool is_shown = false; // valid is high
 
     bool decide() {
@@ -94,7 +94,7 @@ class Master {
         return next_;
     }
 
-    // The levels of the next clock.
+    // Sets the levels of the next clock.
     template <typename Bus> void drive(Bus &inputs) {
         start();
         write_address_.decide();
@@ -118,7 +118,7 @@ class Master {
         set(inputs, AXI.rready, takes_read_);
     }
 
-    // What was taken in this clock, by the outputs before its edge.
+    // Takes the handshakes of this clock, from the outputs before its edge.
     template <typename Bus> void take(const Bus &outputs) {
         if (reset_clocks_ > 0) {
             --reset_clocks_;

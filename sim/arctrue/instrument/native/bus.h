@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// An AXI4-Lite master for one access at a time, that can hold back every channel at random.
+// An AXI4-Lite master for one access at a time, which can delay every channel at random.
 
 #ifndef ARCTRUE_INSTRUMENT_BUS_H
 #define ARCTRUE_INSTRUMENT_BUS_H
@@ -20,7 +20,7 @@ class Bus {
     void stall(uint32_t most_clocks, uint64_t seed);
     void begin_read(uint32_t address);
     void begin_write(uint32_t address, uint32_t word);
-    // Before the rising edge: set the channels. After the fall of the clock: see who is ready.
+    // drive() sets the channels before the rising edge; see() reads the handshakes after the falling edge.
     void drive();
     void see();
     void silence();

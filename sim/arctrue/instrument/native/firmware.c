@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* The firmware's application and console as one thing that Python can hold. */
+/* The firmware's application and console as one object for Python. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,17 +19,17 @@ struct processor {
     struct application application;
     struct console console;
     struct text_sink sink;
-    /* Outlives a fault. */
+    /* Survives a fault. */
     struct kept_settings kept;
     char *said;
     size_t length;
     size_t room;
-    /* What the table's thermometer shows. */
+    /* Reading of the table's thermometer. */
     int thermometer_answers;
     double thermometer_c;
     struct capture_copy copy;
     struct save save;
-    /* Two records, each in a sector of its own; outlives the power. */
+    /* Two records, each in a sector of its own; they survive a loss of power. */
     uint32_t flash[2][SAVED_WORDS_MOST];
 };
 
@@ -88,7 +88,7 @@ static void put(void *context, const char *characters, size_t number) {
 static void settle(void) {
 }
 
-/* As main() does, up to the first access to the core. */
+/* Prepares the firmware like main(), up to the first access to the core. */
 static void prepare(struct processor *processor, const struct core_access *core, int after_fault) {
     application_prepare(&processor->application, core);
     application_use_copy(&processor->application, &processor->copy);
@@ -119,7 +119,7 @@ EXPORTED struct processor *firmware_new(void *bus) {
     return processor;
 }
 
-/* What `save` keeps, to be carried to another one, and its bytes. */
+/* Returns the memory of `save` and its size, so that it can be copied to another processor. */
 EXPORTED void *firmware_flash(struct processor *processor) {
     return processor->flash;
 }
@@ -128,14 +128,14 @@ EXPORTED uint32_t firmware_flash_bytes(void) {
     return sizeof(uint32_t[2][SAVED_WORDS_MOST]);
 }
 
-/* As main() does, with what is in the flash. */
+/* Starts like main(), with the content of the flash. */
 EXPORTED void firmware_power_on(struct processor *processor) {
     struct core_access core = processor->application.core;
     prepare(processor, &core, 0);
     application_begin(&processor->application);
 }
 
-/* The program begins anew after a fault: of its memory the operator's settings alone are left. */
+/* Restarts the program after a fault: only the operator's settings are left of its memory. */
 EXPORTED void firmware_fault(struct processor *processor) {
     struct core_access core = processor->application.core;
     prepare(processor, &core, 1);
@@ -147,7 +147,7 @@ EXPORTED void firmware_delete(struct processor *processor) {
     free(processor);
 }
 
-/* The first call is the plug. */
+/* Sets the thermometer; the first call connects it. */
 EXPORTED void firmware_thermometer(struct processor *processor, int answers, double celsius,
                                    double clock_hz) {
     processor->application.temperature_clock_hz = clock_hz;
@@ -173,7 +173,7 @@ EXPORTED void firmware_type(struct processor *processor, const char *line) {
     }
 }
 
-/* What was said since the last call; stands until the next. */
+/* Returns the output since the previous call; valid until the next one. */
 EXPORTED const char *firmware_said(struct processor *processor) {
     put(processor, "", 1);
     processor->length = 0;
@@ -193,7 +193,7 @@ EXPORTED uint32_t firmware_turns(const struct processor *processor) {
     return processor->application.turns;
 }
 
-/* The active coefficients as they were written: lanes, 0 where there are none. */
+/* Writes the active coefficients as they were written to the core; returns the number of lanes, 0 if there are none. */
 EXPORTED uint32_t firmware_coefficients(const struct processor *processor, uint64_t *steps,
                                         uint32_t *offsets, int32_t *amplitudes) {
     const struct application *application = &processor->application;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// The compiled core with its clock, its bus, what its heads see and what its output says.
+// The compiled core with its clock, its bus, the stimulus of its heads and the recorder of its output.
 
 #ifndef ARCTRUE_INSTRUMENT_HARNESS_H
 #define ARCTRUE_INSTRUMENT_HARNESS_H
@@ -25,17 +25,17 @@ struct Wish {
 };
 
 class Harness {
-    // The bus drives the core's ports: it is made after it.
+    // The core is declared before the bus, which drives the core's ports.
     VerilatedContext context;
     Varctrue_core core;
 
   public:
     Harness();
 
-    // One clock. False: it cannot be done, see `message`.
+    // Runs one clock. False: it failed, see `message`.
     bool step();
     RunEnd run(const Wish &wish);
-    // The response of the bus, -1 where the clock cannot go on or nobody answers.
+    // Returns the response of the bus; -1 if the clock cannot continue or no response comes.
     int access(bool write, uint32_t address, uint32_t *word);
     void hold_reset(bool held);
     bool interrupt_line();
@@ -45,8 +45,8 @@ class Harness {
     Bus bus;
     Track output, head1;
     std::string message;
-    // Pins of both heads (bits 0 to 5), of the output (6 to 8), trigger_out (9) and compare_out
-    // (10) after each clock.
+    // Levels after each clock: pins of both heads (bits 0 to 5), of the output (6 to 8), trigger_out (9) and
+    // compare_out (10).
     std::vector<uint16_t> trace;
     size_t trace_most = 0;
 };

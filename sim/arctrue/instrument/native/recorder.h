@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// Decodes A, B and Z by the table of the quadrature code, apart from the gateware's decoder, and
-// compares every edge with the true angle of the table.
+// Decodes A, B and Z by the table of the quadrature code, independently of the gateware's decoder, and compares every
+// edge with the true angle of the table.
 
 #ifndef ARCTRUE_INSTRUMENT_RECORDER_H
 #define ARCTRUE_INSTRUMENT_RECORDER_H
@@ -12,16 +12,16 @@
 
 namespace instrument {
 
-// Edges of one encoder signal.
+// Records the edges of one encoder signal.
 class Track {
   public:
     struct Settings {
         int64_t bins = 0;  // equal parts of the turn; 0: none
-        int64_t every = 0; // keep every so many edges; 0: none
-        int64_t most = 0;  // kept edges at the most
+        int64_t every = 0; // every how many edges one is kept; 0: none
+        int64_t most = 0;  // largest number of kept edges
         double counts_per_rev = 4;
-        double travel = 0.0; // radians of true angle after which it ends; 0: it does not
-        // Clocks from a change of the table, somewhere in a clock, to the edge: at its middle.
+        double travel = 0.0; // true angle in radians after which it ends; 0: never
+        // Clocks from a change of the table to the edge. The change is somewhere within a clock; its middle is assumed.
         double age_clocks = 0.5;
     };
 
@@ -29,13 +29,13 @@ class Track {
     void stop() {
         recording = false;
     }
-    // Levels after a clock. `true_angle` tells the angle at an instant, NaN where unknown.
+    // Takes the levels after a clock. `true_angle` returns the angle at an instant, NaN if unknown.
     void see(int64_t clock, uint8_t levels, const std::function<double(double)> &true_angle);
 
     int64_t position = 0;
     int64_t edges = 0;
     int64_t illegal = 0;
-    int64_t dropped = 0; // edges that `most` did not allow to keep
+    int64_t dropped = 0; // edges that were not kept because of `most`
     std::vector<int64_t> kept_clock, kept_position, index_clock, index_position;
     std::vector<double> kept_angle;
     std::vector<int64_t> bin_edges;

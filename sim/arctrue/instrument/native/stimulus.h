@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
-// What stands before the head pins: the readings of two to four heads as curves over the clocks, or
-// the levels of the six pins of heads 1 and 2 themselves; what disturbs the wires between head and core;
-// and the pins sync_in and probe_in, which only a disturbance moves.
+// The stimulus of the pins. Heads: readings of two to four heads as curves over the clocks, or levels of the six pins
+// of heads 1 and 2. Disturbances act on the wires between heads and core; the pins sync_in and probe_in change only by
+// disturbances.
 
 #ifndef ARCTRUE_INSTRUMENT_STIMULUS_H
 #define ARCTRUE_INSTRUMENT_STIMULUS_H
@@ -25,11 +25,11 @@ constexpr int pin_of_head(int head) {
 // Levels of A (bit 0), B (bit 1) and Z (bit 2) at a count; A leads B counter-clockwise.
 uint8_t pins_of_count(int64_t count, int64_t counts_per_rev, int64_t index_width);
 
-// Steps of the count from one pair of levels of A and B to the next: -1, 0, 1; 2 is illegal.
+// Returns the step of the count from one pair of levels of A and B to the next: -1, 0, 1; 2 is illegal.
 int quadrature_step(uint8_t before, uint8_t after);
 
-// A row of clocks of a curve for each head and one of the true angle, given at knots; cubic through the four
-// knots around a clock.
+// A curve over a range of clocks for each head, and one for the true angle, given at knots. A value is that of the
+// cubic through the four nearest knots.
 struct Piece {
     int64_t first_clock = 0;
     int64_t knot_clocks = 1;
@@ -46,7 +46,7 @@ struct Piece {
     double at(int which, double clock) const;
 };
 
-// Inverts or holds pins for some clocks; `probability` of acting, drawn anew in every clock.
+// Inverts or holds pins for some clocks; in each clock it acts with `probability`, drawn anew.
 struct Disturbance {
     int64_t first_clock;
     int64_t clocks;
@@ -64,7 +64,7 @@ class Stimulus {
         int64_t counts_per_rev = 4;
         int64_t index_width = 1;
         double rounding = 0.0; // added before the floor: 0.5 rounds to the nearest
-        bool may_jump = false; // more than a count a clock is wanted
+        bool may_jump = false; // allow more than one count per clock
     };
 
     void attach_curves(NeedPiece need, void *context, int64_t first_clock, int64_t end_clock,
@@ -74,7 +74,7 @@ class Stimulus {
     void detach();
     void disturb(std::vector<Disturbance> disturbances, uint64_t seed);
 
-    // Levels in this clock; called once a clock, in order. False: see `message`.
+    // Sets the levels of this clock; call it once per clock, in order. False: see `message`.
     bool advance(int64_t clock, uint16_t *levels);
 
     bool has_curves() const {
@@ -83,7 +83,7 @@ class Stimulus {
     bool ended(int64_t clock) const {
         return kind != NOTHING && clock >= end_clock;
     }
-    // The true angle at an instant of the present or the last piece, radians; NaN without curves.
+    // Returns the true angle at an instant of the present or the previous piece, radians; NaN without curves.
     double true_angle(double clock) const;
 
     std::string message;
@@ -108,7 +108,7 @@ class Stimulus {
     bool has_present = false, has_last = false;
     bool counted = false;
     int64_t count[HEADS_MOST] = {};
-    // Cubic of the present interval for each head, and where it ends.
+    // Cubic of the present interval for each head, and the end of the interval.
     double cubic[HEADS_MOST][4] = {};
     int64_t interval_first = 0, interval_end = 0;
 
