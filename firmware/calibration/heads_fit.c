@@ -15,7 +15,7 @@
    which the watchdog regards the firmware as hung. */
 enum { PASSES_MOST = 32 };
 #define WORK_MOST (9U * 4U * 12000U * 40U)
-/* The normal matrix uses every k-th sample, at least this many per order: four per wave of the highest sum of two
+/* The normal matrix uses every k-th sample, at least this many per order: 32 per wave of the highest sum of two
    orders. */
 enum { MATRIX_SAMPLES_AN_ORDER = 64 };
 /* The passes end when a step is below this share of the largest value. */
