@@ -22,7 +22,7 @@ FEWEST_PERIODS = 5.0
 
 
 def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
-    """Instants of a log: an hour at one of the rates, shorter where that is too many rows.
+    """Return the times of a log: an hour at one of the rates, shorter if that gives too many rows.
 
     A log has as many rows as four runs.
     """
@@ -34,7 +34,7 @@ def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
 
 
 def log_noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> NoiseProcess:
-    """White, relaxation, random walk, heavy tails, or 1/f."""
+    """Draw white noise, a relaxation, a random walk, heavy tails, or 1/f."""
     if random.random() < 0.2:
         return FlickerNoise(sigma, float(random.uniform(0.5, 1.0)))
     return any_noise(random, sigma, float(np.ptp(time_s)), float(time_s[1]))
@@ -43,7 +43,7 @@ def log_noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> 
 def any_line(
     random: np.random.Generator, sigma: float, time_s: np.ndarray, slowest_s: float
 ) -> Line:
-    """Amplitude 0.3 to 10 σ, a period from 8 rows to ``slowest_s``."""
+    """Draw a line with amplitude 0.3 to 10 σ and a period from 8 rows to ``slowest_s``."""
     period_s = log_uniform(random, 8 * float(time_s[1]), slowest_s)
     return Line(sigma * log_uniform(random, 0.3, 10.0), 1 / period_s, random.uniform(0, 2 * np.pi))
 
