@@ -1,4 +1,4 @@
-"""Announces the address of a daemon that owns a serial port, in a file only for its owner."""
+"""Publishes the address of a daemon that owns a serial port, in a file with limited access."""
 
 from __future__ import annotations
 

@@ -88,8 +88,7 @@ class DumpHead:
         return MeasurementSet(table, capture, title=title)
 
     def _further_places(self, counts: NDArray[np.int64]) -> list[float]:
-        """Return the angles of heads 3 and 4 after head 1: means of their readings over the
-        turn."""
+        """Return the angles of heads 3 and 4 after head 1: their mean readings over the turn."""
         apart = (counts[:, 2:] - counts[:, :1]).mean(axis=0) / self.counts_per_rev * 360.0
         return [round(float(place), 6) for place in apart % 360.0]
 

@@ -34,13 +34,13 @@ class RotationTables:
 
 
 def start_radius(iterations: int = CORDIC_ITERATIONS) -> float:
-    """x₀ of equation (11): the inverse of the gain of all iterations."""
+    """Return x₀ of equation (11): the inverse of the gain of all iterations."""
     return 1.0 / math.prod(math.sqrt(1.0 + 2.0 ** (-2 * i)) for i in range(iterations))
 
 
 @functools.cache
 def rotation_tables(cosine_width: int, iterations: int) -> RotationTables:
-    """The constants for a cosine of ``cosine_width`` bits; raises ValueError for one not built."""
+    """Compute the constants for ``cosine_width`` bits; raises ValueError for a width not built."""
     if cosine_width not in COSINE_WIDTHS or iterations not in ITERATIONS:
         raise ValueError(
             f"cosine of {cosine_width} bits with {iterations} iterations: the gateware has "
@@ -73,9 +73,10 @@ def cordic_rotation(
     cosine_width: int = COSINE_WIDTH,
     iterations: int = CORDIC_ITERATIONS,
 ) -> NDArray[np.int32]:
-    """x after the last iteration in 2⁻ᶠ, f = ``cosine_width``: two bits more than the cosine has.
+    """Return x after the last iteration in 2⁻ᶠ, f = ``cosine_width``.
 
-    ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any shape; the result has the same shape.
+    It has two bits more than the cosine. ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any
+    shape; the result has the same shape.
     """
     tables = rotation_tables(cosine_width, iterations)
     z = folded >> (PHASE_WIDTH - tables.angle_fraction)

@@ -20,7 +20,7 @@ class CountedEdges:
     step: Ints
     """1 up, -1 down, else 0."""
     up: Bools
-    """Direction of the last step."""
+    """Whether the last step was upwards."""
     breaks_order: Bools
 
 
@@ -40,7 +40,7 @@ class EdgeCounterTrace:
 
 
 def counted_edges(a: Ints, b: Ints, preload: Bools, reset: Bools) -> CountedEdges:
-    """Compare levels, each (clocks,), with those of the clock before."""
+    """Compare levels, each (clocks,), with those of the previous clock."""
     a_before, b_before = earlier(a), earlier(b)
     valid = ~preload & ~reset
     a_changes, b_changes = a != a_before, b != b_before
