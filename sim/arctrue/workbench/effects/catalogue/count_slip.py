@@ -64,7 +64,7 @@ class CountSlip(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """A counter loses whole counts: a step of 7.4 ± 0.1 counts is none of its own."""
+        """Refuse a step that is not a whole number of counts, such as 7.4 ± 0.1."""
         count = observations.count_arcsec
         if count is None:
             return None

@@ -11,7 +11,7 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_DELAY_US = 1e-3
-"""A delay below this is taken for it: the columns are those of a very small one."""
+"""Smallest delay of the columns: a smaller delay is replaced by it."""
 
 
 class Latency(ScalarEffect):
