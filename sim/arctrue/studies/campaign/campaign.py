@@ -40,7 +40,8 @@ MOST_BROKEN_POOLS = 3
 STOP_POLL_S = 0.5
 PARENT_POLL_S = 2.0
 STOPS = (signal.SIGINT, signal.SIGTERM)
-"""Ctrl-C, and the signals that a batch system sends to a job at its time limit."""
+"""Signals that stop a campaign: Ctrl-C, and those that a batch system sends to a job at its time
+limit."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it

@@ -69,7 +69,7 @@ class Store:
         self.done = {item.key for item in read_results([folder])}
 
     def __enter__(self) -> Self:
-        """The store itself."""
+        """Return the store itself."""
         return self
 
     def __exit__(
@@ -78,7 +78,7 @@ class Store:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Closes both files."""
+        """Close both files."""
         self._results.close()
         self._timings.close()
 

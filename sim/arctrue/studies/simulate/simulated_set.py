@@ -210,7 +210,7 @@ def _with_order(part: str, cause: Cause) -> str:
 
 
 def _plain(effect: Cause) -> dict[str, Any]:
-    """A cause as JSON: its class and fields; complex numbers as two."""
+    """Convert a cause to JSON: its class and fields; complex numbers as two."""
     fields = {
         key: [value.real, value.imag] if isinstance(value, complex) else value
         for key, value in asdict(effect).items()  # type: ignore[call-overload]

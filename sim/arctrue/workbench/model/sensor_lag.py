@@ -53,7 +53,7 @@ def slope_k_s(
 
     It is computed at instants a quarter of the window apart and interpolated linearly between them.
     At the ends of a run the rows are on one side only: there, a straight line would have the slope
-    of a later (or earlier) instant.
+    of another instant.
     """
     found = np.zeros_like(temperature_c)
     for first, last in run_spans(run):
