@@ -82,7 +82,7 @@ class Console:
         """
         self._markers += 1
         marker = f"marker{os.getpid()}.{self._markers}"
-        # An end of line first: a part of a line may wait in the device.
+        # Send an end of line first: the device may still hold a part of a line.
         self._write(f"\r{marker}")
         late = 0
         end = time.monotonic() + max(seconds, LATE_S)
@@ -151,7 +151,7 @@ class Console:
             text = self._line()
             if text is None:
                 continue
-            # What the line carries counts, not whether the device is fast.
+            # The limit applies to silence, not to the duration of the whole dump.
             end = time.monotonic() + min(seconds, SILENCE_S)
             if text == "end of dump":
                 return
@@ -176,7 +176,7 @@ class Console:
             if not is_telemetry(text):
                 return text
             turn = telemetry_of(text)
-            # A line that was damaged on the way is one turn less, no more.
+            # A line that was damaged in transmission only means that a turn is missing.
             if turn is not None:
                 self._turns.append(turn)
         return None

@@ -124,7 +124,7 @@ class Records:
             if value:
                 await self._take_capture(capture)
 
-        # Blocking: a client that waits for its write waits for the capture.
+        # Blocking: a client that waits for the end of its write waits for the capture.
         builder.boolOut(
             f"{prefix}{CAPTURE}",
             ZNAM="no",
@@ -145,7 +145,7 @@ class Records:
         self._device_alarms = list(fields.get("alarms", []))
         self._show_alarms(recorded_s)
         if fields["result"] == "alarm":
-            return  # a line between turns has alarms alone
+            return  # a line between turns contains alarms only
         self._latest = (fields, recorded_s)
         refused = {"severity": MINOR, "alarm": STATE} if fields["result"] == "refused" else {}
         self._result.set(str(fields["result"])[:39], **at, **refused)
@@ -160,7 +160,7 @@ class Records:
         for name, place in ARRAYS.items():
             if harmonics:
                 self._arrays[name].set([float(h[place]) for h in harmonics], **at)
-        # Last: a client that waits for the next turn then reads the others of the same turn.
+        # Last: a client that waits for the next turn then reads all values of the same turn.
         self._turn.set(int(fields["turn"]) % 2**31, **at)
 
     def edge(self, event: dict[str, Any], recorded_s: float) -> None:

@@ -118,12 +118,12 @@ def write_image(console: Console, image: bytes, progress: Callable[[int, int], N
     done = 0
     for data, address in areas:
         if data is boot:
-            # An erase that is cut off may leave the header whole and what it describes not.
+            # After an interrupted erase the header may be intact while the image is not.
             for line in lines_of(bytes(WORD_BYTES), address + SIGNATURE_AT):
                 _send(console, line)
         for sector in range(address, address + len(data), state.sector_bytes):
             _ask(console, f"flash erase {sector:X}", ERASE_S)
-        # What makes the boot ROM take it comes last.
+        # The part that makes the boot ROM accept the image is written last.
         for first, last in ((CHECKED_LAST, len(data)), (0, CHECKED_LAST)):
             for line in lines_of(data, address, first, last):
                 _send(console, line)

@@ -146,7 +146,7 @@ def load_frames(
     following = set(thermal.orders) if thermal is not None else set()
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
-    # An order that also has a lane with a condition: the calibration leaves its plain lane alone.
+    # If an order also has a lane with a condition, the calibration does not change its plain lane.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
         lane

@@ -95,7 +95,7 @@ def write_day(record: Path, day: date, path: Path) -> None:
     """
     start = datetime(day.year, day.month, day.day, tzinfo=UTC)
     with _opened(path) as earlier:
-        # Before the turns: one that comes in between belongs to the next writing too.
+        # Read the ids before the turns: a turn that comes in between is also written the next time.
         ids, times_s = _ids_and_times(record, day, start.timestamp())
         kept = _rows_not_in(earlier, _keys(ids, times_s))
         orders = sorted({*_orders(record, day), *_orders_of_file(earlier)})

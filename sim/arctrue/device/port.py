@@ -79,7 +79,7 @@ class SerialTransport:
 
 
 def _not_opened(port: str, error: Exception) -> ConsoleError:
-    # pyserial says the port's name and the system's error twice; its lock has an error of its own.
+    # pyserial repeats the port's name and the system's error; its lock raises a different error.
     number = getattr(error, "errno", None)
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
         return _in_use(port, other_users(port))

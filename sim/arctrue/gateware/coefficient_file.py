@@ -48,8 +48,8 @@ THERMAL_SCHEMA = 2
 EXTENDED_SCHEMA = 3
 """Schema of a file with a part that needs a generic of the gateware; other files have schema 1."""
 
-# Permitted difference between a value for people and its word, in units of the word: half for the
-# rounding of a typed value, and a little for the written digits.
+# Permitted difference between a value for people and its word, in units of the word: half a unit
+# for the rounding of a typed value, and a small margin for the number of written digits.
 _AGREEMENT = 0.51
 
 

@@ -345,7 +345,8 @@ class Coefficients:
             self.phases_rad,
             strict=True,
         ):
-            # Whole numbers up to here: n·θ is reduced to one turn without a rounding error.
+            # Up to this limit, n·θ is an exact whole number and is reduced to one turn without
+            # rounding.
             turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
             if turn_step:
                 whole = _whole_part(order, turn_step)

@@ -55,7 +55,7 @@ def rotation_tables(cosine_width: int, iterations: int) -> RotationTables:
     )
     x = y = np.full(1, start_radius(iterations))
     for i in range(1, TABULATED_ITERATIONS):
-        # A turn to the left, then one to the right, of every vector so far.
+        # Split every vector so far into one rotated to the left and one rotated to the right.
         direction = np.tile([1.0, -1.0], x.size)
         x, y = np.repeat(x, 2), np.repeat(y, 2)
         x, y = x - direction * y * 2.0**-i, y + direction * x * 2.0**-i

@@ -23,7 +23,7 @@ TOTAL_MOST = 2**19
 HOLD = 3
 """Clocks for which a marker holds the total."""
 CATCH_AGE = 1
-# Clocks from a marker to the last total from which r cannot have lost a unit.
+# Clocks from a marker to the last total for which r cannot have decreased by a unit.
 DECAY_START = 5
 
 
@@ -167,7 +167,7 @@ def correction_ramp(
     held, caught, age = state.held, state.caught, state.age
     start = 0
     for end in [*np.flatnonzero(marker).tolist(), clocks]:
-        # Since the marker before: it holds, then r decays.
+        # After the previous marker the total is held, then r decays.
         until = min(end, start + max(HOLD - 1 - age, 0))
         if age < CATCH_AGE <= age + until - start:
             caught = held - int(correction[start + CATCH_AGE - age - 1])

@@ -23,8 +23,8 @@ def glitch_filter(
     )
     if level.size == 0:
         return np.zeros(1, dtype=np.int64)
-    # A level is taken once its run is long enough. A level that equals the output is
-    # taken without effect, so runs need not be distinguished by the present output.
+    # A level is accepted once it has lasted long enough. Accepting a level that equals the output
+    # has no effect, so runs need not be distinguished by the present output.
     changes = np.diff(level, prepend=level[0]) != 0
     run_start = np.maximum(latest(changes), 0)
     lasted = np.arange(level.size) - run_start + 1

@@ -63,7 +63,7 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
     is_cut = following <= at + INDEX_SKEW
     decided = np.where(is_cut, following, at + INDEX_SKEW)
     level = z[np.minimum(np.where(is_cut, following - 1, decided), clocks - 1)]
-    # The level of the step before, or of the last clock of a reset between them.
+    # The level of the previous step, or of the last clock of a reset between both steps.
     last_unsettled = latest(unsettled)
     begun = last_unsettled[at]
     is_first = begun > np.append(-1, at[:-1])

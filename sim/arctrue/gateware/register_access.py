@@ -143,7 +143,7 @@ class RegisterMap:
                 raise KeyError(f"{path} has several fields, name one: {', '.join(values)}")
             return next(iter(values.values()))
         register, _, field = path.rpartition(".")
-        # A name without such a register is reported completely.
+        # If the register does not exist, report the whole name.
         known = register_named(register if register in _BY_PATH else path)
         return known.field(field).get(await self.read_raw(register))
 
@@ -195,7 +195,7 @@ class RegisterMap:
         values = {}
         for register in registers.REGISTERS:
             group, _, name = register.path.partition(".")
-            if group == "snapshot":  # in address order: time, whose read takes it, is the first
+            if group == "snapshot":  # in address order: the read of time latches all
                 values[name] = await self.read(register.path)
         return Snapshot(**values)
 
@@ -209,7 +209,7 @@ class RegisterMap:
         words = await self._read_words(self._base + registers.CAPTURE_ADDRESS, 2 * count)
         samples = np.array(words, dtype=np.uint32).view(np.int32).reshape(count, 2)
         for head in range(3, heads + 1):
-            # Word by word: those of head 4 are refused where only head 3 is built.
+            # Read word by word: a core with three heads refuses the words of head 4.
             first = self._base + registers.FURTHER_CAPTURE_ADDRESS + 4 * (head - 3)
             column = [(await self._read_words(first + 8 * row, 1))[0] for row in range(count)]
             further = np.array(column, dtype=np.uint32).view(np.int32)

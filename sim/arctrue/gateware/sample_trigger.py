@@ -65,7 +65,7 @@ class SampleTrigger:
             self._state = _Grid.LOST if angle_step else _Grid.IDLE
         in_angle = self._equal_angle(angle_step, turn_position)
         if jumps:
-            # Seen as a change of the step in the next clock, which begins anew.
+            # In the next clock this looks like a change of the step, which restarts the grid.
             self._step = 0
         if not enable or mode == 1:
             in_time = False

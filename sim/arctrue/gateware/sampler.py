@@ -132,7 +132,7 @@ class _Filling:
                 wrapped(position1 + counts_per_rev),
                 wrapped(position1 - counts_per_rev),
             )
-        # In the clock after the first sample's no table is a turn away: it is not judged there.
+        # One clock after the first sample no table can be a turn away: no check there.
         closed = (
             bool(self.rows)
             and clock > self.rows[0][0] + 1
@@ -186,7 +186,7 @@ def sampler(
     outputs = np.zeros((clocks + 1, 8), dtype=np.int64)
     for clock in range(clocks):
         now = {name: column[clock] for name, column in columns.items()}
-        # What was triggered in the last clock is stored in this one.
+        # A sample that was triggered in the last clock is stored in this one.
         if now["reset"]:
             filling.restart()
         else:

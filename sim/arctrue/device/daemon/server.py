@@ -192,12 +192,12 @@ class Server:
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
                 last = turn.id
             await asyncio.wait_for(writer.drain(), _LATEST_S)
-            for turn in self._turns(MOST_LATEST, last):  # those that came meanwhile
+            for turn in self._turns(MOST_LATEST, last):  # turns that came meanwhile
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
         self._watchers.add(writer)
         self._state.watchers = len(self._watchers)
         while await reader.read(MOST_REQUEST_BYTES):
-            pass  # a watcher has nothing to say
+            pass  # a watcher sends nothing more
 
     async def _console(self, reader: asyncio.StreamReader, writer: Writer) -> None:
         if self._operator is not None:
@@ -212,7 +212,7 @@ class Server:
         writer.write(_line({"console": self._settings.port}))
         begun = b""
         while data := await reader.read(MOST_REQUEST_BYTES):
-            # Lines end with CR or LF; a part of a line waits here for its end.
+            # Lines end with CR or LF; an incomplete line waits here for its end.
             *lines, begun = (begun + data).replace(b"\n", b"\r").split(b"\r")
             if len(begun) > MOST_REQUEST_BYTES:
                 return
@@ -226,7 +226,7 @@ class Server:
     async def _release(self) -> None:
         self._operator, self._refusals = None, b""
         self._state.console_in_use = False
-        # The operator may have switched it off, or left half a line.
+        # The operator may have switched telemetry off, or left an incomplete line.
         self._write(b"\rtelemetry on\r")
         async with self.console_free:
             self.console_free.notify_all()

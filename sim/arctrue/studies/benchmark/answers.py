@@ -128,7 +128,7 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     order = [key for task in plan.tasks("") if (key := set_name(task)) in common]
     if not order:
         raise AnswersError(f"{folder}: there is no set yet that {', '.join(results)} have answered")
-    # One truth for all: the generator may have been worked on between two of them.
+    # Use one truth for all subjects: the generator may have changed between their runs.
     truth = {key: item.result["truth"] for key, item in results[first[0]].items()}
     return {
         name: {

@@ -78,14 +78,14 @@ def inverse_times(noise: Noise, columns: Float) -> Float:
     decay[0] = 0.0
     fresh = 1.0 / ((1.0 - decay**2) * noise.sigma_rad**2)
     # Precision of x_i = a_i·x_{i−1} + w_i with var w_i = q_i: 1/q_i + a²_{i+1}/q_{i+1} on the
-    # diagonal, −a_i/q_i beside it.
+    # diagonal, −a_i/q_i next to it.
     diagonal = fresh.copy()
     diagonal[:-1] += decay[1:] ** 2 * fresh[1:]
     band = np.zeros((parts + 1, rows * parts))
     band[0] = (diagonal + weight[:, None]).ravel()
     band[parts, : (rows - 1) * parts] = -(decay[1:] * fresh[1:]).ravel()
     for apart in range(1, parts):
-        # All processes of one row are seen together.
+        # All processes of one row are measured together.
         together = np.zeros((rows, parts))
         together[:, : parts - apart] = weight[:, None]
         band[apart] = together.ravel()
@@ -111,7 +111,7 @@ def look(
         left = signal_arcsec[channel] - np.asarray(columns @ absorbed)
         sound = ~noise[channel].struck
         largest = max(largest, float(np.sqrt(np.mean(left[sound] ** 2))))
-    # What the index may hide is moved all the same: offsets of the runs count as they are.
+    # The index may absorb an offset, but the prediction still moves by it: offsets count in full.
     offsets = absorbed[_offsets(measurement)]
     if offsets.size:
         largest = max(largest, float(np.sqrt(np.mean(offsets**2))))

@@ -43,12 +43,12 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
     surroundings = WORLDS[task["world"]](random)
     surroundings.thin(task["samples"])
     if task["content"] == "nothing":
-        # A head that stands elsewhere than stated is something.
+        # A head at another angle than stated would be a cause.
         surroundings.extra = []
         surroundings.told = [name for name in surroundings.told if name != "head_angle"]
     wanted = hidden(task["content"], random)
     wanted += [item for item in surroundings.extra if item.name not in {w.name for w in wanted}]
-    # A set without a channel has no place for a cause that acts on that channel alone.
+    # Drop causes that act only on a channel that the set does not have.
     wanted = [item for item in wanted if surroundings.experiment.can_honour(REGISTRY[item.name])]
     made = _simulated(wanted, surroundings, task["seed"])
     effects = []

@@ -170,7 +170,8 @@ def fitted(rows: Sequence[Stated]) -> Calibration:
     information = (design.T * (right * (1.0 - right))) @ design + np.diag(sigma**-2.0)
     covariance = np.linalg.inv(information)
     away = np.isin(FEATURES, DISTANCES)
-    # Without correlations of a distance the variance rises with each: farther is never surer.
+    # Without correlations of a distance the variance rises with each distance, so that a farther
+    # set never has a smaller uncertainty.
     covariance[away] = covariance[:, away] = 0.0
     covariance[away, away] = np.diag(np.linalg.inv(information))[away]
     return Calibration(np.asarray(found.x), covariance, {kind: answers[kind] for kind in KINDS})

@@ -28,7 +28,7 @@ class Subject:
 
 SUBJECTS = {
     "arctrue": Subject(
-        # The catalogue of effects is found by the names of its files.
+        # A scan of files finds the catalogue of effects, so that imports alone do not show it.
         "arctrue.studies.benchmark.diagnosis",
         "arctrue",
         whole_package=True,

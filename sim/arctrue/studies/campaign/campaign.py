@@ -224,7 +224,7 @@ def pool(
         running: dict[Future[Results], int] = {}
         try:
             while True:
-                # Few batches are submitted ahead, so that a stop waits for few.
+                # Only a few batches are submitted in advance, so that a stop waits for only a few.
                 while not stopping() and len(running) < workers + 1:
                     number = next(waiting, None)
                     if number is None:

@@ -107,7 +107,7 @@ class HeadsDevice:
             ("output_spacing", 1),
             ("orders", settings.orders),
             ("separation_deg", PLACES_DEG[1]),
-            # Whole counts are noise too.
+            # The rounding to whole counts is noise too.
             ("alarm_noise_arcsec", max(1.0, settings.arcsec_per_count)),
         ):
             self.firmware.set(name, value)

@@ -100,7 +100,7 @@ def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
     quiet, angle = bench.turn(5, AXIS[1:], noise=False)
     balls, _ = bench.turn(5, AXIS, noise=False)
     with_noise, _ = bench.turn(5, AXIS)
-    # What whole counts do is taken off: the rounding of four readings is larger than what is left.
+    # Remove the effect of whole counts: the rounding of four readings exceeds the remaining error.
     exact = [_exact(bench, 5, causes) for causes in (AXIS[1:], AXIS)]
     change = (exact[1] - exact[0]) * (ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV)
     assert coefficients.extension is not None
@@ -200,7 +200,7 @@ def _moved(bench: Bench, head: int) -> dict[str, Any]:
     moved = [0.0] * 4
     moved[head - 1] = MOVED_ARCSEC
     later = replace(bench, moved_arcsec=tuple(moved), axis=(AXIS_SHIFT,))
-    # The counters go on: a head that moves reads so much more, from the same index as before.
+    # The counters continue: the reading of a moved head changes by its shift, from the same index.
     counts, angle = later.turn(3, (AXIS_SHIFT,))
     old, _ = bench.turn(3, ())
     captured = later.captured(3)
@@ -258,7 +258,8 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     for title, motion, axis in cases:
         counts, _ = fine.turn(1, (rough, *axis), turns)
         size = fine.samples_a_turn
-        # Each sample of a turn comes at the same angle: sums over the turns are one finer turn.
+        # Each sample of a turn comes at the same angle: the sum over turns is one turn of finer
+        # counts.
         turn = counts.reshape(4, turns, size) - (
             np.arange(turns, dtype=np.int64)[:, None] * COUNTS_PER_REV
         )
@@ -272,7 +273,7 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
         )
         at = np.arange(4 * orders + 4) * np.float64(2.0 * np.pi / (4 * orders + 4))
         wrong = estimate.on_disc().under_head(0, at) - _true_error(fine, rough, at)
-        # Order 1 holds the axis' forward circle, and the mean does not need it.
+        # Order 1 contains the axis' forward circle, and the mean does not need it.
         lines = np.fft.rfft(wrong)
         lines[:2] = 0.0
         gain = order_gain(np.radians(places), asked[1:], motion)

@@ -127,8 +127,9 @@ def _loose_centre(settings: HiddenSettings) -> list[Cause]:
 
 
 def _scratch(settings: HiddenSettings) -> list[Cause]:
-    # 20″ high and 0.2° wide at half of its height, at 84° of the disc. With coarser counts both
-    # grow, by the square root: the slope stays, and no head makes two counts in a clock.
+    # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts
+    # height and width grow with the square root: the slope stays, and no head makes two counts in a
+    # clock.
     larger = math.sqrt(_coarser(settings))
     width_rad = math.radians(0.2) * larger / SIGMAS_OF_HALF
     return [GraduationBump(20.0 * RAD_PER_ARCSEC * larger, math.radians(84.0), width_rad)]
@@ -143,7 +144,7 @@ GEAR_TEETH = 71.4
 
 
 def _gear(settings: HiddenSettings) -> list[Cause]:
-    # 1″, and both heads turn with the disc: a reference alone sees it.
+    # The amplitude is 1″; both heads turn with the disc, so that only a reference sees it.
     return [GearMesh(GEAR_TEETH, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (0.8,))]
 
 
@@ -196,7 +197,7 @@ _ALL = (
         "centrifugal_lobes",
         "a disc that the centrifugal force stretches three times a turn",
         _centrifugal,
-        # Not in the order of time: the speed is told apart from it.
+        # The speeds are not sorted in time, so that speed and time can be separated.
         (
             RunPlan(start_s=900.0, speed=SLOW, reference=True),
             RunPlan(start_s=1800.0, speed=0.85, reference=True),

@@ -268,7 +268,7 @@ class _Run:
                 "swap to the exported coefficients",
             )
         elif self._goes_on:
-            # As a person does: the file over the console, beside the calibration.
+            # Like a person: send the file over the console, in addition to the calibration.
             rig.instrument.firmware.send("freeze off")
             rig.load_over_console(export.coefficients, "a turn judges what was loaded")
         else:
@@ -316,7 +316,7 @@ class _Run:
     def _diagnosed(self, measured: Path) -> tuple[DiagnosedModel, Export]:
         """Return the workbench's result, and the coefficients at the fresh turns' temperature."""
         effects_folder = self.folder / "effects"
-        # Of an earlier run: an effect file that is there is never written over.
+        # Remove the files of an earlier run: an existing effect file is never overwritten.
         for earlier in effects_folder.glob(f"{ADOPTED}*.py"):
             earlier.unlink()
         self.report_step("Workbench: it is given the measurement set, and nothing else")
@@ -342,7 +342,7 @@ class _Run:
     def _conditions(self) -> ConditionSettings | None:
         if not self.case.modulators:
             return None
-        # The nominal speed must be below a count a clock, and this table makes nearly one.
+        # The nominal speed must be below one count per clock, and this table reaches nearly one.
         speed_deg_s = float(np.degrees(self.settings.revolution.speed_rad_s))
         return ConditionSettings(nominal_deg_per_s=NOMINAL_SHARE * speed_deg_s)
 
@@ -450,7 +450,7 @@ class _Run:
         rig.work_until_the_end(stage)
         recording = rig.instrument.recording()
         counts = counts_standing(recording.output, rig.clock_of(plan.station_s))
-        # With a bank the zero is that of the corrected output: only differences are asked for.
+        # With a bank the zero is that of the corrected output; only differences are used.
         zero = 0 if bank is not None else zero_level(recording)
         readings = Readings(
             plan.station_s,

@@ -70,9 +70,9 @@ def _followed(
     rig: Rig, result: HiddenResult, way: str, turns: int, lags: tuple[float, float]
 ) -> list[FollowedTurn]:
     scale = result.settings.revolution
-    # Each turn is recorded with a little more, and its coefficients fade in.
+    # Each recording is slightly longer than its turn, and the turn's coefficients fade in.
     every = 1.0 + 1.4 * turns
-    # What is loaded is judged by a turn of its own, while the table warms as fast as else.
+    # An additional turn judges the loaded model, while the table warms at the usual rate.
     driven = every + (JUDGED_TURNS if way == BY_FIRMWARE else 0.0)
     drive = turning(
         scale.speed_rad_s,

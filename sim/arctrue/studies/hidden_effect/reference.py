@@ -55,7 +55,7 @@ def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
     if track.dropped or track.edges != track.clock.size or place.min() < 0:
         raise InstrumentError("the recording does not hold every edge before each station")
     step = np.sign(np.diff(track.position, prepend=track.position[0] - 1))
-    # The same level twice: a reversal.
+    # The same level occurs twice: a reversal.
     last = np.maximum.accumulate(np.where(step != 0, np.arange(step.size), 0))
     turned = (np.arange(step.size) - last) % 2 == 1
     side = np.where(turned, -step[last], step[last])
@@ -108,7 +108,7 @@ def as_reference(
     """Make the rows of a measurement set: head 1's reading minus the reference's angle."""
     reading_rad = readings.output_counts * (TURN_RAD / counts_per_rev)
     error_rad = reading_rad - readings.true_angle_rad
-    # Of the whole turns between the two nobody knows.
+    # The number of whole turns between reading and angle is unknown.
     error_rad -= np.round(error_rad / TURN_RAD) * TURN_RAD
     noise = random.normal(0.0, noise_arcsec, error_rad.size)
     return Reference(

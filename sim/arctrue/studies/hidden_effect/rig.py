@@ -152,7 +152,7 @@ class Rig:
         while instrument.read("swap_count") == swaps:
             self._pass(self.settings.revolution.poll_clocks, stage)
         instrument.update("control", compensate=1)
-        # The status tells of the ramp once the pipeline has seen the enable.
+        # The status shows the ramp only after the pipeline has received the enable.
         self._pass(_ENABLE_CLOCKS, stage)
         self.settle(stage)
 

@@ -31,8 +31,8 @@ PAPER_AFTER_ARCSEC = (-1.3, 1.6)
 autocollimator, ten cycles."""
 
 # An eccentricity of 37.7 µm is 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both
-# ends of the paper's range by −6″; the orders above it are a clamped disc's, their phases chosen so
-# that the ends of the range are the paper's.
+# ends of the paper's range by −6″. The orders above it are those of a clamped disc, with phases
+# that give the ends of the paper's range.
 ECCENTRICITY_M = 37.7e-6
 ECCENTRICITY_DIRECTION_RAD = 2.1
 GRADUATION_ORDERS = (2, 3, 4, 5, 8, 12)
@@ -43,7 +43,7 @@ PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
 # A capture begins at the first sample after both indices; the calculation and the ramp follow.
 _SPARE_RAD = float(np.deg2rad(15.0))
-# Of the bank over the bus; measured: 6.
+# Clocks for one word of the bank over the bus; measured: 6.
 _CLOCKS_A_READ = 8
 DEPTH_STEP = 512
 """Half a degree: 23,302 edges at 2²⁴, in which noise averages out and slow errors do not."""

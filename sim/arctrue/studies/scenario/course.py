@@ -106,7 +106,7 @@ class Course(Motion):
         """Return the first instant of the motion at which this number of turns is travelled."""
         travelled = self.travel_rad(np.asarray(self.knot_times_s))
         wanted = turn * TURN_RAD + APPROACH_RAD
-        # Before a pause, not after it, where the sums differ in their last bit.
+        # Choose the instant before a pause, even if the sums differ in their last bit.
         place = np.searchsorted(travelled, wanted - _SAME_TRAVEL_RAD) - 1
         leg = int(np.clip(place, 0, travelled.size - 2))
         begin, end = np.abs(self.knot_speeds_rad_s[leg : leg + 2])

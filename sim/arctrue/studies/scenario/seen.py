@@ -23,7 +23,7 @@ def seen_by_reference(
         return None
     faces = np.arange(scenario.faces)
     angle_rad = np.asarray(faces * (TURN_RAD / scenario.faces), dtype=np.float64)
-    # The half degree that begins at the face, whatever the last bit of its angle.
+    # Choose the bin of half a degree that begins at the face, whatever the last bit of its angle.
     bins = faces * BINS // scenario.faces
     stood_s = np.array([course.time_at_turn(number - 1 + f / scenario.faces) for f in faces])
     state = course.state(stood_s)

@@ -181,7 +181,7 @@ def with_further(experiment: Experiment, kind: str) -> Experiment:
         if kind == "polygon_turned":
             plan = replace(plan, turned_faces=(*plan.turned_faces, FURTHER_TURNED_FACES))
         if kind == "polygon_reindexed":
-            # The file has no word for it: a set of its own.
+            # The file has no key for it: it becomes a set of its own.
             plan = replace(plan, turned_faces=(FURTHER_REINDEXED_FACES,))
         if kind == "moving_reference":
             plan = replace(plan, moving=MovingReference((SLOW_RAD_S, -SLOW_RAD_S, 3 * SLOW_RAD_S)))

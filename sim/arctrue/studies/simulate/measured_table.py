@@ -142,7 +142,7 @@ class MeasuredTable:
                 white[head].append(self.random.normal(0.0, sigma_counts, run.samples))
                 index[head].append(self.index.index_shift_counts(self.random))
         state = _joined(motions)
-        # The causes' own draws: first what comes once a run, then what comes with every row.
+        # The causes draw their own values: first those of each run, then those of each row.
         for cause, random in zip(self.causes, self._cause_random, strict=True):
             for number in range(len(runs)):
                 for head in heads:
@@ -218,7 +218,7 @@ class MeasuredTable:
         travelled_rad: float,
         temperature: TemperatureCourse,
     ) -> Conditions:
-        # The file has microseconds, and the sampler keeps to them.
+        # The file has a resolution of microseconds; the times are rounded to it.
         nominal_s = np.arange(run.samples) * (run.duration_s / run.samples)
         time_s = np.round(nominal_s / MICROSECOND_S) * MICROSECOND_S
         motion = run.motion(start_rad)
@@ -321,7 +321,7 @@ def _mountings(plan: ReferencePlan) -> list[_Stations]:
     up = np.linspace(0.0, 360.0, plan.faces, endpoint=False)
     rows = np.arange(2 * plan.faces * plan.cycles)
     for number, turned_faces in enumerate(plan.turned_faces):
-        # Whole faces leave the stations where they are; a part of one shifts them.
+        # Turning by whole faces does not change the stations; a part of a face shifts them.
         shift_deg = (turned_faces - round(turned_faces)) * 360.0 / plan.faces
         found.append(
             _Stations(

@@ -148,7 +148,7 @@ def simulate_set(
         _heads(heads), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
     )
     for kind in further:
-        # This follows the draw of the causes, which stay those of the experiment itself.
+        # This comes after the draw of the causes, so that they depend on the experiment alone.
         experiment = with_further(experiment, kind)
     teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
     measured_table = MeasuredTable(

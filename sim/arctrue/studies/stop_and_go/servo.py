@@ -50,8 +50,8 @@ class Axis:
         stiffness = self.bristle_n_m_rad * np.abs(speed) / level
         after = (bend + speed * step_s) / (1.0 + stiffness * step_s)
         change = (after - bend) / step_s
-        # The damping of the bristles decreases while the axis slides; else it would be as large
-        # as a second viscous friction.
+        # The damping of the bristles decreases while the axis slides; otherwise it would equal a
+        # second viscous friction.
         damping = self.bristle_n_m_s * np.exp(-((speed / self.stribeck_rad_s) ** 2))
         torque = self.bristle_n_m_rad * after + damping * change + self.viscous_n_m_s * speed
         return torque, after

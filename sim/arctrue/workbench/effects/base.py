@@ -178,7 +178,8 @@ class FitContext:
             self.orders, self.cosine_arcsec, self.sine_arcsec, self.at_angle, strict=True
         ):
             if there:
-                # cos(a + s) − cos a = −2 sin(a + s/2) sin(s/2), without a difference of like size.
+                # cos(a + s) − cos a = −2 sin(a + s/2) sin(s/2): no difference of nearly equal
+                # numbers.
                 middle, half = order * (disc_rad + 0.5 * shift_rad), 0.5 * order * shift_rad
                 total += 2.0 * np.sin(half) * (sine * np.cos(middle) - cosine * np.sin(middle))
         return total

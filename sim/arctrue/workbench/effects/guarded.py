@@ -107,7 +107,7 @@ Check = Callable[[Effect, tuple[Any, ...], Any], str | None]
 
 
 def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) -> Callable[..., Any]:
-    # What this package does comes to an end; the calls of the file within it have their limits.
+    # This package's own methods end by themselves; their calls of the file have time limits.
     limited = not method.__module__.startswith("arctrue.")
 
     @functools.wraps(method)

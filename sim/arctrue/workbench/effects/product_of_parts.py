@@ -160,7 +160,7 @@ def _columns(observations: Observations) -> list[Condition]:
     found = []
     for name in names:
         there = [rows.conditions[name] for rows in channels if name in rows.conditions]
-        # Rounded, so that the words and an adopted file say the value that is used.
+        # The value is rounded, so that descriptions and an adopted file state the value in use.
         found.append(column_condition(name, float(f"{np.median(np.concatenate(there)):.4g}")))
     return found
 
@@ -330,7 +330,7 @@ class ProductOfParts(Effect):
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # Two settlings of the same time constant are alike, and not equal.
+        # Two settlings with the same time constant behave alike but are different objects.
         product.condition = condition
         return product
 
@@ -373,7 +373,7 @@ class ProductOfParts(Effect):
         if factor is None or self.frame == "reference":
             return None
         if self.electrical_head is not None:
-            # Of another head's rows the share is 0, and the phase of any head will do.
+            # For rows of another head the share is 0, so that the phase of any head can be used.
             phase = rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
             if phase is None:
                 return None

@@ -100,7 +100,7 @@ class _Call:
 
     def _send_ends(self) -> None:
         while self.thread.is_alive() and not self.left:
-            # Under the lock: the number of a thread that has left may belong to another one.
+            # Under the lock: the number of an ended thread may belong to another one.
             with self.lock:
                 if not self.left:
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(

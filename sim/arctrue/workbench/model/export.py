@@ -254,7 +254,7 @@ def _with_temperature(
         components[order] = at
         slope = (above - below) / (2.0 * THERMAL_SPAN_K)
         curve = (above + below - 2.0 * at) / (2.0 * THERMAL_SPAN_K**2)
-        # What the conversion to the reading alone shifts is no slope worth a lane's.
+        # Shifts that only the conversion to the reading causes do not justify a lane's slope.
         if max(np.hypot(*(below - at)), np.hypot(*(above - at))) >= LEAST_CHANGE_COUNTS * count:
             slopes[order] = np.concatenate([slope, curve])
     quiet = set(middle.every) - set(components)

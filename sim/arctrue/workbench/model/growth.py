@@ -143,7 +143,7 @@ def add_effect(
         _, before = fitted(model, observations, effects)
         history.append(step_of("fit", ", ".join(model.names()), measurement, before))
     grown, solution = fitted(replace(model, effects=entries), observations, effects)
-    # What was added or changed stands last: the commands show it.
+    # The added or changed effect moves to the end, where the commands show it.
     history.append(step_of(action, name, measurement, solution))
     return replace(grown, history=history), solution
 

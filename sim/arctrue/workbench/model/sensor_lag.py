@@ -81,14 +81,14 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     some = np.maximum(rows, 1.0)
     at_s = np.bincount(piece, time_s, minlength=pieces) / some
     mean = np.bincount(piece, shown - shown[0], minlength=pieces) / some
-    # Beside each knot: PIECES before and PIECES after; outside of the run there are none.
+    # Each knot uses PIECES before and PIECES after it; outside of the run there are none.
     near = np.arange(knots.size)[:, np.newaxis] + np.arange(-PIECES, PIECES)
     weight = np.where((near >= 0) & (near < pieces), rows[np.clip(near, 0, pieces - 1)], 0.0)
     near = np.clip(near, 0, pieces - 1)
     half_s = PIECES * (knots[1] - knots[0])
     since = (at_s[near] - knots[:, np.newaxis]) / half_s
     powers = since[..., np.newaxis] ** np.arange(3)
-    # Two pieces with rows have a straight line, one has no slope.
+    # Two pieces with rows determine a straight line, one determines no slope.
     filled = np.count_nonzero(weight, axis=1)
     powers[filled < 3, :, 2] = 0.0
     powers[filled < 2, :, 1] = 0.0
@@ -149,7 +149,7 @@ def fitted_sensor_lag(
         return known[time_constant_s]
 
     best = 0.0
-    # The noise is that beside the best lag, else the lag's own misfit is a part of it.
+    # The noise is estimated at the best lag; otherwise it would contain the lag's misfit.
     for _ in range(2):
         noise = fit(terms, _shifted(observations, best)).noise
         known.clear()
@@ -175,7 +175,7 @@ def _sigma_s(likelihood: Callable[[float], float], best_s: float) -> float:
     """Return the uncertainty from half the curvature of the likelihood; infinite if it is flat."""
     step = max(0.05 * best_s, 1.0)
     if best_s < step:
-        # At the edge: how far up the likelihood falls by a half.
+        # At the edge, use the distance at which the likelihood falls by a half.
         fall = likelihood(best_s) - likelihood(best_s + step)
         return step / np.sqrt(2.0 * fall) if fall > 0.0 else np.inf
     sides = likelihood(best_s - step) + likelihood(best_s + step)

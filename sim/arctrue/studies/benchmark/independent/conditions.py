@@ -141,7 +141,8 @@ def stations(
     for turn in range(cycles):
         for way in (1, -1) if both_ways else (1,):
             order = np.arange(targets_rad.size)[:: 1 if way > 0 else -1]
-            # Up and up again goes on over the turn; up and down comes back to where it began.
+            # Cycles in one direction continue over the turn; cycles both ways return to their
+            # start.
             over = 0.0 if both_ways else 2 * np.pi * turn
             turned.append(targets_rad[order] + over)
             direction.append(np.full(order.size, float(way)))

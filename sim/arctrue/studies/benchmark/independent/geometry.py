@@ -73,7 +73,7 @@ def head_reading_rad(disc: Disc, at: Conditions, head: int, causes: Sequence[Cau
         centre = centre + cause.centre_m(at)
     place = 0.0 if head == 1 else -disc.separation_rad
     bracket = sum((cause.bracket_rad(at, head) for cause in causes), np.zeros(at.rows))
-    # Seen from the nominal place of the head, so that the argument stays near zero.
+    # The angle is relative to the head's nominal place, so that the argument stays near zero.
     seen = disc.radius_m * np.exp(1j * bracket) - centre * np.exp(-1j * place)
     label = turned - place - np.angle(seen)
     reading = label + disc.graduation_rad(label)

@@ -138,7 +138,7 @@ def made(scene: Scene, random: Random) -> tuple[MeasurementSet, dict[str, Any]]:
         "disc_diameter_mm": 2000 * scene.disc.radius_m,
     }
     if capture is None:
-        # A reference alone says of the disc only what its world states.
+        # With a reference alone, only the scene's own keys describe the disc.
         stated = {}
     table = Table(**{**stated, **scene.table})
     measurement = MeasurementSet(table, capture, reference, title="benchmark")
@@ -198,7 +198,7 @@ def _reference(
     }
     if scene.temperature:
         chosen["temperature_c"] = sensor[kept]
-    # Stations are named within a turn; a log on the move goes on.
+    # Stations are angles within a turn; a log of a moving table continues over turns.
     target = np.degrees(at.turned_rad)
     if scene.stations is not None:
         target = np.round(np.mod(np.round(target, 9), 360.0), 9)

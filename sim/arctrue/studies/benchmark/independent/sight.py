@@ -136,7 +136,7 @@ def look_at_oscillators(channel: Channel) -> Sight | None:
     for run in np.unique(runs):
         time_s = channel.time_s[runs == run]
         power = noise.mean_periodogram(time_s.size, float(np.median(np.diff(time_s))))
-        # The nearest in likelihood is the isotonic regression of the spectrum (Barlow and Brunk).
+        # The nearest spectrum in likelihood is the isotonic regression (Barlow and Brunk).
         falling = isotonic_regression(power, increasing=False).x
         noncentrality += 2.0 * float(np.sum(np.log(falling / power)))
         places = max(places, power.size)

@@ -39,7 +39,7 @@ def gaussian_process(folder: Path) -> dict[str, Any]:
         _capture(fit.given, left[fit.part(0)]),
         _reference(fit.given, left[fit.part(1)]),
     )
-    # The capture is asked first; what it shows need not be shown by the reference too.
+    # The capture comes first; the reference need not show the same effect.
     sees = any(_beats_noise(*channel) for channel in channels if channel[1].size > 4)
     verdict = "unknown" if sees else "adequate"
     return {"verdict": verdict, "named": None, "class": [], "beside": []}
@@ -66,7 +66,7 @@ def _reference(given: Problem, left: Float) -> tuple[Float, Float]:
         return np.zeros((0, 4)), left
     station = np.unique(np.round(np.degrees(given.target), 6), return_inverse=True)[1]
     side = station * 2 + (given.direction > 0)
-    # The k-th visit to a station from a side stands for its cycle.
+    # The k-th visit to a station from one side counts as cycle k.
     order = np.argsort(side, kind="stable")
     begins = np.flatnonzero(np.diff(side[order], prepend=-1))
     visit = np.empty(side.size, dtype=np.int64)
@@ -92,7 +92,7 @@ def _beats_noise(conditions: Float, values: Float) -> bool:
         warnings.simplefilter("ignore", ConvergenceWarning)
         found = GaussianProcessRegressor(smooth, random_state=0).fit(inputs, outputs)
     gain = float(found.log_marginal_likelihood_value_) - _white_log_likelihood(outputs)
-    # An amplitude and a length for each condition more than white noise has.
+    # The process has one amplitude and one length per condition more than white noise.
     return gain > 0.5 * (1 + lengths.size) * float(np.log(values.size))
 
 

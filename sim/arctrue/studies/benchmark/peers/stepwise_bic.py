@@ -31,7 +31,7 @@ def stepwise_bic(folder: Path) -> dict[str, Any]:
     """
     given = problem(folder)
     fit = Fit(given)
-    # Places are searched in a part of the rows, which still shows every order; all rows decide.
+    # Places are searched in a subset of rows that still shows every order; all rows decide.
     coarse = Fit(given.thinned(THINNED)) if given.theta.size > MANY_ROWS else fit
     names: list[str] = []
     for _ in range(MOST_STEPS):
@@ -86,7 +86,7 @@ def _gains(fit: Fit, columns: Float, left: Float) -> tuple[Float, Float]:
     """Return how much each place lowers the sum of squares, and its number of coefficients."""
     rows, places, width = columns.shape
     flat = columns.reshape(rows, places * width)
-    # What is left is orthogonal to the model, so only the columns' own part need be taken off.
+    # The residual is orthogonal to the model, so that only the columns need the projection.
     inside = (fit.basis.T @ flat).reshape(-1, places, width)
     moment = (flat.T @ left).reshape(places, width)
     by_place = np.ascontiguousarray(columns.transpose(1, 2, 0))

@@ -99,7 +99,7 @@ def problem(folder: Path) -> Problem:
     facts = measured.table
     counts = float(facts.counts_per_rev or 1)
     repeats = facts.index_repeatability_counts
-    # Without a statement: within one count, a rectangular distribution.
+    # Default without a statement: within one count, a rectangular distribution.
     repeats = 1.0 / math.sqrt(3.0) if repeats is None else repeats
     return Problem(
         **_of_capture(measured.capture, facts),

@@ -104,7 +104,7 @@ class BearingBallPass(Effect):
         """
         order = found["order"]
         half = round(2.0 * order.value) / 2.0
-        # A σ that the data do not tell is no support for an order of its own.
+        # If σ is undetermined, the order is not shown to differ from a whole or half one.
         if not abs(order.value - half) <= TOLD_APART_SIGMA * order.sigma:
             return None
         turns = "every turn" if half == round(half) else "every two turns"
@@ -132,7 +132,7 @@ class BearingBallPass(Effect):
         observations: Observations,
     ) -> dict[str, Parameter]:
         alpha = observations.head_separation_rad
-        # Of two heads x and y are not separable: what head 1 and the difference show is.
+        # Two heads cannot separate x and y, but head 1 and the difference determine what they show.
         mixing = np.array(
             [
                 [np.sin(alpha), 0.0, np.cos(alpha) - 1.0, 0.0],

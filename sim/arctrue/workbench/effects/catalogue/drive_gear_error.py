@@ -143,7 +143,8 @@ class DriveGearError(Effect):
             found = [self._gain(residuals, [*kept, line]) for line in waiting]
             if max(found) < gain + worth:
                 break
-            # Lines may be aliases of each other at the faces: the first that is about the best.
+            # Lines may be aliases of each other at the faces: take the first that is about the
+            # best.
             place = next(at for at, value in enumerate(found) if value > max(found) - AS_GOOD)
             kept.append(waiting[place])
             gain = found[place]
@@ -152,7 +153,7 @@ class DriveGearError(Effect):
         trials = comb(len(lines), len(kept))
         usual = [self._shown(form, lines, reference) for form in USUAL]
         if set(kept) in usual:
-            # What a gear would be expected to show is no choice among all sets of lines.
+            # The usual form of a gear is not a choice among all sets of lines.
             trials = min(trials, len(USUAL))
         return self._of(kept), float(trials)
 

@@ -143,7 +143,7 @@ class PeriodicError(Effect):
         if wave is None:
             return None
         if not self._by_direction:
-            # Head 1 alone is in the reference: the further heads have no part in it.
+            # The reference contains head 1 only: the columns of further heads are 0.
             return np.hstack([wave, *[np.zeros_like(wave)] * (rows.heads - 2)])
         if rows.direction is None:
             return None

@@ -55,7 +55,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     sigma = log_uniform(random, 0.1, 1.0)
     teeth = float(random.integers(100, 400))
     speed = SIDEREAL_RAD_S
-    # The worm turns at least FEWEST_PERIODS times in the log: another speed where it does not.
+    # The worm turns at least FEWEST_PERIODS times in the log: raise the speed if necessary.
     speed *= max(1.0, FEWEST_PERIODS * 2 * np.pi / (teeth * speed * length_s))
     causes: list[Cause] = []
     stated = bool(random.random() < 0.5)
@@ -67,7 +67,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         line = any_line(random, sigma, time_s, length_s / FEWEST_PERIODS)
         known = [float(item.hz) for item in causes if isinstance(item, Line)]
         known += [speed * teeth * k / (2 * np.pi) for k in (1, 2) if stated]
-        # Nearer than three times what the log resolves, two lines are one that beats.
+        # Two lines nearer than three times the resolution of the log look like one that beats.
         if all(abs(line.hz - hz) > 3 / length_s for hz in known):
             causes.append(line)
     return Scene(
@@ -78,8 +78,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         table={"drive_gear_teeth": teeth} if stated else {},
         temperature=False,
         columns=("run", "time_s", "direction"),
-        # A line in time is what a shaking stand shows as well. On a short arc, an order that is
-        # whole is not told from its neighbours.
+        # A shaking stand also causes a line in time. On a short arc, a whole order cannot be
+        # distinguished from its neighbours.
         accepted=Accepted(
             names=("periodic_error", "vibration") if hidden else (),
             alike=("high_order_graduation", "bearing_ball_pass") if hidden else (),

@@ -31,7 +31,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         lambda: Defect.drawn(random),
     ]
     cause = draws[int(random.integers(len(draws)))]()
-    # At one speed a line in time is a line in angle, and of what part is anybody's guess.
+    # At one speed a line in time equals a line in angle, so that its cause cannot be identified.
     line = isinstance(cause, Shaking)
     return Scene(
         any_disc(random),
