@@ -94,7 +94,7 @@ def certificate(
             np.arange(0.0, FULL_TURN_DEG, step),
             conditions,
         )
-    # The import of matplotlib takes longer than the rest.
+    # The import of matplotlib takes longer than everything else.
     from arctrue.report.certificate_page import certificate_page
     from arctrue.report.certificate_xml import CertificateFacts, certificate_xml
 

@@ -110,7 +110,7 @@ def _guide(
     try:
         at_the_table = steps(kind, measurement)
     except ValueError:
-        # A set without a capture: the words of the diagnosis have to do.
+        # Without a capture there are no detailed steps: print the diagnosis's own words.
         return []
     typed = commands(kind, folder, model=model_file)
     return ["At the table:", *(f"  {line}" for line in at_the_table), "Then:"] + [

@@ -232,7 +232,7 @@ def export(
     written = force or not refused
     if written:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # The scale of a word of the host is in the file too: the gateware does not need it.
+        # The file also contains the scale of the host's words, which the gateware does not need.
         scales = [text for text in result.followed if " word " in text]
         title = "; ".join([loaded.measurement, *scales])
         write_coefficient_file(path, result.coefficients, title=title)

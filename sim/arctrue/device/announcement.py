@@ -1,4 +1,4 @@
-"""Where a daemon that owns a serial port can be reached: a file that only its owner can read."""
+"""Publishes the address of a daemon that owns a serial port, in a file with limited access."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from arctrue.base.whole_file import write_whole_text
 
 FOLDER_VARIABLE = "ARCTRUE_RUN"
 SYSTEM_FOLDER = Path("/run/arctrue")
-"""Of the systemd services: each has a folder in it (RuntimeDirectory)."""
+"""Folder of the systemd services: each service has a folder in it (RuntimeDirectory)."""
 _REACH_S = 2.0
 
 
@@ -29,17 +29,17 @@ class Announcement(msgspec.Struct, frozen=True):
 
     @property
     def address(self) -> str:
-        """HOST:PORT."""
+        """Return HOST:PORT."""
         return address_of(self.host, self.tcp_port)
 
 
 def address_of(host: str, port: int) -> str:
-    """HOST:PORT, an IPv6 host in brackets."""
+    """Return HOST:PORT, with an IPv6 host in brackets."""
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
 def own_folder() -> Path:
-    """The folder of this user's announcements."""
+    """Return the folder of this user's announcements."""
     named = os.environ.get(FOLDER_VARIABLE) or os.environ.get("RUNTIME_DIRECTORY")
     if named:
         return Path(named)
@@ -63,7 +63,7 @@ def announce(announcement: Announcement) -> Path:
 
 
 def announced(port: str) -> Announcement | None:
-    """The running daemon of a serial port, or None."""
+    """Return the running daemon of a serial port, or None."""
     for found in _all():
         if _name(found.port) == _name(port) and _answers(found):
             return found
@@ -71,7 +71,7 @@ def announced(port: str) -> Announcement | None:
 
 
 def announced_at(address: str) -> Announcement | None:
-    """The daemon of this machine at HOST:PORT, or None; ``address`` may be empty: any daemon."""
+    """Return this machine's daemon at HOST:PORT, or None; empty ``address``: any daemon."""
     for found in _all():
         if address in ("", found.address) and _answers(found):
             return found
@@ -88,7 +88,7 @@ def _all() -> Iterator[Announcement]:
 
 
 def _answers(found: Announcement) -> bool:
-    """False for the announcement of a daemon that was killed."""
+    """Tell whether the daemon answers; one that was killed leaves its announcement behind."""
     try:
         socket.create_connection((found.host, found.tcp_port), _REACH_S).close()
     except OSError:
@@ -97,7 +97,7 @@ def _answers(found: Announcement) -> bool:
 
 
 def _name(port: str) -> str:
-    """One name for each device, whichever link names it."""
+    """Return one name for each device, whichever link leads to it."""
     path = Path(port)
     named = str(path.resolve()) if path.exists() else port
     return named.strip("/").replace("/", "-").replace(":", "-")

@@ -1,7 +1,7 @@
 """A corrected table as an ophyd-async device, and the bluesky plan that calibrates it.
 
 Values come from the PVs of ``arctrue device epics``. Coefficients go through the console of
-``arctrue device run``, which wants its token and ``--allow-control``: PVs have no tokens.
+``arctrue device run``, which requires its token and ``--allow-control``: PVs have no tokens.
 """
 
 from __future__ import annotations

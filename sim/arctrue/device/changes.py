@@ -54,11 +54,11 @@ def order_change(before: Sequence[float], now: Sequence[float]) -> tuple[float, 
 
 
 def changes_since(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[Change]:
-    """What differs between two turns of telemetry: the head separation, then each common order.
+    """Compare two turns of telemetry: the head separation, then each common order.
 
-    An order's size² / u² has a χ² distribution with 2 degrees of freedom if nothing changed, so
-    p = exp(−size²/2u²). p times the number of quantities (Bonferroni) is at most
-    FALSE_CHANGES_A_TURN for a significant change.
+    An order's size² / u² has a χ² distribution with 2 degrees of freedom if nothing changed, so p =
+    exp(−size²/2u²). p times the number of quantities (Bonferroni) is at most FALSE_CHANGES_A_TURN
+    for a significant change.
     """
     found: list[tuple[str, float, float, float]] = []
     names = ("separation_deg", "u_separation_arcsec")

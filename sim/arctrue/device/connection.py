@@ -16,7 +16,7 @@ from arctrue.device.console import Console, ConsoleError
 from arctrue.device.lines import LineAssembler, TelemetryLine
 
 TOKEN_VARIABLE = "ARCTRUE_DEVICE_TOKEN"
-"""The token of a daemon of another machine."""
+"""Environment variable with the token for another machine's daemon."""
 CONNECT_S = 5.0
 _BLOCK = 65_536
 
@@ -25,13 +25,13 @@ class DaemonTransport:
     """The device's bytes through its daemon."""
 
     def __init__(self, connection: socket.socket, timeout_s: float, begun: bytes = b"") -> None:
-        """``begun``: bytes that were read already."""
+        """``begun``: bytes that were already read."""
         connection.settimeout(timeout_s)
         self._connection, self._timeout_s, self._begun = connection, timeout_s, begun
 
     @property
     def unread(self) -> bytes:
-        """Bytes that arrived after the latest line."""
+        """Return the bytes that arrived after the latest line."""
         return self._begun
 
     def write(self, data: bytes, /) -> int | None:
@@ -77,7 +77,7 @@ class Watch:
         self._lines = LineAssembler()
 
     def event(self, seconds: float) -> dict[str, Any] | None:
-        """The next event; None if there is none within ``seconds``. Raises ConsoleError."""
+        """Return the next event; None if none arrives within ``seconds``. Raises ConsoleError."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             try:
@@ -90,7 +90,7 @@ class Watch:
         return None
 
     def turn(self, seconds: float) -> TelemetryLine | None:
-        """The next line of telemetry, None where there is none within ``seconds``."""
+        """Return the next line of telemetry; None if none arrives within ``seconds``."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             event = self.event(left)
@@ -108,7 +108,7 @@ def ask(
 ) -> dict[str, Any]:
     """Ask for ``status`` or a ``capture``, or send ``life``; return the answer.
 
-    ``content``: what goes with the request. Raises ConsoleError.
+    ``content``: further values of the request. Raises ConsoleError.
     """
     connection, _, answer = _connected(daemon, {"ask": what, **content}, seconds)
     connection.close()
@@ -116,12 +116,12 @@ def ask(
 
 
 def daemon_of(port: str) -> Announcement | None:
-    """The daemon that owns ``port``, or the one at the address HOST:PORT; None without one."""
+    """Return the daemon that owns ``port``, or the one at address HOST:PORT; None without one."""
     return announced(port) or daemon_at(port)
 
 
 def daemon_at(address: str) -> Announcement | None:
-    """The daemon at HOST:PORT, of this machine or of another one; None for another form.
+    """Return the daemon at HOST:PORT, of this machine or of another one; None for another form.
 
     The token of another machine's daemon comes from the environment.
     """
@@ -133,9 +133,9 @@ def daemon_at(address: str) -> Announcement | None:
 
 
 def open_console(port: str, report: Callable[[str], None]) -> Console:
-    """The console of the device at ``port``: through its daemon where one runs.
+    """Open the console of the device at ``port``: through its daemon, if one runs.
 
-    ``report`` gets one sentence where a daemon is used. Raises ConsoleError.
+    ``report`` gets one sentence if a daemon is used. Raises ConsoleError.
     """
     daemon = daemon_of(port)
     if daemon is None:
@@ -145,13 +145,13 @@ def open_console(port: str, report: Callable[[str], None]) -> Console:
 
 
 def console_through(daemon: Announcement) -> Console:
-    """The console of a daemon's device. Raises ConsoleError, also where it is in use."""
+    """Open the console of a daemon's device. Raises ConsoleError, also if the console is in use."""
     connection, rest = _greeted(daemon, {"ask": "console"})
     return Console(daemon.port, transport=DaemonTransport(connection, 1.0, rest))
 
 
 def through(port: str, daemon: Announcement) -> str:
-    """The sentence for people who use a daemon's device."""
+    """Return the sentence that says to the user that a daemon's device is used."""
     process = f"process {daemon.process}, " if daemon.process else ""
     return f"{port}: through its daemon ({process}{daemon.address})"
 

@@ -13,25 +13,25 @@ from arctrue.measurement import MeasurementSet
 
 __all__ = ["Console", "ConsoleError", "TelemetryLine"]
 ATTEMPTS = 3
-"""Of what was spoiled on the way."""
+"""Number of attempts to get data that were damaged during transmission."""
 SILENCE_S = 5.0
-"""A dump that is silent for so long has ended, and its end was spoiled."""
+"""A dump that is silent for so long has ended, and its last line was damaged."""
 LATE_S = 10.0
-"""An answer later than this does not come any more."""
+"""Longest delay of a late answer."""
 
 _LOG = logging.getLogger(__name__)
 
 
 class Console:
-    """One device. Lines are kept apart: answers, telemetry (``{``) and dumps."""
+    """The console of one device; separates its lines into answers, telemetry (``{``) and dumps."""
 
     def __init__(
         self, port: str, *, timeout_s: float = 1.0, transport: Transport | None = None
     ) -> None:
         """Open ``port`` for this program alone: a device or a URL of pyserial.
 
-        With ``transport`` nothing is opened, and ``port`` only names the device in messages.
-        Raises ConsoleError, which names the program that has the port where that can be known.
+        With ``transport`` nothing is opened, and ``port`` only names the device in messages. Raises
+        ConsoleError, which names the program that uses the port if the system reveals it.
         """
         self._transport = transport or SerialTransport(port, timeout_s)
         self.port = port
@@ -45,14 +45,14 @@ class Console:
         self._transport.close()
 
     def command(self, line: str, seconds: float = 5.0) -> list[str]:
-        """The lines of the answer without the closing ``ok``.
+        """Send a line and return the lines of the answer without the closing ``ok``.
 
-        Raises ConsoleError for an answer that says error, or none within ``seconds``.
+        Raises ConsoleError if the answer says error, or none arrives within ``seconds``.
         """
         return self._answer(line, seconds)[:-1]
 
     def confirmed(self, line: str, seconds: float = 5.0) -> str:
-        """What follows the closing ``ok``; raises as :meth:`command`."""
+        """Send a line and return the text after the closing ``ok``; raises as :meth:`command`."""
         return self._answer(line, seconds)[-1].removeprefix("ok").removeprefix(",").strip()
 
     def _answer(self, line: str, seconds: float) -> list[str]:
@@ -75,14 +75,14 @@ class Console:
         raise self._no_answer(line, seconds)
 
     def _drop_late_answers(self, line: str, seconds: float) -> None:
-        """Read up to the answer to a marker: what comes before it was meant for somebody else.
+        """Discard all lines before the answer to a marker: they answer other requests.
 
-        That is an earlier line, whose answer was not waited for any longer, or another program's.
-        The marker is no command, and the device repeats it.
+        Those are an earlier line, whose answer came too late, or a line of another program. The
+        marker is no command, and the device repeats it.
         """
         self._markers += 1
         marker = f"marker{os.getpid()}.{self._markers}"
-        # An end of line first: a part of a line may wait in the device.
+        # Send an end of line first: the device may still hold a part of a line.
         self._write(f"\r{marker}")
         late = 0
         end = time.monotonic() + max(seconds, LATE_S)
@@ -104,16 +104,16 @@ class Console:
         )
 
     def turn(self, seconds: float) -> TelemetryLine | None:
-        """The next line of telemetry, None where there is none within ``seconds``."""
+        """Return the next line of telemetry; None if none arrives within ``seconds``."""
         end = time.monotonic() + seconds
         while not self._turns and time.monotonic() < end:
             self._line()
         return self._turns.pop(0) if self._turns else None
 
     def dump(self, seconds: float) -> MeasurementSet:
-        """The capture of the next turn; rows that were spoiled on the way are asked for again.
+        """Return the capture of the next turn; ask again for rows that were damaged.
 
-        Raises ConsoleError where it cannot be made whole, or where its samples have no times.
+        Raises ConsoleError if rows remain missing, or if the samples have no times.
         """
         for _ in range(ATTEMPTS):
             self.command("dump")
@@ -145,13 +145,13 @@ class Console:
         return head.measurement(rows, self.port)
 
     def _take_rows(self, rows: dict[int, tuple[int, ...]], seconds: float) -> None:
-        """Up to the end of the dump, or until nothing comes any more where that was spoiled."""
+        """Take rows up to the end of the dump, or until silence if that line was damaged."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             text = self._line()
             if text is None:
                 continue
-            # What the line carries counts, not whether the device is fast.
+            # The limit applies to silence, not to the duration of the whole dump.
             end = time.monotonic() + min(seconds, SILENCE_S)
             if text == "end of dump":
                 return
@@ -166,7 +166,7 @@ class Console:
             raise ConsoleError(f"{self.port}: {error}") from error
 
     def _line(self) -> str | None:
-        """The next line that is no telemetry; that is put aside. None: nothing came in time."""
+        """Return the next line other than telemetry, which is stored; None: nothing in time."""
         try:
             data = self._transport.read_until(b"\n")
         except OSError as error:
@@ -176,7 +176,7 @@ class Console:
             if not is_telemetry(text):
                 return text
             turn = telemetry_of(text)
-            # A line that was damaged on the way is one turn less, no more.
+            # A line that was damaged in transmission only means that a turn is missing.
             if turn is not None:
                 self._turns.append(turn)
         return None

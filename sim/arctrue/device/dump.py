@@ -1,7 +1,7 @@
-"""A capture that a device tells row by row, each line with a CRC-32 over its numbers.
+"""A capture that a device sends row by row, each line with a CRC-32 over its numbers.
 
-The numbers of a line, as little-endian words in the order of the line, give its CRC; those of the
-head are named in :func:`read_head`.
+The CRC covers the numbers of a line as little-endian words, in the order of the line;
+:func:`read_head` names the numbers of the head.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _HEAD = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class DumpHead:
-    """What holds for all rows."""
+    """Values that are valid for all rows."""
 
     sequence: int
     samples: int
@@ -38,13 +38,13 @@ class DumpHead:
     clock_hz: int
     period_clocks: int
     start_time: int
-    """Clocks."""
+    """Time stamp of the first sample, clocks."""
     separation_deg: float
     temperature_c: float | None
-    """Of the die; None where the device has told none."""
+    """Temperature of the die; None if the device has sent none."""
 
     def missing(self, rows: dict[int, tuple[int, ...]]) -> list[tuple[int, int]]:
-        """First row and number of rows of each gap."""
+        """Return the first row and the number of rows of each gap."""
         there = np.zeros(self.samples + 2, dtype=bool)
         there[[0, -1]] = True
         there[[row + 1 for row in rows if row < self.samples]] = True
@@ -55,9 +55,9 @@ class DumpHead:
         ]
 
     def measurement(self, rows: dict[int, tuple[int, ...]], port: str) -> MeasurementSet:
-        """All rows as a set; of more than two heads their places are those of the first sample.
+        """Return all rows as a set; with more than two heads, the first sample gives their places.
 
-        Raises ValueError where rows differ in their number of heads.
+        Raises ValueError if rows differ in their number of heads.
         """
         heads = {len(row) for row in rows.values()}
         if len(heads) != 1:
@@ -88,13 +88,13 @@ class DumpHead:
         return MeasurementSet(table, capture, title=title)
 
     def _further_places(self, counts: NDArray[np.int64]) -> list[float]:
-        """Angles of heads 3 and 4 after head 1, as the mean over the turn of their readings."""
+        """Return the angles of heads 3 and 4 after head 1: their mean readings over the turn."""
         apart = (counts[:, 2:] - counts[:, :1]).mean(axis=0) / self.counts_per_rev * 360.0
         return [round(float(place), 6) for place in apart % 360.0]
 
 
 def read_head(line: str) -> DumpHead | None:
-    """None where a character of it was changed."""
+    """Read the head of a dump; None if a character was changed."""
     found = _HEAD.fullmatch(line)
     if found is None:
         return None
@@ -125,7 +125,7 @@ def read_head(line: str) -> DumpHead | None:
 
 
 def read_row(line: str) -> tuple[int, ...] | None:
-    """Number and counts of two to four heads; None where it is no row, or one that was changed."""
+    """Read number and counts of two to four heads; None if it is no row, or a changed one."""
     found = _ROW.fullmatch(line)
     if found is None:
         return None

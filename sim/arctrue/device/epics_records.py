@@ -1,4 +1,4 @@
-"""The PVs of a device: which field of the telemetry each shows, with unit and limits."""
+"""The PVs of a device: the telemetry field of each, with unit and limits."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ MOST_ORDERS = 128
 NO_ALARM, MINOR, MAJOR, INVALID = 0, 1, 2, 3
 """Severities of EPICS."""
 STATE, COMM = 7, 9
-"""Alarm status of EPICS: of the state; no communication."""
+"""Alarm status of EPICS: STATE, the state of the device; COMM, no communication."""
 ZERO = "Zero"
-"""PV with the angle that ProbeAngle has at the index, for example that of a motor record."""
+"""PV with the value of ProbeAngle at the index, for example that of a motor record."""
 CAPTURE = "Capture"
 _TIME_OF_VALUE = -2
-"""Value of an EPICS record's field TSE: the program gives the time with the value."""
+"""Value of an EPICS record's field TSE: the program supplies the time with the value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ ACCESS = "ASG(DEFAULT) {{ RULE(1, READ) }}\nASG(CONTROL) {{ RULE(1, READ) RULE(1
 
 
 def access_text(*, allow_control: bool) -> str:
-    """The file of EPICS access security: nobody writes, or anybody writes the control PVs."""
+    """Return the file of EPICS access security: all PVs read-only, or control PVs writable."""
     return ACCESS.format(control="WRITE" if allow_control else "READ")
 
 
@@ -124,7 +124,7 @@ class Records:
             if value:
                 await self._take_capture(capture)
 
-        # Blocking: a client that waits for its write waits for the capture.
+        # Blocking: a client that waits for the end of its write waits for the capture.
         builder.boolOut(
             f"{prefix}{CAPTURE}",
             ZNAM="no",
@@ -145,7 +145,7 @@ class Records:
         self._device_alarms = list(fields.get("alarms", []))
         self._show_alarms(recorded_s)
         if fields["result"] == "alarm":
-            return  # a line between turns has alarms alone
+            return  # a line between turns contains alarms only
         self._latest = (fields, recorded_s)
         refused = {"severity": MINOR, "alarm": STATE} if fields["result"] == "refused" else {}
         self._result.set(str(fields["result"])[:39], **at, **refused)
@@ -160,11 +160,11 @@ class Records:
         for name, place in ARRAYS.items():
             if harmonics:
                 self._arrays[name].set([float(h[place]) for h in harmonics], **at)
-        # Last: a client that waits for the next turn then reads the others of the same turn.
+        # Last: a client that waits for the next turn then reads all values of the same turn.
         self._turn.set(int(fields["turn"]) % 2**31, **at)
 
     def edge(self, event: dict[str, Any], recorded_s: float) -> None:
-        """Show where the table was at an edge of probe_in, with the time of its recording."""
+        """Show the table's position at an edge of probe_in, with the time of recording."""
         self._edge = (event, recorded_s)
         self._show_edge()
 
@@ -178,7 +178,7 @@ class Records:
             record.set(float(event[field]) + zero.get(field, 0.0), timestamp=recorded_s)
 
     def machine_alarms(self, names: list[str], recorded_s: float) -> None:
-        """Show the parameters that ``arctrue life`` raises an alarm for, after the device's own."""
+        """Show the parameters with an alarm of ``arctrue life``, after the device's own alarms."""
         self._machine_alarms = [f"life: {name}" for name in names]
         self._show_alarms(recorded_s)
 

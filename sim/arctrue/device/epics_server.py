@@ -104,7 +104,7 @@ def _follow(daemon: Announcement, records: Records) -> None:
     """Show the daemon's events until it ends. Raises ConsoleError."""
     watch = Watch(daemon, latest=1)
     try:
-        # Connected comes after the values that it vouches for.
+        # Connected is set after the values that it declares valid.
         for _ in range(watch.earlier):
             event = watch.event(_EVENT_S)
             if event is not None:

@@ -12,14 +12,14 @@ if sys.platform != "win32":
     import termios
 
 COMMAND_SHOWN = 200
-"""Characters of another program's command line."""
+"""Largest number of shown characters of another program's command line."""
 
 
 def keep_others_out(port: Any) -> None:
-    """No other program can open ``port`` from now on, but for the administrator's.
+    """Prevent all other programs, except the administrator's, from opening ``port``.
 
-    The lock that pyserial takes with ``exclusive`` keeps out only those that ask for it. A port
-    without a terminal behind it (a URL of pyserial, Windows) is left as it is.
+    The lock that pyserial sets with ``exclusive`` works only against programs that ask for it. A
+    port without a terminal behind it (a URL of pyserial, Windows) stays unlocked.
     """
     descriptor = _descriptor(port)
     if descriptor is not None:
@@ -27,7 +27,7 @@ def keep_others_out(port: Any) -> None:
 
 
 def let_others_in(port: Any) -> None:
-    """Take back :func:`keep_others_out`; a pseudo-terminal would keep it after it is closed."""
+    """Undo :func:`keep_others_out`; a pseudo-terminal would keep the lock after it is closed."""
     descriptor = _descriptor(port)
     if descriptor is not None:
         fcntl.ioctl(descriptor, termios.TIOCNXCL)
@@ -41,9 +41,10 @@ def _descriptor(port: Any) -> int | None:
 
 
 def other_users(port: str) -> list[str]:
-    """The other programs that have ``port`` open, as ``COMMAND LINE (process NUMBER)``.
+    """Return the other programs that have ``port`` open, as ``COMMAND LINE (process NUMBER)``.
 
-    Linux tells it of one's own programs, and of all to the administrator; elsewhere it is empty.
+    Linux shows a user the user's own programs, and the administrator all; elsewhere the list is
+    empty.
     """
     try:
         wanted = Path(port).resolve(strict=True)

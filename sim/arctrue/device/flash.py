@@ -1,12 +1,11 @@
-"""A boot image into the flash of a running device, over its console.
+"""Writes a boot image into the flash of a running device, over its console.
 
-The boot ROM starts the first image that it finds: it looks for a header every 32 KB from the
-flash's beginning on (UG585, chapter 6). At the beginning is the image that is updated, after it
-the golden one, which is written once and stays. The signature in the header of the first image is
-overwritten before anything is erased, and the header is written last, so that power may be lost at
-any moment, in the middle of an erase too: until then the golden image
-starts. The bitstream after them has a CRC of its own; without a whole one the firmware starts all
-the same.
+The boot ROM starts the first image that it finds: it looks for a header every 32 KB, beginning at
+the start of the flash (UG585, chapter 6). The image at the start is updated; the golden image after
+it is written once and stays. The signature in the header of the first image is overwritten before
+anything is erased, and the header is written last. Power may therefore be lost at any moment, also
+during an erase: until the header is complete, the golden image starts. The bitstream after the
+images has a CRC of its own; the firmware also starts without an intact bitstream.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 
 GOLDEN = 0x4_0000
-"""Where the golden image is, and how long each of the two may be, bytes; as in flash_map.h of
-firmware/zynq."""
+"""Address of the golden image, and largest length of each of the two images, bytes; as in
+flash_map.h of firmware/zynq."""
 BITSTREAM = 0x10_0000
 END = 0xF0_0000
 PAGE_BYTES = 256
@@ -32,9 +31,10 @@ ERASED = b"\xff"
 HEADER_BYTES = 0x8C0
 SIGNATURE_AT, SIGNATURE = 0x24, b"XNLX"
 CHECKED_LAST = 4 * LINE_WORDS * WORD_BYTES
-"""The lines up to here have the width detection word, the signature and, last, the check sum."""
+"""The lines below this address have the width detection word, the signature and, last, the check
+sum."""
 ATTEMPTS = 3
-"""Of a line that was spoiled on the way."""
+"""Number of attempts to send a line that was damaged during transmission."""
 ERASE_S = 15.0
 
 
@@ -44,7 +44,7 @@ class FlashRefusedError(Exception):
 
 @dataclass(frozen=True)
 class FlashState:
-    """What the device says of its flash."""
+    """State of the flash as the device reports it."""
 
     has_golden: bool
     sector_bytes: int
@@ -52,9 +52,9 @@ class FlashState:
 
 
 def parts_of(image: bytes) -> tuple[bytes, bytes]:
-    """Boot image and what lies from the bitstream's place on, each without erased bytes at its end.
+    """Split an image into boot image and bitstream, each without erased bytes at its end.
 
-    Raises FlashRefusedError for what ``make image`` did not write.
+    Raises FlashRefusedError for a file that ``make image`` did not write.
     """
     boot, fabric = image[:GOLDEN].rstrip(ERASED), image[BITSTREAM:].rstrip(ERASED)
     if boot[SIGNATURE_AT : SIGNATURE_AT + 4] != SIGNATURE or len(boot) <= HEADER_BYTES:
@@ -69,9 +69,9 @@ def parts_of(image: bytes) -> tuple[bytes, bytes]:
 
 
 def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None) -> Iterator[str]:
-    """The lines of the console that write ``data[first:last]``; its byte 0 goes to ``address``.
+    """Yield the console lines that write ``data[first:last]``; byte 0 goes to ``address``.
 
-    A line ends where a page does; what is erased anyway is left out.
+    A line ends at the end of a page; bytes that equal erased flash are omitted.
     """
     step = LINE_WORDS * WORD_BYTES
     end = len(data) if last is None else min(last, len(data))
@@ -90,7 +90,7 @@ def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None)
 
 
 def state_of(console: Console) -> FlashState:
-    """Raises FlashRefusedError where the device has no flash that it knows."""
+    """Ask for the state. Raises FlashRefusedError if the device has no flash that it knows."""
     told = dict(line.split(" ", 1) for line in _ask(console, "flash status") if " " in line)
     state = FlashState(
         told.get("golden") == "whole",
@@ -103,9 +103,10 @@ def state_of(console: Console) -> FlashState:
 
 
 def write_image(console: Console, image: bytes, progress: Callable[[int, int], None]) -> FlashState:
-    """All of a BOOT.BIN; ``progress`` hears bytes done and all. The state that was found.
+    """Write a whole BOOT.BIN and return the state of the flash before.
 
-    A golden image is written first where there is none. Raises FlashRefusedError, ConsoleError.
+    ``progress`` gets the written and the total number of bytes. A golden image is written first if
+    there is none. Raises FlashRefusedError, ConsoleError.
     """
     boot, fabric = parts_of(image)
     state = state_of(console)
@@ -117,12 +118,12 @@ def write_image(console: Console, image: bytes, progress: Callable[[int, int], N
     done = 0
     for data, address in areas:
         if data is boot:
-            # An erase that is cut off may leave the header whole and what it describes not.
+            # After an interrupted erase the header may be intact while the image is not.
             for line in lines_of(bytes(WORD_BYTES), address + SIGNATURE_AT):
                 _send(console, line)
         for sector in range(address, address + len(data), state.sector_bytes):
             _ask(console, f"flash erase {sector:X}", ERASE_S)
-        # What makes the boot ROM take it comes last.
+        # The part that makes the boot ROM accept the image is written last.
         for first, last in ((CHECKED_LAST, len(data)), (0, CHECKED_LAST)):
             for line in lines_of(data, address, first, last):
                 _send(console, line)

@@ -1,4 +1,4 @@
-"""What a device sends, cut into lines, and which of them are telemetry."""
+"""Splits the output of a device into lines and finds the telemetry among them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _Count = Annotated[int, Meta(ge=0, le=2**53)]
 
 
 class _TelemetryFields(Struct):
-    """The fields that are shown or recorded; others may follow."""
+    """The fields that are shown or recorded; a line may have further ones."""
 
     turn: _Count
     result: str
@@ -42,13 +42,13 @@ class _TelemetryFields(Struct):
 
 @dataclass(frozen=True, slots=True)
 class TelemetryLine:
-    """One line of telemetry; ``fields`` has all of it."""
+    """One line of telemetry; ``fields`` contains all its fields."""
 
     fields: dict[str, Any]
 
     @property
     def result(self) -> str:
-        """``applied``, ``kept`` or ``refused``; ``alarm``: one between turns, and no turn."""
+        """Return ``applied``, ``kept`` or ``refused``; ``alarm`` for a line between turns."""
         return str(self.fields["result"])
 
 
@@ -75,7 +75,7 @@ class LineAssembler:
     """Joins the parts of lines as they arrive; drops a line that is longer than LONGEST_LINE."""
 
     def __init__(self) -> None:
-        """Nothing has arrived yet."""
+        """Start without any part of a line."""
         self._begun = b""
         self._dropping = False
         self.too_long = 0

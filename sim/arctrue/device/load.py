@@ -1,8 +1,8 @@
-"""A coefficient file into a running device, in frames that its console checks.
+"""Sends a coefficient file to a running device, in frames that its console checks.
 
 Each frame is a line of the console with a CRC-32 over its numbers, as little-endian words in the
-order in which they stand there; the last frame has that of all words before it. The device takes
-the set whole or not at all, and judges each order by the turns that it captures.
+order of the line; the last frame has the CRC of all words before it. The device accepts the set
+completely or not at all, and judges each order by the turns that it captures.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from arctrue.generated.number_formats import CLOCK_HZ
 DEVICE_LOADS = Capability(
     heads=HEADS_MOST, mean=True, modulators=True, real_orders=True, failover=True
 )
-"""What the console takes of a coefficient file; a core that lacks it refuses the set."""
+"""Parts of a coefficient file that the console accepts; a core that lacks one refuses the set."""
 ATTEMPTS = 3
-"""Of the whole set, where a line was spoiled on the way."""
+"""Number of attempts to send the whole set if a line was damaged during transmission."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
 _SPOILED = ("wrong_crc", "wrong_frame", "not_whole")
-"""Reasons of the device that say nothing of the set."""
+"""Reasons of the device that concern the transmission, not the set."""
 
 
 class LoadRefusedError(Exception):
@@ -49,7 +49,10 @@ def _frame(name: str, values: Sequence[int]) -> str:
 
 
 def _mean_of(coefficients: Coefficients) -> MeanSet | None:
-    """Raises ValueError for an extension that the device has no command for."""
+    """Return the mean of the file, if it has one.
+
+    Raises ValueError for an extension that the device has no command for.
+    """
     extension = coefficients.extension
     if extension is None:
         return None
@@ -70,7 +73,7 @@ def _sets(coefficients: Coefficients) -> tuple[tuple[MeanSet, Coefficients], ...
 
 
 def _follows(coefficients: Coefficients) -> bool:
-    """Whether lanes of the file or of one of its sets follow the temperature or a condition."""
+    """Tell whether lanes of the file or of its sets follow the temperature or a condition."""
     every = (coefficients, *(entry for _, entry in _sets(coefficients)))
     return any(
         one.thermal is not None or (one.extension is not None and one.extension.modulators)
@@ -79,9 +82,9 @@ def _follows(coefficients: Coefficients) -> bool:
 
 
 def heads_without_sets(coefficients: Coefficients) -> tuple[int, ...]:
-    """Give the heads whose prepared sets are in the file and are not sent.
+    """Return the heads whose prepared sets are in the file but are not sent.
 
-    The device takes no prepared sets if lanes follow the temperature or a condition: the firmware
+    The device accepts no prepared sets if lanes follow the temperature or a condition: the firmware
     would have to write all sets again with every change.
     """
     sets = _sets(coefficients)
@@ -89,7 +92,7 @@ def heads_without_sets(coefficients: Coefficients) -> tuple[int, ...]:
 
 
 def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
-    """Names and numbers of the frames of a mean."""
+    """Return names and numbers of the frames of a mean."""
     used = sum(1 << head for head, is_used in enumerate(mean.used) if is_used)
     delays = sum(clocks << 8 * head for head, clocks in enumerate(mean.delays_clocks))
     heads = enumerate(zip(mean.weights, mean.offsets, strict=True))
@@ -100,7 +103,7 @@ def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
 
 
 def _set_values(mean: MeanSet, entry: Coefficients) -> list[tuple[str, list[int]]]:
-    """Names and numbers of the frames of the set for a missing head, lanes by ascending order."""
+    """Return names and numbers of the frames of the set for a missing head, lanes ascending."""
     (_, choice), *heads = _mean_values(mean, entry.offset)
     rows = zip(
         entry.orders.tolist(),
@@ -124,14 +127,14 @@ def load_frames(
     sets: bool = True,
     clock_hz: float = CLOCK_HZ,
 ) -> list[str]:
-    """The lines of the console that load the lanes whose amplitude is not 0.
+    """Return the console lines that load the lanes whose amplitude is not 0.
 
-    With ``unseen`` the device takes what no turn of two heads shows: order 0, orders that the heads
-    cannot see, words of the processor. With ``force`` it also takes what turns leave undecided.
-    Without ``sets`` the sets for a missing head are left out. ``clock_hz``: of the gateware.
-
-    Lanes of a mean go with its carrier, offsets and weights. Raises ValueError for an offset, which
-    the device takes with a mean alone, and for what needs another generic of the core.
+    With ``unseen`` the device also accepts what no turn of two heads shows: order 0, orders that
+    the heads cannot see, words of the processor. With ``force`` it also accepts orders that turns
+    leave undecided. Without ``sets`` the sets for a missing head are omitted. ``clock_hz``: clock
+    of the gateware. Lanes of a mean are sent with its carrier, offsets and weights. Raises
+    ValueError for an offset without a mean, which the device does not accept, and for parts that
+    need another generic of the core.
     """
     mean = _mean_of(coefficients)
     if coefficients.offset and mean is None:
@@ -143,7 +146,7 @@ def load_frames(
     following = set(thermal.orders) if thermal is not None else set()
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
-    # An order that also has a lane with a condition: the calibration leaves its plain lane alone.
+    # If an order also has a lane with a condition, the calibration does not change its plain lane.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
         lane
@@ -195,9 +198,10 @@ def load_frames(
 
 
 def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
-    """The lines that give the device the phases of its lanes of real orders.
+    """Return the lines that give the device the phases of its lanes of real orders.
 
-    ``turn``: the core's number of the turn that is turn 0 of the file, whose phases the file has.
+    ``turn``: the core's number of the turn that is turn 0 of the file; the file's phases are those
+    of its turn 0.
     """
     if coefficients.extension is None:
         return []
@@ -210,29 +214,30 @@ def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
 
 @dataclass(frozen=True)
 class SentSet:
-    """What was sent: the CRC of all frames, by which the device names the set, and its orders."""
+    """The sent set: the CRC of all frames, by which the device identifies it, and its orders."""
 
     crc: int
     orders: tuple[int, ...]
     followed: int = 0
     """Lanes that follow a condition."""
     real: int = 0
-    """Lanes of real orders, which are off until their phase is given."""
+    """Lanes of real orders, which are off until their phase is sent."""
     unseen_followed: int = 0
-    """Those of them that no turn of two heads shows: order 0, and words of the processor."""
+    """Number of lanes that follow a condition and that no turn of two heads shows: order 0, and
+    words of the processor."""
     has_sets: bool = False
-    """The device took sets for a missing head."""
+    """The device accepted sets for a missing head."""
     lacks_failover: bool = False
     """The file has such sets, and the gateware is built without FAILOVER."""
 
     @property
     def is_empty(self) -> bool:
-        """Nothing is loaded any more."""
+        """Tell whether nothing is loaded any more."""
         return not self.orders and not self.followed and not self.real
 
 
 def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
-    """Ask a device by the first set of its own file; a firmware of before knows no such frame."""
+    """Try the first set of the file on the device; older firmware does not know this frame."""
     first = next(frame for frame in frames if frame.startswith("load without "))
     try:
         console.command(first)
@@ -249,11 +254,12 @@ def send_coefficients(
     force: bool = False,
     unseen: bool = False,
 ) -> SentSet:
-    """All frames, again from the first where one was spoiled; ``progress`` hears done and all.
+    """Send all frames, again from the first if one was damaged during transmission.
 
-    ``force`` and ``unseen`` as in :func:`load_frames`. Raises LoadRefusedError where the
-    device refuses the set, ConsoleError where it does not answer, ValueError as
-    :func:`load_frames`. A core without FAILOVER gets no sets for a missing head.
+    ``progress`` gets the sent and the total number. ``force`` and ``unseen`` as in
+    :func:`load_frames`. Raises LoadRefusedError if the device refuses the set, ConsoleError if it
+    does not answer, ValueError as :func:`load_frames`. A core without FAILOVER gets no sets for a
+    missing head.
     """
     frames = load_frames(coefficients, force=force, unseen=unseen)
     has_sets = any(frame.startswith("load without ") for frame in frames)
@@ -297,7 +303,7 @@ _WAITED = {
 
 @dataclass(frozen=True)
 class _Status:
-    """``load status`` of the device."""
+    """The device's answer to ``load status``."""
 
     state: str
     reason: str
@@ -307,7 +313,7 @@ class _Status:
     refused: tuple[int, ...]
     crc: int | None
     waits_for: tuple[str, ...] = ()
-    """Conditions under which the device has seen no turn yet."""
+    """Conditions under which the device has not yet seen a turn."""
 
     @classmethod
     def read(cls, console: Console) -> _Status:
@@ -340,7 +346,7 @@ class _Status:
         )
 
     def holds(self, sent: SentSet) -> bool:
-        """The active set is the one that was sent; a device of before tells orders, no CRC."""
+        """Tell whether the active set is the sent one; older firmware reports orders, no CRC."""
         if sent.is_empty:
             return self.state == "none"
         same = self.orders == sent.orders if self.crc is None else self.crc == sent.crc
@@ -348,10 +354,10 @@ class _Status:
 
 
 def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[int, ...]:
-    """Until captured turns have judged what was sent; the orders that nobody could judge.
+    """Wait until captured turns have judged the sent set; return the orders without a judgement.
 
-    Raises LoadRefusedError where a turn speaks against it, or something else is loaded in the end;
-    ConsoleError where no turn decides.
+    Raises LoadRefusedError if a turn contradicts the set, or if something else is loaded in the
+    end; ConsoleError if no turn decides.
     """
     end = time.monotonic() + seconds
     status = _Status.read(console)

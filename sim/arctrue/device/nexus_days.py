@@ -1,7 +1,7 @@
 """One HDF5 file a day in NeXus form, written from the record of a device.
 
-The record counts: a file is written completely or not at all, so that a reader always finds a
-whole one and nothing has to be repaired after a crash. (A file that is extended while others read
+The record is the source: a file is written completely or not at all, so that a reader always finds
+a complete one and nothing needs repair after a crash. (A file that is extended while others read
 it, HDF5's SWMR mode, cannot be opened again after its writer was killed.)
 """
 
@@ -24,13 +24,14 @@ from arctrue.device.recorder import RecordedTurn, read_turns, record_identity
 h5py: Any = LazyModule("h5py")
 
 _STEP = timedelta(hours=1)
-"""Of the day, read at once: the turns of a day need not fit into the memory."""
+"""Part of the day that is read at once: the turns of a day need not fit into the memory."""
 _BLOCK = 4096
 """Turns of an earlier file that are copied at once."""
 _RECORD, _LAST_ID = "arctrue_record", "arctrue_last_id"
-"""Attributes of the entry: the record that the file was written from, and its last turn there."""
+"""Attributes of the entry: the record from which the file was written, and the id of the file's
+last turn."""
 _MILLISECOND_BITS = 27
-"""Hold the milliseconds of a day: 86,400,000 < 2^27."""
+"""Bits that hold the milliseconds of a day: 86,400,000 < 2^27."""
 _NUMBERS = {
     "separation_deg": "deg",
     "u_separation_arcsec": "arcsec",
@@ -51,12 +52,12 @@ _OF_ORDER = {"amplitude": "arcsec", "phase": "rad", "amplitude_errors": "arcsec"
 
 
 def day_file(folder: Path, day: date) -> Path:
-    """The file of a day."""
+    """Return the file of a day."""
     return folder / f"arctrue-{day.isoformat()}.nxs"
 
 
 def recorded_days(record: Path) -> dict[date, int]:
-    """Return the days in UTC of which the record has turns, each with its last turn's id.
+    """Return the days (UTC) with turns in the record, each with the id of its last turn.
 
     Raises sqlite3.Error.
     """
@@ -81,7 +82,7 @@ def write_missing_days(record: Path, folder: Path) -> list[Path]:
 
 
 def turns_of_file(path: Path) -> int:
-    """Number of turns in the file of a day; 0 for a file that is missing or cannot be read."""
+    """Return the number of turns in a day's file; 0 if it is missing or cannot be read."""
     with _opened(path) as file:
         return 0 if file is None else int(file["entry/turns/time"].size)
 
@@ -94,7 +95,7 @@ def write_day(record: Path, day: date, path: Path) -> None:
     """
     start = datetime(day.year, day.month, day.day, tzinfo=UTC)
     with _opened(path) as earlier:
-        # Before the turns: one that comes in between belongs to the next writing too.
+        # Read the ids before the turns: a turn that comes in between is also written the next time.
         ids, times_s = _ids_and_times(record, day, start.timestamp())
         kept = _rows_not_in(earlier, _keys(ids, times_s))
         orders = sorted({*_orders(record, day), *_orders_of_file(earlier)})
@@ -236,7 +237,7 @@ def _orders_of_file(file: Any) -> list[int]:
 
 
 def _rows_not_in(file: Any, keys: Any) -> Any:
-    """Rows of a file's turns, (n,), that are none of the record's."""
+    """Return the rows of a file's turns, (n,), that are not in the record."""
     if file is None:
         return np.empty(0, dtype=np.int64)
     turns = file["entry/turns"]
@@ -244,12 +245,15 @@ def _rows_not_in(file: Any, keys: Any) -> Any:
 
 
 def _keys(ids: Any, times_s: Any) -> Any:
-    """A number for each turn, (n,): the ids of another record may be the same, their times not."""
+    """Return a number for each turn, (n,), from id and time.
+
+    Turns of different records may have the same id, but not the same time.
+    """
     return (ids << _MILLISECOND_BITS) | np.rint(1000.0 * times_s).astype(np.int64)
 
 
 def _ids_and_times(record: Path, day: date, start_s: float) -> tuple[Any, Any]:
-    """Ids, (n,), and seconds since midnight, (n,), of the record's turns of a day."""
+    """Return ids, (n,), and seconds since midnight, (n,), of the record's turns of a day."""
     query = "SELECT id, recorded FROM turn WHERE recorded LIKE ? ORDER BY id"
     rows = [
         (number, datetime.fromisoformat(recorded).timestamp() - start_s)
@@ -279,7 +283,7 @@ def _has(path: Path, identity: str, last: int) -> bool:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """Give the file of a day; None if it is missing, damaged or no such file."""
+    """Open the file of a day; None if it is missing, damaged or no such file."""
     file = None
     with contextlib.suppress(OSError):
         file = h5py.File(path, "r")

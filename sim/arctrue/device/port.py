@@ -23,7 +23,7 @@ class ConsoleError(Exception):
 
 
 class Transport(Protocol):
-    """The bytes to and from a device: a serial port, or a connection to the program that has it.
+    """The bytes to and from a device: a serial port, or a connection to the program that uses it.
 
     The methods raise OSError if the connection is lost.
     """
@@ -44,7 +44,7 @@ class SerialTransport:
     def __init__(self, port: str, timeout_s: float, baud: int = BAUD) -> None:
         """Open ``port``, a device or a URL of pyserial.
 
-        Raises ConsoleError, which names the program that has the port where that can be known.
+        Raises ConsoleError, which names the program that uses the port if the system reveals it.
         """
         try:
             self._serial = serial.serial_for_url(port, baud, timeout=timeout_s, exclusive=True)
@@ -79,7 +79,7 @@ class SerialTransport:
 
 
 def _not_opened(port: str, error: Exception) -> ConsoleError:
-    # pyserial says the port's name and the system's error twice; its lock has an error of its own.
+    # pyserial repeats the port's name and the system's error; its lock raises a different error.
     number = getattr(error, "errno", None)
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
         return _in_use(port, other_users(port))

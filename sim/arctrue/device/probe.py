@@ -1,4 +1,4 @@
-"""Corrected positions that a probe's edges latched, read over the console."""
+"""Reads the corrected positions that a probe's edges latched, over the console."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from arctrue.device.console import Console, ConsoleError
 
 EDGES_WRAP = 1 << 16
 LOOK_S = 0.1
-"""Between two looks at the device. Of edges that come faster the last one is seen."""
+"""Time between two reads of the latch; of faster edges only the last one is seen."""
 CSV_HEAD = "edge,time_s,position_counts,angle_deg"
 
 
 @dataclass(frozen=True, slots=True)
 class Latch:
-    """Where the table was at an edge of the probe."""
+    """Position of the table at an edge of the probe."""
 
     edge: int
     """Edges since the reset of the device, modulo 2¹⁶."""
     time_s: float
-    """Of the device's clock."""
+    """Time by the device's clock."""
     position_counts: int
-    """Corrected, over many turns."""
+    """Corrected position over many turns."""
     angle_deg: float
-    """Corrected, after the index."""
+    """Corrected angle after the index."""
     missed: int
-    """Edges between the one before and this one, whose positions nobody read."""
+    """Edges between the previous one and this one, whose positions nobody read."""
 
     def as_csv(self) -> str:
-        """A row below CSV_HEAD."""
+        """Return a row below CSV_HEAD."""
         return f"{self.edge},{self.time_s:.9f},{self.position_counts},{self.angle_deg:.7f}"
 
 
@@ -38,7 +38,7 @@ class Probe:
     """The latch of a device; only edges from now on count."""
 
     def __init__(self, console: Console) -> None:
-        """Raises ConsoleError where the device does not answer, or has no core with a probe."""
+        """Connect. Raises ConsoleError if no device answers, or its core has no probe."""
         self._console = console
         self._clock_hz = _value(_told(console, "version"), "clock_hz", console)
         parameters = _told(console, "show parameters")
@@ -47,7 +47,7 @@ class Probe:
         self._latest: dict[str, str] = {}
 
     def wait(self, seconds: float) -> Latch | None:
-        """The next edge, None where none came within ``seconds``. Raises ConsoleError."""
+        """Return the next edge; None if none arrives within ``seconds``. Raises ConsoleError."""
         end = time.monotonic() + seconds
         while True:
             edge = int(self._read("edges"))
@@ -77,7 +77,7 @@ class Probe:
 
 
 def as_csv(latches: Iterable[Latch]) -> str:
-    """All of a recording as the text of a file."""
+    """Return a whole recording as the text of a file."""
     return "\n".join([CSV_HEAD, *(latch.as_csv() for latch in latches)]) + "\n"
 
 

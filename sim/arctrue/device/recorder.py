@@ -1,4 +1,4 @@
-"""Telemetry in an SQLite file: a row a turn, a row a harmonic, a row an event."""
+"""Telemetry in an SQLite file: one row for each turn, harmonic and event."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _TURN = {
 }
 """Columns of a turn and their types."""
 _FIELDS = tuple(name for name in _TURN if name not in ("recorded", "number", "alarms"))
-"""Columns that have the name of a field of the telemetry."""
+"""Columns that have the same name as a field of the telemetry."""
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS turn (
     id INTEGER PRIMARY KEY,
@@ -74,14 +74,14 @@ CLOCK_STEP_S = 1.0
 """The system's clock was set if it moved by this much more or less than the monotonic clock."""
 _DELETED_AT_ONCE = 500
 _BETWEEN_RETENTIONS = 100
-"""Turns from one check of the limits to the next."""
+"""Number of turns between two checks of the limits."""
 _DAY_S = 86_400.0
 _MEGABYTE = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class Retention:
-    """How much of the record is kept; None: without a limit."""
+    """Limits of the record's size and age; None: no limit."""
 
     days: float | None = None
     megabytes: float | None = None
@@ -151,7 +151,7 @@ class Recorder:
         return self._last_id
 
     def event(self, kind: str, text: str) -> None:
-        """Append what happened after the latest turn, for example a lost port."""
+        """Append an event after the latest turn, for example a lost port."""
         with self._transaction():
             self._connection.execute(
                 "INSERT INTO event (recorded, after_turn, kind, text) VALUES (?, ?, ?, ?)",
@@ -159,7 +159,7 @@ class Recorder:
             )
 
     def edge(self, latch: Latch) -> None:
-        """Append where the table was at an edge of probe_in."""
+        """Append the table's position at an edge of probe_in."""
         values = (latch.edge, latch.time_s, latch.position_counts, latch.angle_deg, latch.missed)
         with self._transaction():
             self._connection.execute(
@@ -230,7 +230,7 @@ class Recorder:
 
 
 def _utc(seconds: float) -> str:
-    """The time in UTC with milliseconds, as SQLite's own functions write it."""
+    """Return the time in UTC with milliseconds, as SQLite's own functions write it."""
     moment = datetime.fromtimestamp(seconds, UTC)
     return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
@@ -246,7 +246,7 @@ class RecordedTurn:
 
 
 def record_identity(file: Path) -> str:
-    """Return the name that tells a record from others; empty for one of an older version.
+    """Return the name that distinguishes a record from others; empty for an older version.
 
     Raises sqlite3.Error.
     """

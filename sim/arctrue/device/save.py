@@ -1,4 +1,4 @@
-"""Keep what a device works with in its flash."""
+"""Saves the device's present settings in its flash."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class SaveRefusedError(Exception):
 
 
 def save_settings(console: Console) -> str:
-    """What the device says when the record has been read back.
+    """Save the settings; return the device's answer after it has read the record back.
 
-    Raises SaveRefusedError where the flash does not take it, ConsoleError where the device does
-    not answer.
+    Raises SaveRefusedError if the flash does not take it, ConsoleError if the device does not
+    answer.
     """
     try:
         return console.confirmed("save", SAVE_S)

@@ -13,7 +13,7 @@ from arctrue.gateware.table_conditions import MODULATOR_FRACTION, MODULATOR_ONE
 
 
 class Modulators(NamedTuple):
-    """What lanes are multiplied with, s1.16."""
+    """Factors by which lanes are multiplied, s1.16."""
 
     direction: int = 0
     speed: int = 0
@@ -22,7 +22,7 @@ class Modulators(NamedTuple):
 
     @property
     def values(self) -> NDArray[np.int64]:
-        """In the order of the names in ``extension.MODULATORS``, (6,)."""
+        """Return the factors in the order of the names in ``extension.MODULATORS``, (6,)."""
         square = int(rounded_product(self.speed, self.speed))
         return np.array(
             [MODULATOR_ONE, self.direction, self.speed, square, self.word_a, self.word_b]
@@ -30,19 +30,19 @@ class Modulators(NamedTuple):
 
 
 def rounded_product(word: ArrayLike, modulator: ArrayLike) -> NDArray[np.int64]:
-    """word · modulator in the unit of the word, half up."""
+    """Return word · modulator in the unit of the word, rounded half up."""
     product = np.asarray(word, dtype=np.int64) * np.asarray(modulator, dtype=np.int64)
     rounded: NDArray[np.int64] = (product + (MODULATOR_ONE >> 1)) >> MODULATOR_FRACTION
     return rounded
 
 
 def effective_amplitudes(amplitudes: ArrayLike, modulator: ArrayLike) -> NDArray[np.int64]:
-    """Amplitudes in 2⁻¹¹ count, as the pipeline reads them; shapes that numpy broadcasts."""
+    """Return amplitudes in 2⁻¹¹ count, as the pipeline reads them; the shapes broadcast."""
     return np.minimum(rounded_product(amplitudes, modulator), AMPLITUDE_WORD_MAX)
 
 
 def modulated(coefficients: Coefficients, modulators: Modulators) -> Coefficients:
-    """The bank with the amplitudes that the pipeline reads while the modulators stand still."""
+    """Return the bank with the amplitudes that the pipeline reads for constant modulators."""
     chosen = modulators.values[coefficients.modulator_numbers]
     amplitudes = effective_amplitudes(coefficients.amplitudes, chosen)
     return dataclasses.replace(coefficients, amplitudes=amplitudes.astype(np.int32))

@@ -48,8 +48,8 @@ THERMAL_SCHEMA = 2
 EXTENDED_SCHEMA = 3
 """Schema of a file with a part that needs a generic of the gateware; other files have schema 1."""
 
-# Permitted difference between a value for people and its word, in units of the word: half for the
-# rounding of a typed value, and a little for the written digits.
+# Permitted difference between a value for people and its word, in units of the word: half a unit
+# for the rounding of a typed value, and a small margin for the number of written digits.
 _AGREEMENT = 0.51
 
 
@@ -180,7 +180,7 @@ def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: 
 
 
 def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
-    """The text of a coefficient file."""
+    """Return the text of a coefficient file."""
     schema = SCHEMA if coefficients.thermal is None else THERMAL_SCHEMA
     lines = [
         "# Coefficients of the gateware: offset + sum of amplitude * cos(order * angle + phase).",
@@ -401,7 +401,7 @@ def _lanes(
 def _words(
     lanes: Mapping[int, _Lane], count: int
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Phase steps, phase offsets and amplitudes of ``count`` lanes."""
+    """Return phase steps, phase offsets and amplitudes of ``count`` lanes."""
 
     def of_key(key: str) -> NDArray[Any]:
         found = [getattr(lanes[at], key) if at in lanes else 0 for at in range(count)]
@@ -411,7 +411,7 @@ def _words(
 
 
 def _of_lanes(lanes: Mapping[int, _Lane]) -> dict[str, Any]:
-    """Modulators and turn steps, as the extension holds them."""
+    """Return modulators and turn steps in the form of the extension."""
     extended = {at: lane for at, lane in lanes.items() if isinstance(lane, _ExtendedLane)}
     return {
         "modulators": tuple(

@@ -55,7 +55,7 @@ class CoefficientMemory:
 
     @property
     def active(self) -> Coefficients:
-        """The bank that the pipeline reads."""
+        """Return the bank that the pipeline reads."""
         return self._active
 
     def write(self, address: int, data: int) -> None:
@@ -70,11 +70,11 @@ class CoefficientMemory:
             self._words[address] = _stored(address % WORDS_A_LANE, data)
 
     def write_offset(self, data: int) -> None:
-        """Write the offset of the idle bank, a 32-bit word of which s13.11 is kept."""
+        """Write the offset of the idle bank, a 32-bit word of which s13.11 is stored."""
         self._offset = _signed(data, AMPLITUDE_WIDTH)
 
     def read(self, address: int) -> int:
-        """The word that the idle bank holds; 0 for a lane that is not built."""
+        """Return a word of the idle bank; 0 for a lane that is not built."""
         _check_address(address)
         return self._words[address] if address < len(self._words) else 0
 

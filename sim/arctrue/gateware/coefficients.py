@@ -64,7 +64,7 @@ class Coefficients:
 
     @property
     def modulator_numbers(self) -> NDArray[np.int64]:
-        """What multiplies the amplitude of each lane: bits 18 to 16 of its word 1, (lanes,)."""
+        """Return the number of each lane's modulator: bits 18 to 16 of its word 1, (lanes,)."""
         numbers = np.zeros(self.lanes, dtype=np.int64)
         for lane, name in self.extension.modulators if self.extension else ():
             numbers[lane] = MODULATORS.index(name)
@@ -72,7 +72,7 @@ class Coefficients:
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """Turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 where the order is whole."""
+        """Return the turn step ν of each lane, u0.48 turn a turn, (lanes,); 0 for whole orders."""
         steps = np.zeros(self.lanes, dtype=np.uint64)
         for lane, step in self.extension.turn_steps if self.extension else ():
             steps[lane] = step
@@ -146,7 +146,7 @@ class Coefficients:
                 raise ValueError("without: each set has the lanes and counts a turn of the file")
 
     def __eq__(self, other: object) -> bool:
-        """Whether every word is the same."""
+        """Tell whether all words are equal."""
         if not isinstance(other, Coefficients):
             return NotImplemented
         return (
@@ -206,12 +206,12 @@ class Coefficients:
 
     @property
     def lanes(self) -> int:
-        """Lanes of this bank."""
+        """Return the number of lanes."""
         return int(self.phase_steps.size)
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """The order of every lane, (lanes,), modulo counts_per_rev: whole counts alias."""
+        """Return the order of every lane, (lanes,), modulo counts_per_rev: whole counts alias."""
         return np.array(
             [
                 ((2 * step * self.counts_per_rev + 2**PHASE_STEP_WIDTH) >> (PHASE_STEP_WIDTH + 1))
@@ -223,7 +223,7 @@ class Coefficients:
 
     @property
     def real_orders(self) -> NDArray[np.float64]:
-        """The order of every lane, (lanes,), with the fraction of lanes that have a turn step."""
+        """Return the order of every lane, (lanes,), with the fraction of lanes with a turn step."""
         fractions = self.turn_steps.astype(np.float64) / 2.0**PHASE_STEP_WIDTH
         turns = self.phase_steps.astype(np.float64) * (self.counts_per_rev / 2.0**PHASE_STEP_WIDTH)
         return np.where(fractions > 0.0, np.rint(turns - fractions) + fractions, self.orders)
@@ -250,19 +250,19 @@ class Coefficients:
 
     @property
     def amplitudes_counts(self) -> NDArray[np.float64]:
-        """Amplitude of every lane in counts, (lanes,)."""
+        """Return the amplitude of every lane in counts, (lanes,)."""
         return self.amplitudes.astype(np.float64) * AMPLITUDE_LSB_COUNTS
 
     @property
     def phases_rad(self) -> NDArray[np.float64]:
-        """Φ of every lane in radians, (lanes,), in [-π, π)."""
+        """Return Φ of every lane in radians, (lanes,), in [-π, π)."""
         turn = 1 << PHASE_WIDTH
         signed = (self.phase_offsets.astype(np.int64) + turn // 2) % turn - turn // 2
         return signed.astype(np.float64) * (2.0 * math.pi / turn)
 
     @property
     def offset_counts(self) -> float:
-        """The offset in counts."""
+        """Return the offset in counts."""
         return self.offset * AMPLITUDE_LSB_COUNTS
 
     @classmethod
@@ -283,11 +283,10 @@ class Coefficients:
         """Quantise ε(θ) = offset + Σ amplitude·cos(n·θ + phase), equation (9).
 
         ``orders``, ``amplitudes_counts`` (2·A_n) and ``phases_rad`` have one entry a harmonic, at
-        most ``lanes``; the lanes left over have amplitude 0. Warns of an order from half of
-        ``counts_per_rev`` on: whole counts cannot tell it from a lower one.
-
-        Raises ValueError for what the formats cannot hold: more harmonics than lanes, an order
-        outside 0…65535, an amplitude or offset of 8192 counts or more, a value that is not finite.
+        most ``lanes``; the other lanes have amplitude 0. Warns of an order of at least half of
+        ``counts_per_rev``: whole counts cannot distinguish it from a lower one. Raises ValueError
+        for values that the formats cannot hold: more harmonics than lanes, an order outside
+        0…65535, an amplitude or offset of 8192 counts or more, a value that is not finite.
         """
         check_counts_per_rev(counts_per_rev)
         if not 1 <= lanes <= LANES_MAX:
@@ -332,10 +331,10 @@ class Coefficients:
         )
 
     def error_counts(self, angle_counts: ArrayLike) -> NDArray[np.float64]:
-        """ε in counts by equation (9) in double precision, from these quantised coefficients.
+        """Compute ε in counts by equation (9) in double precision, from the quantised coefficients.
 
-        ``angle_counts`` are whole counts of any shape, where a lane has a real order over all turns
-        from turn 0 on; the result has the same shape.
+        ``angle_counts`` are whole counts of any shape; for a lane with a real order they count over
+        all turns from turn 0 on. The result has the same shape.
         """
         angle = np.asarray(angle_counts, dtype=np.int64)
         error = np.full(angle.shape, self.offset_counts)
@@ -346,7 +345,8 @@ class Coefficients:
             self.phases_rad,
             strict=True,
         ):
-            # Whole numbers up to here: n·θ is reduced to one turn without a rounding error.
+            # Up to this limit, n·θ is an exact whole number and is reduced to one turn without
+            # rounding.
             turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
             if turn_step:
                 whole = _whole_part(order, turn_step)
@@ -366,19 +366,19 @@ def check_counts_per_rev(counts_per_rev: int) -> None:
 
 
 def phase_step(order: float, counts_per_rev: int) -> int:
-    """K = round(n·2⁴⁸ / counts_per_rev) mod 2⁴⁸, in 2⁻⁴⁸ turn a count."""
+    """Return K = round(n·2⁴⁸ / counts_per_rev) mod 2⁴⁸, in 2⁻⁴⁸ turn a count."""
     exact = Fraction(order) * (1 << (PHASE_STEP_WIDTH + 1))
     rounded = (exact + counts_per_rev) // (2 * counts_per_rev)
     return int(rounded) % (1 << PHASE_STEP_WIDTH)
 
 
 def turn_step(order: float) -> int:
-    """ν = round(n·2⁴⁸) mod 2⁴⁸, in 2⁻⁴⁸ turn a turn."""
+    """Return ν = round(n·2⁴⁸) mod 2⁴⁸, in 2⁻⁴⁸ turn a turn."""
     return round(Fraction(order) * (1 << PHASE_STEP_WIDTH)) % (1 << PHASE_STEP_WIDTH)
 
 
 def _whole_part(nearest: int, turn_step: int) -> int:
-    """Whole part of a real order, from the whole number next to it."""
+    """Return the whole part of a real order, from the whole number nearest to the order."""
     return nearest - (turn_step >= 1 << (PHASE_STEP_WIDTH - 1))
 
 

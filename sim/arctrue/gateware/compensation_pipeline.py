@@ -36,7 +36,7 @@ def pair_sums(
     rotation: Rotation = "cordic",
     turns: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """The harmonics of ``angle`` (counts, (clocks,)), summed in pairs: (clocks, pairs) in 2⁻ᶠ.
+    """Sum the harmonics of ``angle`` (counts, (clocks,)) in pairs: (clocks, pairs) in 2⁻ᶠ.
 
     ``turns``: turn number of each angle, (clocks,), of a core with REAL_ORDERS; None: all 0.
     """
@@ -93,17 +93,16 @@ def compensate_clocks(
     rotation: Rotation = "cordic",
     turns: ArrayLike | None = None,
 ) -> Compensated:
-    """The outputs of consecutive clocks, with swaps, enable and bypass (latency left out).
+    """Give the outputs of consecutive clocks, with swaps, enable and bypass (without latency).
 
-    ``bank``: index into ``banks`` for the angle of each clock; ``swap_marker``: true with the
-    first angle after each swap; ``apply`` as the port; all (clocks,). ``ramp_rate``: u8.24 in 2⁻¹¹
-    count per clock. ``state``: that of the clocks before, default: after reset. ``fold``: the angle
-    of the first clock is accepted and then one every ``fold`` clocks; the inputs of other clocks
-    are ignored. The omitted latency is 28 + ``fold`` clocks. ``turns``: turn number of the angle of
-    each clock, (clocks,), of a core with REAL_ORDERS.
-
-    Raises ValueError for an angle outside the turn, banks for different turns or lanes, or lanes
-    that are no multiple of ``fold``.
+    ``bank``: index into ``banks`` for the angle of each clock; ``swap_marker``: true with the first
+    angle after each swap; ``apply`` as the port; all (clocks,). ``ramp_rate``: u8.24 in 2⁻¹¹ count
+    per clock. ``state``: the state after the previous clocks, default: after reset. ``fold``: the
+    angle of the first clock is accepted and then one every ``fold`` clocks; the inputs of other
+    clocks are ignored. The omitted latency is 28 + ``fold`` clocks. ``turns``: turn number of the
+    angle of each clock, (clocks,), of a core with REAL_ORDERS. Raises ValueError for an angle
+    outside the turn, banks for different turns or lanes, or a number of lanes that is not a
+    multiple of ``fold``.
     """
     if len({(entry.counts_per_rev, entry.lanes) for entry in banks}) != 1:
         raise ValueError("banks: expected at least one, all for the same counts_per_rev and lanes")

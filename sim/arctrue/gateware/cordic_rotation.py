@@ -34,13 +34,13 @@ class RotationTables:
 
 
 def start_radius(iterations: int = CORDIC_ITERATIONS) -> float:
-    """x₀ of equation (11): the inverse of the gain of all iterations."""
+    """Return x₀ of equation (11): the inverse of the gain of all iterations."""
     return 1.0 / math.prod(math.sqrt(1.0 + 2.0 ** (-2 * i)) for i in range(iterations))
 
 
 @functools.cache
 def rotation_tables(cosine_width: int, iterations: int) -> RotationTables:
-    """The constants for a cosine of ``cosine_width`` bits; raises ValueError for one not built."""
+    """Compute the constants for ``cosine_width`` bits; raises ValueError for a width not built."""
     if cosine_width not in COSINE_WIDTHS or iterations not in ITERATIONS:
         raise ValueError(
             f"cosine of {cosine_width} bits with {iterations} iterations: the gateware has "
@@ -55,7 +55,7 @@ def rotation_tables(cosine_width: int, iterations: int) -> RotationTables:
     )
     x = y = np.full(1, start_radius(iterations))
     for i in range(1, TABULATED_ITERATIONS):
-        # A turn to the left, then one to the right, of every vector so far.
+        # Split every vector so far into one rotated to the left and one rotated to the right.
         direction = np.tile([1.0, -1.0], x.size)
         x, y = np.repeat(x, 2), np.repeat(y, 2)
         x, y = x - direction * y * 2.0**-i, y + direction * x * 2.0**-i
@@ -73,9 +73,10 @@ def cordic_rotation(
     cosine_width: int = COSINE_WIDTH,
     iterations: int = CORDIC_ITERATIONS,
 ) -> NDArray[np.int32]:
-    """x after the last iteration in 2⁻ᶠ, f = ``cosine_width``: two bits more than the cosine has.
+    """Return x after the last iteration in 2⁻ᶠ, f = ``cosine_width``.
 
-    ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any shape; the result has the same shape.
+    It has two bits more than the cosine. ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any
+    shape; the result has the same shape.
     """
     tables = rotation_tables(cosine_width, iterations)
     z = folded >> (PHASE_WIDTH - tables.angle_fraction)

@@ -23,7 +23,7 @@ TOTAL_MOST = 2**19
 HOLD = 3
 """Clocks for which a marker holds the total."""
 CATCH_AGE = 1
-# Clocks from a marker to the last total from which r cannot have lost a unit.
+# Clocks from a marker to the last total for which r cannot have decreased by a unit.
 DECAY_START = 5
 
 
@@ -69,7 +69,7 @@ class RampVelocity:
     """The braking distance permits a higher velocity, or the present one."""
 
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
-        """One clock; ``excess`` is that of the clock before."""
+        """Advance by one clock; the caller has set ``excess`` to that of the previous clock."""
         whole = self.velocity >> VELOCITY_FRACTION
         moved = self.fraction + whole
         is_held = marker or self.was_marker
@@ -109,7 +109,7 @@ class RampVelocity:
 
 
 def ramp_arcsec_s(ramp_rate: float, counts_per_rev: int) -> float:
-    """The velocity of a ramp, ″/s of the gateware's clock, from the register's 2⁻³⁵ count a clock.
+    """Convert a ramp's velocity from the register's 2⁻³⁵ count a clock to ″/s.
 
     The firmware computes its parameter of the same name back from this.
     """
@@ -117,7 +117,7 @@ def ramp_arcsec_s(ramp_rate: float, counts_per_rev: int) -> float:
 
 
 def ramp_arcsec_s2(ramp_acceleration: float, counts_per_rev: int) -> float:
-    """Acceleration of a ramp, ″/s², from the register's 2⁻⁵⁹ count per clock and clock."""
+    """Convert a ramp's acceleration from the register's 2⁻⁵⁹ count per clock² to ″/s²."""
     return ramp_acceleration / 2**59 * CLOCK_HZ**2 * ARCSEC_PER_TURN / counts_per_rev
 
 
@@ -139,15 +139,14 @@ def correction_ramp(
     inserted: NDArray[np.int64] | None = None,
     ramp_acceleration: int = 0,
 ) -> RampResult:
-    """The total correction of consecutive clocks.
+    """Give the total correction of consecutive clocks.
 
-    ``correction``: ε in 2⁻ᶠ count, (clocks,); ``marker``: (clocks,), true if ε has
-    another origin than in the clock before; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count
-    per clock. ``state``: that of the clocks before, default: after reset. ``inserted``: counts by
+    ``correction``: ε in 2⁻ᶠ count, (clocks,); ``marker``: (clocks,), true if ε has another origin
+    than in the previous clock; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count per clock.
+    ``state``: the state after the previous clocks, default: after reset. ``inserted``: counts by
     which the reading jumps in the clock of a marker, (clocks,); ignored in other clocks.
-    ``ramp_acceleration`` in 2⁻⁵⁹ count per clock and clock; 0: the velocity is the rate at once.
-
-    Raises ValueError for a rate that u8.24, or an acceleration that 32 bits cannot hold.
+    ``ramp_acceleration`` in 2⁻⁵⁹ count per clock and clock; 0: the velocity equals the rate at
+    once. Raises ValueError for a rate that u8.24, or an acceleration that 32 bits cannot hold.
     """
     if not 0 <= ramp_acceleration <= ACCELERATION_MAX:
         raise ValueError(
@@ -168,7 +167,7 @@ def correction_ramp(
     held, caught, age = state.held, state.caught, state.age
     start = 0
     for end in [*np.flatnonzero(marker).tolist(), clocks]:
-        # Since the marker before: it holds, then r decays.
+        # After the previous marker the total is held, then r decays.
         until = min(end, start + max(HOLD - 1 - age, 0))
         if age < CATCH_AGE <= age + until - start:
             caught = held - int(correction[start + CATCH_AGE - age - 1])

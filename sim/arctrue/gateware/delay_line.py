@@ -13,7 +13,7 @@ Word = TypeVar("Word", bound=np.generic)
 
 
 def delay_line(undelayed: NDArray[Word], clocks: int = DELAY_LINE_LATENCY) -> NDArray[Word]:
-    """Delay words, (clocks of the run, …), by ``clocks``; the first ones out are 0.
+    """Delay words, (clocks of the run, …), by ``clocks``; the first outputs are 0.
 
     Raises ValueError for a delay below one clock.
     """

@@ -20,7 +20,7 @@ class CountedEdges:
     step: Ints
     """1 up, -1 down, else 0."""
     up: Bools
-    """Direction of the last step."""
+    """Whether the last step was upwards."""
     breaks_order: Bools
 
 
@@ -40,7 +40,7 @@ class EdgeCounterTrace:
 
 
 def counted_edges(a: Ints, b: Ints, preload: Bools, reset: Bools) -> CountedEdges:
-    """Compare levels, each (clocks,), with those of the clock before."""
+    """Compare levels, each (clocks,), with those of the previous clock."""
     a_before, b_before = earlier(a), earlier(b)
     valid = ~preload & ~reset
     a_changes, b_changes = a != a_before, b != b_before
@@ -64,7 +64,7 @@ def edge_counter(
     """Count the edges of the levels ``a`` and ``b``, each (clocks,)."""
     edges = counted_edges(a, b, preload, reset)
     last_reset = latest(reset)
-    # A step counts one clock after it was seen.
+    # A step changes the count one clock after its detection.
     moved = np.where(reset, 0, earlier(edges.step))
     moves = moved != 0
     total = np.cumsum(moved)
@@ -73,7 +73,7 @@ def edge_counter(
     last_edge_time = np.where(
         last_move > last_reset, value_at(last_move, timestamp, 0), np.uint64(0)
     )
-    # The levels of the clock in which the position was decided.
+    # Levels in the clock in which the position was determined.
     place = 2 * b + (a ^ b)
     place = np.where(preload, place, earlier(place))
     phase_of_zero = np.where(reset | preload, 0, earlier((place - position) % 4))

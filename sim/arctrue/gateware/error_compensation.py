@@ -31,7 +31,7 @@ class Subtracted(NamedTuple):
 
 
 class Compensated(NamedTuple):
-    """The outputs of the entity, one a clock, and the state after the last clock."""
+    """The outputs of the entity, one per clock, and the state after the last clock."""
 
     corrected_angle: NDArray[np.int64]
     corrected_position: NDArray[np.int64]
@@ -61,10 +61,10 @@ def add_pairs(
     offset: int | NDArray[np.int64],
     local_value: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
-    """ε in 2⁻ᶠ count, (clocks,), F = PAIR_FRACTION.
+    """Sum ε in 2⁻ᶠ count, (clocks,), F = PAIR_FRACTION.
 
-    ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``offset``: in 2⁻¹¹ count, one or one a clock;
-    ``local_value``: of the local table in 2⁻²² count, (clocks,).
+    ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``offset``: in 2⁻¹¹ count, one or one per clock;
+    ``local_value``: value of the local table in 2⁻²² count, (clocks,).
     """
     aligned = np.asarray(offset, dtype=np.int64) << (PAIR_FRACTION - AMPLITUDE_FRACTION)
     total: NDArray[np.int64] = pair_sums.sum(axis=-1, dtype=np.int64) + aligned
@@ -108,14 +108,15 @@ def error_compensation(
     mean_term: NDArray[np.int64] | None = None,
     jump: NDArray[np.int64] | None = None,
 ) -> Compensated:
-    """The outputs for the inputs of consecutive clocks (the latency of 4 clocks is left out).
+    """Give the outputs for the inputs of consecutive clocks (without the latency of 4 clocks).
 
     ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``angle`` and ``position``: counts, (clocks,);
-    ``apply`` and ``swap_marker``: (clocks,). ``state``: that of the clocks before, else reset.
-    ``zero_moved`` turns over with the first angle from another zero; ``put_back``: counts in
-    ``position`` that no edge brought; both (clocks,), by default those of ``state``. With the mean
-    of the heads, ``mean_term`` in 2⁻²⁰ count and ``jump``: counts that the reading jumps by with
-    the first angle of another carrier, which is a ``swap_marker``, otherwise 0; both (clocks,).
+    ``apply`` and ``swap_marker``: (clocks,). ``state``: the state after the previous clocks,
+    default: after reset. ``zero_moved`` toggles with the first angle from another zero;
+    ``put_back``: counts in ``position`` that did not come from an edge; both (clocks,), by default
+    those of ``state``. With the mean of the heads, ``mean_term`` in 2⁻²⁰ count and ``jump``: counts
+    by which the reading jumps with the first angle of another carrier, which is a ``swap_marker``,
+    otherwise 0; both (clocks,).
     """
     state = state or CompensationState()
     moved = np.full(apply.shape, state.zero_moved) if zero_moved is None else zero_moved

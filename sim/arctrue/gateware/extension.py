@@ -46,7 +46,7 @@ class Conditions:
 class LocalTable:
     """A table over windows of the turn.
 
-    ``points``: up to 4,096 words in 2⁻ᶠ count, F = ``fraction_bits``, shared out evenly to the
+    ``points``: up to 4,096 words in 2⁻ᶠ count, F = ``fraction_bits``, divided evenly among the
     windows that begin at ``starts_counts`` (one, two or four), each 2^-``width_exponent`` turn.
     """
 
@@ -75,10 +75,10 @@ class LocalTable:
                 )
 
     def steepest(self, counts_per_rev: int) -> float:
-        """Give the largest |dε/dR| of the table.
+        """Return the largest |dε/dR| of the table.
 
-        The value leaps from 0 to the first point where a window that is no whole turn begins: a
-        leap counts as a slope over one count.
+        At the start of a window shorter than a turn the value steps from 0 to the first point: the
+        step counts as a slope over one count.
         """
         windows = len(self.starts_counts)
         words = np.zeros(POINTS)
@@ -106,7 +106,7 @@ class Extension:
     without: tuple[Coefficients, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raise ValueError where the parts do not fit each other."""
+        """Raise ValueError if the parts do not fit each other."""
         for lane, name in self.modulators:
             if name not in MODULATORS[1:]:
                 raise ValueError(

@@ -11,20 +11,20 @@ from arctrue.gateware.latest import latest, value_at
 def glitch_filter(
     unfiltered: ArrayLike, filter_length: ArrayLike = 1, reset: ArrayLike = False
 ) -> NDArray[np.int64]:
-    """Filtered level of one signal in every clock, shape (clocks + 1,).
+    """Filter the level of one signal; return the output in every clock, shape (clocks + 1,).
 
     Element t is the output during clock t, 0 in clock 0; the last one follows the last input.
-    ``unfiltered`` is the level (0 or 1) in each clock, shape (clocks,); ``filter_length`` in
-    clocks (0 acts as 1) and ``reset`` are one value a clock, or one for all.
-    Raises ValueError when the shapes do not fit.
+    ``unfiltered`` is the level (0 or 1) in each clock, shape (clocks,); ``filter_length`` in clocks
+    (0 acts as 1) and ``reset`` are one value per clock, or one for all. Raises ValueError if the
+    shapes do not fit.
     """
     level, length, loads = np.broadcast_arrays(
         np.atleast_1d(np.asarray(unfiltered, dtype=np.int64)), filter_length, reset
     )
     if level.size == 0:
         return np.zeros(1, dtype=np.int64)
-    # A level is taken once its run is long enough. A level that equals the output is
-    # taken without effect, so runs need not be distinguished by the present output.
+    # A level is accepted once it has lasted long enough. Accepting a level that equals the output
+    # has no effect, so runs need not be distinguished by the present output.
     changes = np.diff(level, prepend=level[0]) != 0
     run_start = np.maximum(latest(changes), 0)
     lasted = np.arange(level.size) - run_start + 1

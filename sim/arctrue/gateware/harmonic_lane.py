@@ -25,7 +25,7 @@ def lane_cosine(
     iterations: int = CORDIC_ITERATIONS,
     rotation: Rotation = "cordic",
 ) -> NDArray[np.int32]:
-    """The cosine as it meets the amplitude: sign, integer bit, ``cosine_width`` − 2 fraction bits.
+    """Return the cosine in the multiplier's format: sign, integer bit, ``cosine_width`` − 2 bits.
 
     ``phase``: int32, 2⁻²⁴ turn, 0 <= phase < 2²⁴, of any shape; the result has the same shape.
     Raises ValueError for a width or a number of iterations that is not built.
@@ -59,10 +59,10 @@ def harmonic_lane(
     partner: ArrayLike = 0,
     rotation: Rotation = "cordic",
 ) -> NDArray[np.int64]:
-    """amplitude · cos(phase) + ``partner`` in 2⁻ᶠ count, f = ``cosine_width`` + 9 (27).
+    """Compute amplitude · cos(phase) + ``partner`` in 2⁻ᶠ count, f = ``cosine_width`` + 9 (27).
 
     ``phase``: int32, 2⁻²⁴ turn; ``amplitude``: 2⁻¹¹ count; ``partner``: the product of the other
-    lane of the pair, 2⁻ᶠ count; of shapes that numpy broadcasts to one.
+    lane of the pair, 2⁻ᶠ count. The shapes broadcast.
     """
     cosine = lane_cosine(phase, cosine_width, iterations, rotation).astype(np.int64)
     product: NDArray[np.int64] = cosine * np.asarray(amplitude, dtype=np.int64)

@@ -21,11 +21,11 @@ def harmonic_unit(
     iterations: int = CORDIC_ITERATIONS,
     rotation: Rotation = "cordic",
 ) -> NDArray[np.int64]:
-    """amplitude · cos(phase) of the lanes 2i and 2i + 1 added, in 2⁻ᶠ count, F = PAIR_FRACTION.
+    """Add amplitude · cos(phase) of the lanes 2i and 2i + 1, in 2⁻ᶠ count, F = PAIR_FRACTION.
 
-    ``phases``: int32 (angles, lanes), 2⁻²⁴ turn; ``amplitudes``: 2⁻¹¹ count, (lanes,) or, where
-    they change with the angle, (angles, lanes). Returns (angles, pairs); the last pair of an odd
-    number of lanes is the last lane alone. The latency is left out.
+    ``phases``: int32 (angles, lanes), 2⁻²⁴ turn; ``amplitudes``: 2⁻¹¹ count, (lanes,) or, if they
+    change with the angle, (angles, lanes). Returns (angles, pairs); the last pair of an odd number
+    of lanes is the last lane alone. The latency is omitted.
     """
     cosines = lane_cosine(phases, cosine_width, iterations, rotation)
     factors = np.asarray(amplitudes, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Model of ``head_failover``: which set is loaded, and which heads are left out."""
+"""Model of ``head_failover``: selects the loaded set and the heads that are left out."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Final
 OWN_WORDS: Final = 7
 """``heads_status.set`` while the processor's own words are active."""
 REARM_CLOCKS: Final = 8
-"""The index of a head that is left out is forgotten for so long."""
+"""Clocks for which the index of a head that is left out is cleared."""
 
 
 @dataclass(frozen=True)
 class FailoverInputs:
-    """What the entity sees in one clock; sets of heads have a bit a head, head 1 the lowest."""
+    """Inputs of the entity in one clock; a set of heads has one bit per head, head 1 the lowest."""
 
     failed: int = 0
     causes: int = 0
@@ -27,7 +27,7 @@ class FailoverInputs:
     refused: bool = False
     clear: bool = False
     take_set: int | None = None
-    """The set that ``heads_command`` asks for."""
+    """Number of the set that ``heads_command`` requests."""
     come_back: int = 0
 
 
@@ -35,8 +35,8 @@ class FailoverInputs:
 class HeadFailover:
     """The registers of the entity, with ``failover.enable`` set; ``clock`` is one clock.
 
-    A head that is left out stays so until a set without it as the missing one is loaded, or until
-    it comes back after its index while the processor's own words are active.
+    A head remains left out until a set is loaded in which it is not the missing head, or until it
+    returns after its index while the processor's own words are active.
     """
 
     heads: int
@@ -60,17 +60,17 @@ class HeadFailover:
 
     @property
     def rearm_heads(self) -> int:
-        """Heads whose index is being forgotten."""
+        """Return the heads whose index is being cleared."""
         return self.left_out if self._rearming else 0
 
     def _barred(self, busy: bool) -> int:
-        """Heads that the idle words may not use."""
+        """Return the heads that the idle words may not use."""
         if busy:
             return 1 << self.number >> 1
         return self.left_out
 
     def clock(self, now: FailoverInputs) -> None:
-        """Go on by one clock."""
+        """Advance by one clock."""
         barred = self._barred(now.busy)
         needs_carrier = now.busy or self.left_out != 0
         has_index = self._rearming == 0 and not self.left_out & ~now.indices_seen

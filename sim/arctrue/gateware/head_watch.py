@@ -1,4 +1,4 @@
-"""Model of the entity ``head_watch``: which head has failed, clock by clock."""
+"""Model of the entity ``head_watch``: detects a failed head, clock by clock."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ STEP_COUNTS: Final = 32
 reading by 0.5 µm / 100 mm = 1.03″ = 13.4 counts, a difference of two by 26.8; eccentricity of 142″
 adds 142″ · 2 sin(90°/s · 1.31 ms / 2) = 0.29″ = 3.8 counts at 90°/s; and rounding 1."""
 MISSING_COUNTS: Final = 48
-"""More than such differences, and 11.5 µs at 90°/s (4.19 million counts a second)."""
+"""Limit of missing edges: more than such differences, and 11.5 µs at 90°/s (4.19 million counts a
+second)."""
 
 
 class Cause(IntEnum):
@@ -35,10 +36,10 @@ class Cause(IntEnum):
 
 
 def stepped_head(moved: NDArray[np.int64], limit: int) -> int | None:
-    """Find the head (from 0 on) without which all others moved alike.
+    """Find the head (from 0 on) without which all others moved by equal amounts.
 
-    ``moved`` (heads,): changes of the readings against any common one. None where no head, or more
-    than one, may be left out for the others to agree within less than ``limit`` counts.
+    ``moved`` (heads,): changes of the readings against any common one. None unless exactly one head
+    exists without which the others agree within less than ``limit`` counts.
     """
     candidates = [
         head
@@ -90,13 +91,13 @@ class StepSearch:
 
 @dataclass
 class MissingEdges:
-    """Counts that every head has moved since the last edge of each; one call a clock."""
+    """Counts that every head has moved since the last edge of each; one call per clock."""
 
     heads: int
     ahead: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
 
     def __post_init__(self) -> None:
-        """Begin with no motion."""
+        """Start without motion."""
         self.ahead = np.zeros((self.heads, self.heads), dtype=np.int64)
 
     def clock(self, steps: NDArray[np.int64], limit: int, *, watching: bool) -> NDArray[np.bool_]:

@@ -23,7 +23,7 @@ JUDGED_AFTER = 3
 """Clocks from the detection of an index to its check."""
 
 HEALED_MOST = 2**14
-"""Counts; a slip of this size or more is not put back."""
+"""Largest healed slip, counts; a slip of this size or more is not corrected."""
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -63,7 +63,7 @@ def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
     is_cut = following <= at + INDEX_SKEW
     decided = np.where(is_cut, following, at + INDEX_SKEW)
     level = z[np.minimum(np.where(is_cut, following - 1, decided), clocks - 1)]
-    # The level of the step before, or of the last clock of a reset between them.
+    # The level of the previous step, or of the last clock of a reset between both steps.
     last_unsettled = latest(unsettled)
     begun = last_unsettled[at]
     is_first = begun > np.append(-1, at[:-1])
@@ -90,7 +90,7 @@ class _Verdicts:
     is_judged: Bools
     misplaced: Bools
     agrees: Bools
-    """It lies a turn from the mark before it."""
+    """The mark lies a turn from the previous mark."""
     other_agrees: Bools
     can_move: Bools
     forgotten: Bools
@@ -99,7 +99,7 @@ class _Verdicts:
 
 
 def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
-    """Clocks in which a mark becomes the zero, and those in which one is trusted."""
+    """Return the clocks in which a mark becomes the zero, and those in which a mark is trusted."""
     moved = np.zeros(verdicts.detected.size, dtype=np.bool_)
     trusted = np.zeros_like(moved)
     last_forgotten = latest(verdicts.forgotten)
@@ -124,7 +124,7 @@ def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
 
 
 def _slips(zero: Ints, at: Ints, begins: Bools, turn: Ints) -> Ints:
-    """The angle, -half a turn to half a turn, of each mark that becomes the zero; (at,)."""
+    """Return the angle, -half a turn to half a turn, of each mark that becomes the zero; (at,)."""
     slips = np.zeros(at.size, dtype=np.int64)
     last_begin = latest(begins)
     last_moved = -1

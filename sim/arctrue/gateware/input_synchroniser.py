@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 STAGES_DEFAULT = 2
-"""Registers a pin."""
+"""Number of registers per pin."""
 
 
 def input_synchroniser(asynchronous: ArrayLike, stages: int = STAGES_DEFAULT) -> NDArray[Any]:
-    """Levels ``stages`` clocks later, 0 before; the first axis is the clock, the shape is kept.
+    """Delay levels by ``stages`` clocks, 0 before; the first axis is the clock.
 
-    Raises ValueError for ``stages`` outside 2 to 4.
+    The shape stays the same. Raises ValueError for ``stages`` outside 2 to 4.
     """
     if not 2 <= stages <= 4:
         raise ValueError(f"stages is {stages}; expected 2 to 4")

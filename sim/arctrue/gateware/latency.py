@@ -1,4 +1,4 @@
-"""Clocks that an angle takes through the gateware, from the latencies of its parts."""
+"""Number of clocks from an angle to its result, from the latencies of the gateware's parts."""
 
 from __future__ import annotations
 

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 
 def latest(event: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Clock of the latest event at or before each clock, -1 before the first; shape (clocks,)."""
+    """Return the clock of the latest event up to each clock, -1 before the first; (clocks,)."""
     return np.maximum.accumulate(np.where(event, np.arange(event.size), -1))
 
 
 def value_at(clock: NDArray[np.int64], values: NDArray[Any], otherwise: int) -> NDArray[Any]:
-    """``values`` at ``clock``, and ``otherwise`` where that is -1; shape (clocks,)."""
+    """Return ``values`` at ``clock``, and ``otherwise`` if that is -1; shape (clocks,)."""
     return np.where(clock >= 0, values[clock], values.dtype.type(otherwise))
 
 
@@ -24,7 +24,7 @@ def clock_before(clock: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def earlier(values: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Values one clock ago, 0 in the first clock."""
+    """Return the values of the previous clock, 0 in the first clock."""
     return np.concatenate([np.zeros_like(values[:1]), values[:-1]])
 
 
@@ -34,10 +34,10 @@ def was(event: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def wrapped(counts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Counts as a position of 32 bits holds them."""
+    """Wrap counts to a signed 32-bit position."""
     return (counts + 2**31) % 2**32 - 2**31
 
 
 def outputs(begin: int, values: NDArray[Any]) -> NDArray[np.int64]:
-    """A register in every clock: ``begin`` at power-up, then its values after each clock."""
+    """Return a register in every clock: ``begin`` at power-up, then its values after each clock."""
     return np.concatenate([[begin], values]).astype(np.int64)

@@ -18,9 +18,9 @@ POINTS = 4096
 FRACTIONS = (4, 6, 8, 10)
 VALUE_FRACTION = 22
 LINE_WIDTH = 12
-"""Bits of the place between two points."""
+"""Number of bits of the position between two points."""
 LATENCY = 17
-"""Clocks."""
+"""Latency in clocks."""
 WIDTHS = range(7)
 
 
@@ -28,8 +28,8 @@ WIDTHS = range(7)
 class LocalTable:
     """One bank of the table, as words of the register map.
 
-    ``starts``: counts, where each of the one, two or four windows begins; ``width``: a window is
-    2^−width turn; ``fraction``: F, fraction bits of a point; ``points``: int64 (4096,).
+    ``starts``: first count of each of the one, two or four windows; ``width``: a window is 2^−width
+    turn; ``fraction``: F, fraction bits of a point; ``points``: int64 (4096,).
     """
 
     counts_per_rev: int
@@ -39,7 +39,7 @@ class LocalTable:
     points: NDArray[np.int64]
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a table that the gateware cannot hold."""
+        """Check the words. Raises ValueError for a table that the gateware cannot hold."""
         if len(self.starts) not in (1, 2, 4):
             raise ValueError(f"{len(self.starts)} windows; expected one, two or four")
         if any(not 0 <= start < self.counts_per_rev for start in self.starts):
@@ -80,13 +80,13 @@ class LocalTable:
 
     @property
     def step(self) -> int:
-        """round(2⁴⁸·2^width / counts_per_rev): window a count, u0.48."""
+        """Return round(2⁴⁸·2^width / counts_per_rev): windows per count, u0.48."""
         turn = self.counts_per_rev
         return ((1 << (PHASE_STEP_WIDTH + self.width + 1)) + turn) // (2 * turn)
 
 
 def line_bound(table: LocalTable) -> float:
-    """Largest error against the exact lines, in counts: see the head of the entity."""
+    """Return the largest error against the exact lines, in counts: see the head of the entity."""
     each = table.points.reshape(len(table.starts), -1)
     rise = np.abs(np.roll(each, -1, axis=1) - each).max() / 2.0**table.fraction
     places = 2.0**-13 + 2.0**-13 + (0.0 if len(table.starts) == 1 else 2.0**-12)
@@ -94,7 +94,7 @@ def line_bound(table: LocalTable) -> float:
 
 
 def local_table(angle: ArrayLike, table: LocalTable) -> NDArray[np.int64]:
-    """The correction in 2⁻²² count, of ``angle`` in counts below counts_per_rev; (angles,)."""
+    """Return the correction in 2⁻²² count for ``angle``, counts below counts_per_rev; (angles,)."""
     angles = np.asarray(angle, dtype=np.int64)
     offsets = (angles[:, np.newaxis] - np.array(table.starts)) % table.counts_per_rev
     inside = offsets << table.width < table.counts_per_rev

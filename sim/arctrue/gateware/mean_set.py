@@ -21,12 +21,11 @@ DELAY_MOST_CLOCKS: Final = 255
 
 @dataclass(frozen=True)
 class MeanSet:
-    """θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, one entry a head.
+    """θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, one entry per head.
 
     ``weights`` in 2⁻¹⁶, their sum 65536; ``offsets`` oᵢ in 1/16 count; ``carrier`` s, from 1 on;
-    ``missing``: number of the head that is left out, 0 for none. ``delays_clocks`` of A, B and Z.
-
-    Raises ValueError for words that the gateware cannot hold, or that are no mean.
+    ``missing``: number of the head that is left out, 0 for none; ``delays_clocks``: delays of A, B
+    and Z. Raises ValueError for words that the gateware cannot hold, or that define no mean.
     """
 
     weights: tuple[int, ...]
@@ -82,7 +81,7 @@ class MeanSet:
         return tuple(head != self.missing for head in range(1, self.heads + 1))
 
     def words(self) -> list[int]:
-        """The words of the window ``mean`` up to ``choice``, as unsigned 32 bits."""
+        """Return the words of the window ``mean`` up to ``choice``, as unsigned 32 bits."""
         empty = [0] * (HEADS_MOST - self.heads)
         used = sum(1 << place for place, is_used in enumerate(self.used) if is_used)
         return [

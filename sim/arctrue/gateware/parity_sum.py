@@ -11,11 +11,11 @@ from arctrue.gateware.mean_set import WEIGHT_ONE
 from arctrue.generated.number_formats import CORRECTION_FRACTION, MEAN_TERM_FRACTION
 
 PARITY_LSB_COUNTS: Final = 2.0**-CORRECTION_FRACTION
-"""Last place of a word of the parity, counts."""
+"""Value of the last place of a word of the parity, counts."""
 
 
 def parity_sum(differences: ArrayLike, weights: ArrayLike) -> NDArray[np.int64]:
-    """Parity in 2⁻¹¹ count, rounded down: (clocks,).
+    """Return the parity in 2⁻¹¹ count, rounded down: (clocks,).
 
     ``differences`` (clocks, heads) in 1/16 count, ``weights`` (heads,) in 2⁻¹⁶.
     """
@@ -25,12 +25,11 @@ def parity_sum(differences: ArrayLike, weights: ArrayLike) -> NDArray[np.int64]:
 
 
 def parity_weights(places_rad: ArrayLike) -> NDArray[np.int64]:
-    """Words cᵢ for four heads at ``places_rad``: Σ cᵢ = 0, Σ cᵢ·e^{jβᵢ} = 0, the largest |cᵢ| = 1.
+    """Compute words cᵢ for four heads at ``places_rad``: Σ cᵢ = 0, Σ cᵢ·e^{jβᵢ} = 0, max |cᵢ| = 1.
 
-    The one direction (up to its sign, here c₁ > 0) that three equations leave of four weights. The
-    rounding of the words to 2⁻¹⁶ leaves Σ cᵢ = 0 exactly.
-
-    Raises ValueError for another number of heads: three have no such sum.
+    Three real equations for four weights have one solution up to a factor; here c₁ > 0. The
+    rounding of the words to 2⁻¹⁶ keeps Σ cᵢ = 0 exact. Raises ValueError for another number of
+    heads: three heads have no such sum.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     if places.shape != (4,):

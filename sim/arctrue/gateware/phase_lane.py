@@ -13,10 +13,10 @@ _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 def phase_lane(
     angle: ArrayLike, phase_step: ArrayLike, phase_offset: ArrayLike
 ) -> NDArray[np.int32]:
-    """θ·K + Φ modulo one turn in 2⁻²⁴ turn, rounded half up.
+    """Compute θ·K + Φ modulo one turn in 2⁻²⁴ turn, rounded half up.
 
-    ``angle``: counts below 2²⁴; ``phase_step``: K in 2⁻⁴⁸ turn a count; ``phase_offset``: Φ in
-    2⁻²⁴ turn; whole numbers, of shapes that numpy broadcasts to one. Returns that shape.
+    ``angle``: counts below 2²⁴; ``phase_step``: K in 2⁻⁴⁸ turn a count; ``phase_offset``: Φ in 2⁻²⁴
+    turn; whole numbers. The shapes broadcast; the result has the common shape.
     """
     # Products wrap modulo 2⁶⁴; the 48 bits of a turn are the low ones.
     turns = np.asarray(angle, dtype=np.uint64) * np.asarray(phase_step, dtype=np.uint64)

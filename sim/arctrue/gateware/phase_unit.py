@@ -11,10 +11,9 @@ from arctrue.gateware.phase_lane import phase_lane
 def phase_unit(
     angle: ArrayLike, phase_steps: ArrayLike, phase_offsets: ArrayLike
 ) -> NDArray[np.int32]:
-    """The phases in 2⁻²⁴ turn, (angles, lanes); the latency is left out.
+    """Compute the phases in 2⁻²⁴ turn, (angles, lanes); the latency is omitted.
 
     ``angle``: counts, 0 <= angle < 2²⁴, (angles,). ``phase_steps``: K in 2⁻⁴⁸ turn a count and
-    ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,) or, where they change with the angle,
-    (angles, lanes).
+    ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,) or, if they change with the angle, (angles, lanes).
     """
     return phase_lane(np.asarray(angle)[:, np.newaxis], phase_steps, phase_offsets)

@@ -14,7 +14,7 @@ COUNTER_MAX = 2**16 - 1
 """Limit at which the fault counters saturate."""
 
 PERIOD = 4
-"""Counts of a period of A and B."""
+"""Number of counts in a period of A and B."""
 
 SPACING_MAX = 2**16 - 1
 """Largest measured spacing of edges, in clocks."""
@@ -77,7 +77,7 @@ def _edges_lost(
 
 
 def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
-    """Flag and counter after each clock; an event in the clock of a clear is kept."""
+    """Return flag and counter after each clock; an event in the clock of a clear is kept."""
     total = np.cumsum(event)
     gone = np.where(reset, total, total - event)
     count = total - value_at(latest(clear | reset), gone, 0)
@@ -95,10 +95,10 @@ def plausibility_check(
     settling: Bools,
     reset: Bools,
 ) -> PlausibilityTrace:
-    """Keep the faults of a head; everything (clocks,).
+    """Find the faults of a head; all arrays (clocks,).
 
-    ``levels``: A and B before the filter; ``edges``: of the filtered ones; ``settling``: clocks in
-    which the levels before the filter are not looked at.
+    ``levels``: A and B before the filter; ``edges``: edges of the filtered levels; ``settling``:
+    clocks in which the levels before the filter are ignored.
     """
     moves = np.where(reset, 0, earlier(edges.step)) != 0
     last_move = latest(moves)

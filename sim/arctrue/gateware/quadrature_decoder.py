@@ -1,7 +1,7 @@
 """Bit-true model of ``rtl/decoder/quadrature_decoder.vhd``: every output in every clock.
 
-The registers of its parts are sums and latest values over whole arrays, not a walk from clock to
-clock.
+The registers of its parts are computed as sums and latest values of whole arrays, without a loop
+over the clocks.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from arctrue.gateware.plausibility_check import PlausibilityTrace, plausibility_
 
 
 def latency_clocks(filter_length: int = 1, stages: int = STAGES_DEFAULT) -> int:
-    """Clocks from a change of a pin to the position."""
+    """Return the clocks from a change of a pin to the position."""
     return stages + max(filter_length, 1) + 2
 
 
@@ -34,9 +34,9 @@ class DecoderInputs:
     counts_per_rev: ArrayLike = 2**24
     """Counts, 4 to 2**24."""
     filter_length: ArrayLike = 1
-    """Clocks, 1 is off."""
+    """Clocks; 1 switches the filter off."""
     minimum_edge_spacing: ArrayLike = 0
-    """Clocks, 0 is off."""
+    """Clocks; 0 switches the check off."""
     index_tolerance: ArrayLike = 0
     """Counts."""
     timestamp: ArrayLike = 0
@@ -79,7 +79,7 @@ def quadrature_decoder(
     column = {name: values.astype(np.int64) for name, values in columns.items()}
     clocks = np.arange(clear.size)
 
-    # Until the synchroniser holds levels of the clock of the last reset.
+    # This applies until the synchroniser holds levels of the clock of the last reset.
     since_reset = clocks - clock_before(latest(reset))
     preload = since_reset <= synchroniser_stages + 1
     filter_reset = since_reset <= synchroniser_stages

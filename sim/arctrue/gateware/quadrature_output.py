@@ -15,7 +15,7 @@ _A_OF_PHASE = (0, 1, 1, 0)
 _B_OF_PHASE = (0, 0, 1, 1)
 _TURNS = range(-2, 2)
 _Z_COUNTS = (1, 2, 4, 4)
-# The present lag is that of two clocks ago, without the later steps.
+# The present lag is that of two clocks ago; it does not contain the later steps.
 _STEPS_UNDER_WAY = 3
 
 
@@ -36,7 +36,7 @@ class OutputInputs:
     minimum_spacing: ArrayLike = 1
     """Clocks."""
     referenced: ArrayLike = True
-    """corrected_angle counts from an index mark."""
+    """Whether corrected_angle counts from an index mark."""
     phase_of_zero: ArrayLike = 0
     """Place of (A, B) in 00, 10, 11, 01 at position 0 modulo 4."""
     z_gated: ArrayLike = False
@@ -72,7 +72,7 @@ class _ZSettings(NamedTuple):
     width: int
 
     def is_high(self, behind_zero: int, phase: int) -> bool:
-        """True if Z is high at this count after the zero and this phase of (A, B)."""
+        """Tell whether Z is high at this count after the zero and this phase of (A, B)."""
         counts = _Z_COUNTS[self.width]
         if not self.gated:
             return 0 <= behind_zero < counts
@@ -110,7 +110,7 @@ class _Follower:
         self.cannot_keep_up = 0
 
     def show(self, clear: bool, following_limit: int, turn: int, z: _ZSettings) -> None:
-        """Pins, following error and its flag."""
+        """Update the pins, the following error and its flag."""
         self.pins[:2] = _A_OF_PHASE[self.phase_then], _B_OF_PHASE[self.phase_then]
         if any(self.enabled):
             reference, turn_then, referenced = self.references[2]
@@ -134,7 +134,7 @@ class _Follower:
         self.turn_limit = 2 * turn - 1
 
     def decide(self, minimum_spacing: int, reset: bool) -> int:
-        """The step that the output takes in the next clock: -1, 0 or 1."""
+        """Return the step that the output takes in the next clock: -1, 0 or 1."""
         remaining = self.near_lag - sum(self.steps)
         step = 0
         if self.following and all(self.enabled) and self.may_step and not reset:

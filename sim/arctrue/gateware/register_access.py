@@ -1,7 +1,7 @@
 """Named access to the registers of the core, over any bus that reads and writes words.
 
-The test benches give it an AXI4-Lite master in the simulator; a host gives it what it has.
-Addresses and fields come from the generated description of the register map.
+The test benches use an AXI4-Lite master in the simulator; a host uses its own bus. Addresses and
+fields come from the generated description of the register map.
 """
 
 from __future__ import annotations
@@ -23,15 +23,17 @@ from arctrue.generated import registers
 from arctrue.generated.number_formats import CLOCK_HZ
 
 ReadWords = Callable[[int, int], Awaitable[Sequence[int]]]
-"""``await read_words(address, count)``: ``count`` words of 32 bits from a byte address on."""
+"""``await read_words(address, count)`` returns ``count`` words of 32 bits from a byte address
+on."""
 
 WriteWords = Callable[[int, Sequence[int]], Awaitable[None]]
-"""``await write_words(address, words)``. Both raise an exception where the bus answers an error."""
+"""``await write_words(address, words)``. Both raise an exception if the bus responds with an
+error."""
 
 IDENTIFICATION: Final = 0x41524354
 
 SET_BYTES: Final = 0x1000
-"""Of the window of one prepared set, laid out as the map from 0x1000 on."""
+"""Size of the window of one prepared set, which has the layout of the map from 0x1000 on."""
 SET_MEAN: Final = 0x800
 SET_OFFSET: Final = 0x83C
 
@@ -60,11 +62,11 @@ class CoefficientSet(Protocol):
 
     @property
     def modulator_numbers(self) -> NDArray[np.int64]:
-        """(lanes,), what the amplitude is multiplied with; 0 where nothing."""
+        """(lanes,), numbers of the amplitudes' modulators; 0: no modulator."""
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """(lanes,), u0.48 turn a turn; 0 where the order is whole."""
+        """(lanes,), u0.48 turn a turn; 0 for whole orders."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +99,7 @@ class CaptureBank:
 
 
 def register_named(path: str) -> Register:
-    """The register called ``path``, as in ``head1.flags``; raises KeyError with near names."""
+    """Return the register ``path``, as in ``head1.flags``; raises KeyError with near names."""
     if path in _BY_PATH:
         return _BY_PATH[path]
     parts = path.split(".")
@@ -108,7 +110,7 @@ def register_named(path: str) -> Register:
 class RegisterMap:
     """Registers by name, over two callables that move 32-bit words.
 
-    Errors of the bus (an address that the core refuses) are those that the callables raise.
+    Errors of the bus (an address that the core refuses) are the exceptions of the callables.
     """
 
     def __init__(self, read_words: ReadWords, write_words: WriteWords, *, base: int = 0) -> None:
@@ -119,7 +121,8 @@ class RegisterMap:
         self._has_turn_steps = False
 
     async def read_raw(self, path: str) -> int:
-        """The whole register, 64-bit ones low word first, so that both halves belong together."""
+        """Read a whole register, a 64-bit one low word first, so that both halves belong
+        together."""
         register = register_named(path)
         value = 0
         for word in range(register.words):
@@ -128,19 +131,19 @@ class RegisterMap:
         return value
 
     async def read_fields(self, path: str) -> dict[str, int]:
-        """Every field of a register, signed ones as signed numbers."""
+        """Read every field of a register, signed ones as signed numbers."""
         word = await self.read_raw(path)
         return {field.name: field.get(word) for field in register_named(path).fields}
 
     async def read(self, path: str) -> int:
-        """One value: ``register`` with a single field, or ``register.field``."""
+        """Read one value: ``register`` with a single field, or ``register.field``."""
         if path in _BY_PATH:
             values = await self.read_fields(path)
             if len(values) != 1:
                 raise KeyError(f"{path} has several fields, name one: {', '.join(values)}")
             return next(iter(values.values()))
         register, _, field = path.rpartition(".")
-        # A name without such a register is reported completely.
+        # If the register does not exist, report the whole name.
         known = register_named(register if register in _BY_PATH else path)
         return known.field(field).get(await self.read_raw(register))
 
@@ -167,7 +170,7 @@ class RegisterMap:
         await self.write_raw(path, word)
 
     async def command(self, *names: str) -> None:
-        """Act once on each named bit of ``command``, all in the same clock."""
+        """Set each named bit of ``command`` once, all in the same clock."""
         register = register_named("command")
         await self.write_raw("command", sum(register.field(name).mask for name in set(names)))
 
@@ -178,7 +181,7 @@ class RegisterMap:
         await self.write_raw("interrupt_status", sum(masks))
 
     async def check_identity(self) -> dict[str, int]:
-        """The fields of ``core_configuration``; raises ValueError if this is not the core."""
+        """Read the fields of ``core_configuration``; raises ValueError if this is not the core."""
         found = await self.read("identification")
         if found != IDENTIFICATION:
             raise ValueError(
@@ -188,22 +191,25 @@ class RegisterMap:
         return await self.read_fields("core_configuration")
 
     async def snapshot(self) -> Snapshot:
-        """Both heads and the corrected output of one clock."""
+        """Read both heads and the corrected output in one clock."""
         values = {}
         for register in registers.REGISTERS:
             group, _, name = register.path.partition(".")
-            if group == "snapshot":  # in address order: time, whose read takes it, is the first
+            if group == "snapshot":  # in address order: the read of time latches all
                 values[name] = await self.read(register.path)
         return Snapshot(**values)
 
     async def read_capture(self, heads: int = 2) -> CaptureBank:
-        """The ready bank, of ``heads`` that the core has. Give it back with ``capture_release``."""
+        """Read the ready bank of a core with ``heads`` heads.
+
+        Release it with ``command("capture_release")``.
+        """
         count = await self.read("capture_header.sample_count")
         flags = await self.read_fields("capture_header.flags")
         words = await self._read_words(self._base + registers.CAPTURE_ADDRESS, 2 * count)
         samples = np.array(words, dtype=np.uint32).view(np.int32).reshape(count, 2)
         for head in range(3, heads + 1):
-            # Word by word: those of head 4 are refused where only head 3 is built.
+            # Read word by word: a core with three heads refuses the words of head 4.
             first = self._base + registers.FURTHER_CAPTURE_ADDRESS + 4 * (head - 3)
             column = [(await self._read_words(first + 8 * row, 1))[0] for row in range(count)]
             further = np.array(column, dtype=np.uint32).view(np.int32)
@@ -216,10 +222,10 @@ class RegisterMap:
         )
 
     async def write_coefficients(self, coefficients: CoefficientSet) -> None:
-        """Write the idle bank, all its lanes and the offset. It acts with ``command("swap")``.
+        """Write the idle bank, all its lanes and the offset.
 
-        Turn steps, which a core without REAL_ORDERS refuses, are written where a lane has one, and
-        from then on with every bank.
+        It becomes active with ``command("swap")``. A core without REAL_ORDERS refuses turn steps:
+        they are written if a lane has one, and from then on with every bank.
         """
         await self._write_words(
             self._base + registers.COEFFICIENTS_ADDRESS, coefficient_words(coefficients)
@@ -230,7 +236,7 @@ class RegisterMap:
         await self.write("coefficient_offset", coefficients.offset)
 
     async def write_turn_steps(self, coefficients: CoefficientSet) -> None:
-        """Write the turn step of every lane, 0 where its order is whole, to the idle bank."""
+        """Write the turn step of every lane, 0 for a whole order, to the idle bank."""
         steps = coefficients.turn_steps.tolist()
         words = [word for step in steps for word in (step & _WORD, step >> 32)]
         await self._write_words(self._base + registers.TURN_STEPS_ADDRESS, words)
@@ -238,21 +244,21 @@ class RegisterMap:
     async def write_conditions(
         self, conditions: Conditions, counts_per_rev: int, clock_hz: float = CLOCK_HZ
     ) -> None:
-        """Write what direction and speed are worked out with; it acts at once."""
+        """Write the settings for direction and speed; they act at once."""
         for path, word in condition_registers(conditions, counts_per_rev, clock_hz).items():
             await self.write(path, word)
 
     async def write_mean(self, mean: MeanSet) -> None:
-        """Write the idle words of the mean. They act with ``command("swap")``."""
+        """Write the idle words of the mean. They become active with ``command("swap")``."""
         for number, word in enumerate(mean.words()):
             if number >= 2 * HEADS_MOST or number % HEADS_MOST < mean.heads:
                 address = self._base + registers.MEAN_ADDRESS + 4 * number
                 await self._write_words(address, [word])
 
     async def write_local_table(self, table: LocalTable) -> None:
-        """Write the idle bank of the local table. It acts with ``command("swap")``.
+        """Write the idle bank of the local table. It becomes active with ``command("swap")``.
 
-        The choice is written last: it asks for the next swap to take the table over.
+        The choice is written last: it makes the next swap include the table.
         """
         points = [point & _WORD for point in table.points.tolist()]
         await self._write_words(self._base + registers.LOCAL_POINTS_ADDRESS, points)
@@ -276,13 +282,13 @@ class RegisterMap:
         await self._write_words(first + SET_OFFSET, [coefficients.offset & _WORD])
 
     async def write_parity_weights(self, weights: Sequence[int]) -> None:
-        """Write the weights of the parity, one a head; they act at once."""
+        """Write the weights of the parity, one per head; they act at once."""
         for head, weight in enumerate(weights, start=1):
             await self.write(f"parity.weight{head}", int(weight))
 
 
 def coefficient_words(coefficients: CoefficientSet) -> list[int]:
-    """The words of the coefficient window: four a lane, see the window's description."""
+    """Return the words of the coefficient window: four per lane, see the window's description."""
     words: list[int] = []
     lanes = zip(
         coefficients.phase_steps.tolist(),

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class Field:
     """Some bits of a register.
 
-    ``reset`` is the value after reset, None where the gateware drives the field; ``constant``
-    tells that it never changes.
+    ``reset`` is the value after reset, None if the gateware drives the field; ``constant``: the
+    field never changes.
     """
 
     name: str
@@ -23,18 +23,18 @@ class Field:
 
     @property
     def mask(self) -> int:
-        """The bits of the field at their place in the register."""
+        """Return the bits of the field at their place in the register."""
         return ((1 << self.width) - 1) << self.shift
 
     def get(self, word: int) -> int:
-        """The value of the field in ``word``, the content of its register."""
+        """Return the value of the field in ``word``, the content of its register."""
         value = (word & self.mask) >> self.shift
         if self.signed and value >> (self.width - 1):
             value -= 1 << self.width
         return value
 
     def put(self, value: int) -> int:
-        """``value`` at the place of the field, the other bits 0.
+        """Return ``value`` at the place of the field, the other bits 0.
 
         Raises ValueError for a value that the field cannot hold.
         """
@@ -59,11 +59,11 @@ class Register:
 
     @property
     def words(self) -> int:
-        """Words of 32 bits, low word first."""
+        """Return the number of 32-bit words, low word first."""
         return self.width // 32
 
     def field(self, name: str) -> Field:
-        """The field called ``name``; raises KeyError, naming those that exist."""
+        """Return the field called ``name``; raises KeyError with the names that exist."""
         for field in self.fields:
             if field.name == name:
                 return field

@@ -1,4 +1,4 @@
-"""Bit-true model of ``rtl/sampler/sample_trigger.vhd``: which clocks are sampled."""
+"""Bit-true model of ``rtl/sampler/sample_trigger.vhd``: selects the clocks that are sampled."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.generated import number_formats
 
 _SEARCH_CLOCKS = number_formats.POSITION_WIDTH - 1 + 3
-"""The division, and three clocks that set where the multiples lie."""
+"""Clocks of the division, plus three clocks that determine the place of the multiples."""
 
 
 class _Grid(enum.Enum):
@@ -22,7 +22,7 @@ class _Grid(enum.Enum):
 
 
 def wrapped(value: int) -> int:
-    """``value`` modulo 2**32 as a signed 32-bit number, like a position that wraps."""
+    """Return ``value`` modulo 2**32 as a signed 32-bit number, like a position that wraps."""
     return (value + 2**31) % 2**32 - 2**31
 
 
@@ -50,12 +50,13 @@ class SampleTrigger:
         turn_position: int,
         zero_moved: int = 0,
     ) -> bool:
-        """Whether this clock is sampled. The VHDL's ``trigger`` is high one clock later.
+        """Tell whether this clock is sampled.
 
-        ``sample_period`` in clocks, ``angle_step`` and ``turn_position`` (signed, 32 bits) in
-        counts; ``mode`` 0 equal time, 1 equal angle; ``zero_moved`` turns over with the first
-        position from another zero. Raises ValueError when the position moves by more than one
-        count while the grid is followed and the zero stays: no decoder does that.
+        The VHDL's ``trigger`` is high one clock later. ``sample_period`` in clocks, ``angle_step``
+        and ``turn_position`` (signed, 32 bits) in counts; ``mode`` 0 equal time, 1 equal angle;
+        ``zero_moved`` toggles with the first position from another zero. Raises ValueError if the
+        position moves by more than one count while the trigger follows the grid and the zero stays:
+        no decoder does that.
         """
         in_time = self._equal_time(sample_period)
         changes, jumps = angle_step != self._step, zero_moved != self._zero_before
@@ -64,7 +65,7 @@ class SampleTrigger:
             self._state = _Grid.LOST if angle_step else _Grid.IDLE
         in_angle = self._equal_angle(angle_step, turn_position)
         if jumps:
-            # Seen as a change of the step in the next clock, which begins anew.
+            # In the next clock this looks like a change of the step, which restarts the grid.
             self._step = 0
         if not enable or mode == 1:
             in_time = False
@@ -114,7 +115,7 @@ class SampleTrigger:
         return False
 
     def _follow(self, move: int) -> bool:
-        """Whether a multiple was reached that is not the one reached last."""
+        """Tell whether the move reached another multiple than the one reached last."""
         if move == 0:
             return False
         left_multiple = self._on_multiple
@@ -136,13 +137,13 @@ def sample_trigger(
     angle_step: ArrayLike = 0,
     zero_moved: ArrayLike = 0,
 ) -> NDArray[np.bool_]:
-    """Which clocks are sampled: one boolean a clock, shape (clocks,).
+    """Tell for each clock whether it is sampled, shape (clocks,).
 
-    Every argument is one value a clock, or one for all clocks: ``turn_position`` of head 1 in
+    Every argument is one value per clock, or one for all clocks: ``turn_position`` of head 1 in
     counts (signed, 32 bits), ``mode`` 0 equal time or 1 equal angle, ``sample_period`` in clocks,
-    ``angle_step`` in counts, ``zero_moved`` the level that turns over where the position counts
-    from another zero. Raises ValueError when the shapes do not fit, and when the position jumps
-    without that while equal angles are sampled.
+    ``angle_step`` in counts, ``zero_moved`` the level that toggles when the position counts from
+    another zero. Raises ValueError if the shapes do not fit, or if the position jumps without a new
+    zero while equal angles are sampled.
     """
     columns = np.broadcast_arrays(
         np.asarray(enable, dtype=bool),

@@ -52,7 +52,7 @@ class SamplerInputs:
     flags: ArrayLike = _INDEX_SEEN
     """Levels of the decoders: the first eight of FLAG_NAMES."""
     zero_moved1: ArrayLike = 0
-    """Turns over with the first ``turn_position1`` from another zero."""
+    """Toggles with the first ``turn_position1`` from another zero."""
     release_bank: ArrayLike = False
 
 
@@ -92,7 +92,7 @@ class SamplerTrace:
 
 
 class _Filling:
-    """The bank being filled, and who owns what, with the trigger's clock of delay."""
+    """The bank being filled, the owner of each bank, and the trigger's delay of one clock."""
 
     def __init__(self, depth: int) -> None:
         self.depth = depth
@@ -100,7 +100,7 @@ class _Filling:
         self.restart()
 
     def restart(self) -> None:
-        """The state after a reset."""
+        """Set the state after a reset."""
         self.filling_bank = self.ready_bank = self.handed_over = self.overrun_count = 0
         self.owned = self.overrun = False
         self.handing_over: SampledBank | None = None
@@ -108,7 +108,7 @@ class _Filling:
         self.drop()
 
     def drop(self) -> None:
-        """Forget the turn under way."""
+        """Discard the present turn."""
         self.rows: list[tuple[int, int, int]] = []
         self.flags = 0
         self.start_time = 0
@@ -132,7 +132,7 @@ class _Filling:
                 wrapped(position1 + counts_per_rev),
                 wrapped(position1 - counts_per_rev),
             )
-        # In the clock after the first sample's no table is a turn away: it is not judged there.
+        # One clock after the first sample no table can be a turn away: no check there.
         closed = (
             bool(self.rows)
             and clock > self.rows[0][0] + 1
@@ -186,7 +186,7 @@ def sampler(
     outputs = np.zeros((clocks + 1, 8), dtype=np.int64)
     for clock in range(clocks):
         now = {name: column[clock] for name, column in columns.items()}
-        # What was triggered in the last clock is stored in this one.
+        # A sample that was triggered in the last clock is stored in this one.
         if now["reset"]:
             filling.restart()
         else:

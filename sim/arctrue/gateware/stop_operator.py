@@ -1,4 +1,4 @@
-"""Model of the entity ``stop_operator``: the direction of motion with friction's hysteresis."""
+"""Model of the entity ``stop_operator``: the direction of motion, with hysteresis."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ STOP_FRACTION: Final = 4
 STOP_LATENCY: Final = 7
 """Clocks from a position to the place."""
 MOST_STEP: Final = 8
-"""Counts in a clock; a larger step is no motion."""
+"""Largest step in counts per clock; a larger step does not count as motion."""
 
 
 class StopOperator:
-    """Two stop operators from both ends, one reading a call (latency left out)."""
+    """Two stop operators that start at opposite ends, one reading per call (without latency)."""
 
     def __init__(self, width: int, dead_zone: int = 0) -> None:
         """``width`` in 1/16 count, ``dead_zone`` in counts."""
@@ -24,7 +24,7 @@ class StopOperator:
         self._before: int | None = None
 
     def move(self, position: int, put_back: int = 0) -> tuple[int, bool]:
-        """Place in 1/16 count and whether it is known, after a reading in counts."""
+        """Process a reading in counts; return the place in 1/16 count and whether it is known."""
         count = position - put_back
         step = 0 if self._before is None else count - self._before
         self._before = count

@@ -18,14 +18,14 @@ SLEW_FRACTION: Final = 32
 
 
 def unit_quotient(dividend: int, divisor: int) -> int:
-    """dividend / divisor as u1.16, rounded half up, at most 1; 0 where the divisor is 0."""
+    """Return dividend / divisor as u1.16, rounded half up, at most 1; 0 if the divisor is 0."""
     if divisor == 0:
         return 0
     return min((((dividend << (MODULATOR_FRACTION + 1)) // divisor) + 1) >> 1, MODULATOR_ONE)
 
 
 def slewed(fine: int, target: int, slew: int) -> int:
-    """A step of a word, s1.32, towards ``target``, s1.16, by at most ``slew``, u0.32."""
+    """Move a word, s1.32, one step towards ``target``, s1.16, by at most ``slew``, u0.32."""
     way = (target << MODULATOR_FRACTION) - fine
     return fine + min(max(way, -slew), slew)
 
@@ -33,7 +33,7 @@ def slewed(fine: int, target: int, slew: int) -> int:
 def nominal_speed_word(
     nominal_deg_per_s: float, counts_per_rev: int, clock_hz: float = CLOCK_HZ
 ) -> int:
-    """ω₀ as u0.32 counts a clock.
+    """Return ω₀ as u0.32 counts a clock.
 
     Raises ValueError for a speed of a count a clock or more, or below the unit.
     """
@@ -47,7 +47,7 @@ def nominal_speed_word(
 
 
 def slew_word(seconds: float, clock_hz: float = CLOCK_HZ) -> int:
-    """The slew that leads a word from 0 to 1 in this time."""
+    """Return the slew that leads a word from 0 to 1 in this time."""
     sweeps = max(seconds * clock_hz / SWEEP_CLOCKS, 1.0)
     return min(math.ceil((1 << SLEW_FRACTION) / sweeps), (1 << SLEW_FRACTION) - 1)
 

@@ -18,7 +18,7 @@ DIGITS_WIDTH = 2 * ROWS
 SLOPE_FRACTION = 8
 VALUE_FRACTION = 20
 ROW_FRACTION = SLOPE_FRACTION + PHASE_WIDTH - OFFSET_WIDTH + DIGITS_WIDTH - 2 * (ROWS - 1)
-"""Fraction bits of the last row: every one but the first drops two."""
+"""Fraction bits of the last row: every row except the first drops two."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class TangentTable:
 
 @functools.cache
 def tangent_table() -> TangentTable:
-    """The lines (1 − h²/4)·cos m − sin m·z of the 128 intervals."""
+    """Compute the lines (1 − h²/4)·cos m − sin m·z of the 128 intervals."""
     middles = (np.arange(1 << ADDRESS_WIDTH) + 0.5) * (np.pi / 2) / (1 << ADDRESS_WIDTH)
     slopes = np.floor(2 * np.pi * np.sin(middles) * 2.0**SLOPE_FRACTION + 0.5)
     reach_turn = 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
@@ -48,10 +48,10 @@ def tangent_table() -> TangentTable:
 
 
 def error_bound() -> float:
-    """The largest error of a lane's cosine, of size 1: the sum of those in the entity's head.
+    """Return the largest error of a lane's cosine of size 1: the sum of those in the entity's head.
 
-    The line, the sine taken for its angle, the slope, the bits of the angle left out, the value,
-    the rows, the fold and the rounding to s1.16.
+    The errors come from the line, the replacement of the sine by its angle, the slope, the omitted
+    bits of the angle, the value, the rows, the fold and the rounding to s1.16.
     """
     half_width = 2 * np.pi * 2.0 ** (OFFSET_WIDTH - 1 - PHASE_WIDTH)
     return float(
@@ -67,7 +67,7 @@ def error_bound() -> float:
 
 
 def table_rotation(folded: NDArray[np.int32]) -> NDArray[np.int32]:
-    """The cosine in 2⁻¹⁸: two bits more than the lane's cosine has.
+    """Return the cosine in 2⁻¹⁸: two bits more than the lane's cosine has.
 
     ``folded``: int32, 2⁻²⁴ turn, below a quarter turn, of any shape; the result has the same shape.
     """

@@ -9,7 +9,7 @@ from arctrue.generated.number_formats import CORRECTION_FRACTION
 WINDOW_BITS: Final = 14
 """A window has 2^14 clocks."""
 LONGEST_BITS: Final = 24
-"""After 2^24 - 1 clocks without the end of a window the table stands."""
+"""After 2^24 - 1 clocks without the end of a window the table counts as standing."""
 SPEED_LATENCY: Final = 3
 """Clocks from a position to the speed that is measured with it."""
 _ONE = 1 << CORRECTION_FRACTION
@@ -18,18 +18,18 @@ _MOST_QUIET = 8 * _ONE
 
 
 class Measured(NamedTuple):
-    """A window's end, or a bound."""
+    """The measurement at the end of a window, or a bound."""
 
     travel: int
-    """2⁻¹¹ count, without its sign; where the angle fell, a unit less."""
+    """Travel in 2⁻¹¹ count, without its sign; one unit less if the angle fell."""
     is_down: bool
     is_bound: bool
     nominal_travel: int
-    """2⁻³² count: the travel of the same time at the nominal speed."""
+    """Travel in the same time at the nominal speed, 2⁻³² count."""
 
 
 class TableSpeed:
-    """One corrected reading a call (latency left out)."""
+    """Processes one corrected reading per call (without latency)."""
 
     def __init__(
         self, nominal: int, window: int = WINDOW_BITS, longest: int = LONGEST_BITS
@@ -43,7 +43,7 @@ class TableSpeed:
         self._is_down = False
 
     def move(self, position: int, correction: int) -> Measured | None:
-        """``position`` in counts, corrected by ``correction`` in 2⁻¹¹ count."""
+        """Process ``position`` in counts, corrected by ``correction`` in 2⁻¹¹ count."""
         rounded = (correction + _ONE // 2) >> CORRECTION_FRACTION
         period = (position + rounded) // 4
         passes = self._period is not None and period != self._period

@@ -22,12 +22,12 @@ TIME_CONSTANT_MOST_S = 3600.0
 class ThermalLanes:
     """Cosine and sine of some orders as c₀ + c₁·(T − T₀) + c₂·(T − T₀)², c₀ being the lane's own.
 
-    ``orders`` (n,); ``slopes`` (n, 4), int64 words of 2⁻²⁰ count: cosine and sine a kelvin, cosine
-    and sine a kelvin squared. ``time_constant_s``: of the lag of first order of the thermometer.
-    Below ``least_c`` and above ``most_c`` the lanes stay as they are there; NaN: THERMAL_RANGE_K
-    to each side of T₀. Temperatures and time are rounded to thousandths, as the device holds them.
-
-    Raises ValueError for what the firmware cannot hold.
+    ``orders`` (n,); ``slopes`` (n, 4), int64 words of 2⁻²⁰ count: cosine and sine per kelvin,
+    cosine and sine per kelvin squared. ``time_constant_s``: time constant of the thermometer's
+    first-order lag. Below ``least_c`` and above ``most_c`` the lanes keep their values at these
+    limits; NaN: THERMAL_RANGE_K to each side of T₀. Temperatures and time are rounded to
+    thousandths, as the device holds them. Raises ValueError for values that the firmware cannot
+    hold.
     """
 
     orders: tuple[int, ...]
@@ -73,7 +73,7 @@ class ThermalLanes:
             )
 
     def __eq__(self, other: object) -> bool:
-        """Whether every word is the same."""
+        """Tell whether all words are equal."""
         if not isinstance(other, ThermalLanes):
             return NotImplemented
         return (
@@ -86,12 +86,12 @@ class ThermalLanes:
 
     @property
     def has_default_range(self) -> bool:
-        """The range is the one of a file that states none."""
+        """Tell whether the range is that of a file that states none."""
         span = (self.reference_c - THERMAL_RANGE_K, self.reference_c + THERMAL_RANGE_K)
         return (self.least_c, self.most_c) == tuple(round(limit, 3) for limit in span)
 
     def change_counts(self, order: int, celsius: float) -> complex:
-        """Cosine and sine (real and imaginary part) added to an order beyond T₀, counts."""
+        """Return the change of cosine and sine (real, imaginary part) since T₀, counts."""
         if order not in self.orders:
             return 0j
         cosine, sine, cosine2, sine2 = self.slopes[self.orders.index(order)] * SLOPE_LSB_COUNTS
@@ -102,7 +102,7 @@ class ThermalLanes:
         )
 
     def curve_counts(self, order: int) -> float:
-        """|c₂| of an order, counts a kelvin squared."""
+        """Return |c₂| of an order, counts per kelvin squared."""
         if order not in self.orders:
             return 0.0
         return float(np.hypot(*self.slopes[self.orders.index(order)][2:]) * SLOPE_LSB_COUNTS)
@@ -115,7 +115,7 @@ class ThermalLanes:
         time_constant_s: float = 0.0,
         range_c: tuple[float, float] = (math.nan, math.nan),
     ) -> ThermalLanes:
-        """Quantise ``{order: (4,)}`` of counts a kelvin and a kelvin squared."""
+        """Quantise ``{order: (4,)}`` of counts per kelvin and per kelvin squared."""
         values = np.array(list(slopes_counts.values()))
         if not np.all(np.isfinite(values)):
             raise ValueError("slopes: not a finite number")
@@ -130,5 +130,5 @@ class ThermalLanes:
 
 
 def as_lane(value: complex) -> tuple[float, float]:
-    """Amplitude and phase of value.real·cos nR + value.imag·sin nR as a·cos(nR + φ)."""
+    """Return amplitude and phase: value.real·cos nR + value.imag·sin nR = a·cos(nR + φ)."""
     return abs(value), math.atan2(-value.imag, value.real)

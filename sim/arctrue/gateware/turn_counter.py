@@ -1,4 +1,4 @@
-"""Model of the entity ``turn_counter``: the turns that an angle has gone round."""
+"""Model of the entity ``turn_counter``: counts the turns of an angle."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from arctrue.generated.number_formats import TURN_NUMBER_WIDTH
 
 
 def turn_numbers(angle: ArrayLike, counts_per_rev: int, first: int = 0) -> NDArray[np.int64]:
-    """Turn number of each angle, (angles,); the latency is left out.
+    """Return the turn number of each angle, (angles,); the latency is omitted.
 
-    ``angle``: counts of consecutive angles that are taken, (angles,), of which the first is in turn
-    ``first``. Each is the continuation of the one before, the shorter way round; half a turn is no
-    wrap. The numbers wrap modulo 2²⁴ as the gateware's.
+    ``angle``: counts of consecutive accepted angles, (angles,); the first is in turn ``first``.
+    Each angle continues the previous one on the shorter way round; half a turn is no wrap. The
+    numbers wrap modulo 2²⁴ like those of the gateware.
     """
     step = np.diff(np.asarray(angle, dtype=np.int64))
     wraps = (2 * step < -counts_per_rev).astype(np.int64) - (2 * step > counts_per_rev)

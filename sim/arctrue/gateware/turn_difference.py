@@ -1,4 +1,4 @@
-"""Model of the entity ``turn_difference``: two angles' difference on the shorter way round."""
+"""Model of the entity ``turn_difference``: the difference of two angles, the shorter way round."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 def turn_difference(
     minuend: ArrayLike, subtrahend: ArrayLike, counts_per_rev: int
 ) -> NDArray[np.int64]:
-    """(minuend − subtrahend) modulo the turn, from −half a turn on and below half a turn, counts.
+    """Return (minuend − subtrahend) modulo the turn, in [−½, ½) turn, counts.
 
-    Both are angles of one turn in whole counts, of shapes that numpy broadcasts to one.
+    Both are angles of one turn in whole counts; their shapes broadcast.
     """
     straight = np.asarray(minuend, dtype=np.int64) - np.asarray(subtrahend, dtype=np.int64)
     lowest = -(counts_per_rev // 2)

@@ -15,20 +15,20 @@ from arctrue.generated.number_formats import (
 )
 
 PLACES: Final = 4
-"""Turns for which an offset is stored: that of turn m at m modulo 4."""
+"""Number of turns for which an offset is stored: that of turn m at m modulo 4."""
 _CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
 
 
 def ready_clocks(lanes: int) -> int:
-    """Clocks after a wrap until the offsets of the turn after the next wrap are there."""
+    """Return the clocks from a wrap until the offsets of the turn after the next are ready."""
     return 36 * lanes + 12
 
 
 def least_counts(lanes: int) -> int:
-    """Fewest counts a turn with which the offsets are ready at every speed, a count a clock.
+    """Return the fewest counts per turn for which the offsets are ready at one count per clock.
 
-    Between two wraps in one direction the angle travels half a turn at least: a zero that moves
-    may take the other half.
+    Between two wraps in one direction the angle travels at least half a turn: a moved zero may skip
+    the other half.
     """
     return REAL_ORDER_COUNTS_A_LANE * lanes + REAL_ORDER_COUNTS_BESIDE
 
@@ -36,7 +36,7 @@ def least_counts(lanes: int) -> int:
 def turn_offsets(
     turn: ArrayLike, turn_steps: ArrayLike, phase_offsets: ArrayLike
 ) -> NDArray[np.int64]:
-    """Phase offsets in 2⁻²⁴ turn, (turns, lanes), rounded once, half up.
+    """Compute phase offsets in 2⁻²⁴ turn, (turns, lanes), rounded once, half up.
 
     ``turn``: numbers of turns m, (turns,); ``turn_steps``: ν in 2⁻⁴⁸ turn a turn and
     ``phase_offsets``: Φ in 2⁻²⁴ turn, (lanes,).

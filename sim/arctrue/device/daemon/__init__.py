@@ -1,5 +1,5 @@
-"""``arctrue device run``: one program owns the serial port of a device, many watch it.
+"""``arctrue device run``: one program owns the serial port of a device, many programs watch it.
 
-``run`` starts it. The serial link gives lines to the record and to the server; the server gives
-events to any number of watchers and the console to one operator at a time.
+``run`` starts the daemon. The serial link sends lines to the record and to the server; the server
+sends events to any number of watchers and gives the console to one operator at a time.
 """

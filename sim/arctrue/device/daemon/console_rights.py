@@ -1,4 +1,4 @@
-"""Which lines of the console change nothing in the device: those a read-only daemon passes on."""
+"""Console lines that change nothing in the device: a read-only daemon forwards only these."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _READS = re.compile(
 
 
 def refusal_of(line: bytes) -> str | None:
-    """None for a line that only reads; otherwise why the daemon does not pass it on."""
+    """Return None for a line that only reads; otherwise the reason why the daemon rejects it."""
     if _READS.fullmatch(line):
         return None
     return "read-only; start arctrue device run with --allow-control to change the device"

@@ -34,9 +34,9 @@ from arctrue.measurement import MeasurementError
 
 SILENCE_S = 30.0
 """After so long without a line the daemon switches telemetry on again: a board that was switched
-off may have forgotten it."""
+off may have telemetry off."""
 RETRY_RECORD_S = 5.0
-"""From one attempt to open a record that failed to the next."""
+"""Time between two attempts to open the record after a failure."""
 _CAPTURE_ERRORS = (ConsoleError, OSError, MeasurementError, ValueError)
 
 
@@ -136,7 +136,7 @@ class Daemon:
             self._capture_for_alarm()
 
     def _record(self, turn: TelemetryLine) -> int | None:
-        """The turn's id in the record; None where it could not be written."""
+        """Write a turn to the record and return its id; None if it could not be written."""
         try:
             if self._recorder is None:
                 if time.monotonic() < self._record_retry_s:

@@ -8,14 +8,14 @@ from collections.abc import Callable
 from arctrue.device.probe import EDGES_WRAP, Latch
 
 ANSWER_S = 2.0
-"""An answer that takes longer is not waited for: a calibration takes 0.3 s."""
+"""Longest time for an answer: a calibration takes 0.3 s."""
 
 
 class ProbeWatch:
-    """Gives each new edge to ``found``; ``send`` sends to the device."""
+    """Sends each new edge to ``found``; ``send`` sends to the device."""
 
     def __init__(self, send: Callable[[bytes], None], found: Callable[[Latch], None]) -> None:
-        """Know nothing of the device yet."""
+        """Start without any values of the device."""
         self._send, self._found = send, found
         self._asked_s: float | None = None
         self._answer: dict[str, float] = {}
@@ -23,12 +23,12 @@ class ProbeWatch:
         self._edge: int | None = None
 
     def forget(self) -> None:
-        """Ask anew for clock and counts: the port was lost, or the board has started again."""
+        """Ask again for clock and counts: the port was lost, or the board was restarted."""
         self._clock_hz = self._counts_per_rev = 0.0
         self._edge = self._asked_s = None
 
     def look(self, now_s: float) -> None:
-        """Ask for what is not known yet, else for the latch; wait for an answer before."""
+        """Ask for missing values, else for the latch, unless an answer is still open."""
         if self._asked_s is not None and now_s < self._asked_s + ANSWER_S:
             return
         self._asked_s, self._answer = now_s, {}
@@ -40,11 +40,11 @@ class ProbeWatch:
             self._send(b"probe\r")
 
     def interrupted(self) -> None:
-        """Wait for no answer any more: an operator has the console."""
+        """Stop waiting for an answer: an operator has the console."""
         self._asked_s = None
 
     def line(self, text: str) -> None:
-        """Take a line of the device that is no telemetry."""
+        """Process a line of the device that is not telemetry."""
         if self._asked_s is None:
             return
         if text.startswith(("ok", "error")):

@@ -15,7 +15,7 @@ _BLOCK = 65_536
 
 
 class SerialLink:
-    """Gives received bytes to ``received`` and changes of the connection to ``changed``."""
+    """Passes received bytes to ``received`` and changes of the connection to ``changed``."""
 
     def __init__(
         self,
@@ -24,7 +24,7 @@ class SerialLink:
         received: Callable[[bytes], None],
         changed: Callable[[bool, str], None],
     ) -> None:
-        """``changed`` gets whether the port is open, and a sentence."""
+        """``changed`` is called with whether the port is open, and a sentence."""
         self._port, self._baud = port, baud
         self._received, self._changed = received, changed
         self._transport: SerialTransport | None = None

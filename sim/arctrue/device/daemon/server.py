@@ -1,8 +1,8 @@
 """The TCP server: events for any number of watchers, the console for one operator at a time.
 
 The first line of a client is JSON: ``ask`` (``watch``, ``console``, ``status``, ``capture``,
-``life``) and ``token``. The first line of the answer is JSON too: ``{"error": …}`` or what was
-asked for. ``GET /metrics`` of HTTP is answered on the same port.
+``life``) and ``token``. The first line of the answer is JSON too: ``{"error": …}`` or the requested
+data. ``GET /metrics`` of HTTP is answered on the same port.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from arctrue.device.recorder import RecordedTurn
 
 FIRST_LINE_S = 5.0
 MOST_REQUEST_BYTES = 65_536
-"""Length of a request; the longest has the alarms of a machine's history."""
+"""Longest request; the longest one contains the alarms of a machine's history."""
 MOST_UNREAD_BYTES = 1_000_000
-"""A client that leaves more unread is dropped: the daemon waits for nobody."""
+"""Most unread bytes; a client with more is disconnected, so that the daemon never waits."""
 MOST_CLIENTS = 64
 MOST_HEADERS = 100
 MOST_LATEST = 5_000
 _LATEST_S = 10.0
-"""For a watcher to take the earlier turns."""
+"""Longest time in which a watcher reads the earlier turns."""
 Answer = Callable[[], Awaitable[dict[str, Any]]]
 Writer = asyncio.StreamWriter
 
@@ -76,9 +76,9 @@ class Server:
             self._send(watcher, line)
 
     def to_operator(self, data: bytes) -> None:
-        """Send the device's bytes to the console that is in use.
+        """Send the device's bytes to the operator's console.
 
-        Refusals that wait go out at the first end of a line: within a line they would damage it.
+        Waiting refusals are sent at the first end of a line: within a line they would damage it.
         """
         line, end, others = data.partition(b"\n")
         if self._refusals and end:
@@ -88,11 +88,11 @@ class Server:
             self._send(self._operator, data)
 
     def forget_begun(self) -> None:
-        """Take the next byte of the device as the first one of a line: the port was lost."""
+        """Treat the next byte of the device as the first one of a line: the port was lost."""
         self._line_begun = False
 
     def _refuse(self, operator: Writer, text: str) -> None:
-        """Tell the operator that a line was not passed on, between two lines of the device."""
+        """Send the operator a refusal of a line, between two lines of the device."""
         line = f"error: {text}\r\n".encode()
         if self._line_begun:
             self._refusals += line
@@ -192,12 +192,12 @@ class Server:
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
                 last = turn.id
             await asyncio.wait_for(writer.drain(), _LATEST_S)
-            for turn in self._turns(MOST_LATEST, last):  # those that came meanwhile
+            for turn in self._turns(MOST_LATEST, last):  # turns that came meanwhile
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
         self._watchers.add(writer)
         self._state.watchers = len(self._watchers)
         while await reader.read(MOST_REQUEST_BYTES):
-            pass  # a watcher has nothing to say
+            pass  # a watcher sends nothing more
 
     async def _console(self, reader: asyncio.StreamReader, writer: Writer) -> None:
         if self._operator is not None:
@@ -212,7 +212,7 @@ class Server:
         writer.write(_line({"console": self._settings.port}))
         begun = b""
         while data := await reader.read(MOST_REQUEST_BYTES):
-            # Lines end with CR or LF; a part of a line waits here for its end.
+            # Lines end with CR or LF; an incomplete line waits here for its end.
             *lines, begun = (begun + data).replace(b"\n", b"\r").split(b"\r")
             if len(begun) > MOST_REQUEST_BYTES:
                 return
@@ -226,7 +226,7 @@ class Server:
     async def _release(self) -> None:
         self._operator, self._refusals = None, b""
         self._state.console_in_use = False
-        # The operator may have switched it off, or left half a line.
+        # The operator may have switched telemetry off, or left an incomplete line.
         self._write(b"\rtelemetry on\r")
         async with self.console_free:
             self.console_free.notify_all()
@@ -240,7 +240,7 @@ class Server:
 
 
 def turn_event(recorded_s: float, identifier: int | None, fields: dict[str, Any]) -> dict[str, Any]:
-    """The event of one line of telemetry; without an id it is not in the record."""
+    """Make the event of one line of telemetry; without an id it is not in the record."""
     return {"event": "turn", "recorded_s": recorded_s, "id": identifier, "telemetry": fields}
 
 

@@ -19,7 +19,7 @@ def notify(state: str) -> None:
             manager.setblocking(False)
             manager.sendto(state.encode(), address)
     except OSError:
-        return  # a service manager that does not listen must not stop the daemon
+        return  # a service manager that does not receive must not stop the daemon
 
 
 async def keep_alive() -> None:

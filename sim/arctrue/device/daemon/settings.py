@@ -27,26 +27,26 @@ class DaemonSettings:
     capture_every_s: float = 0.0
     capture_on_alarm: bool = True
     capture_pause_s: float = 600.0
-    """From one capture for an alarm to the next."""
+    """Shortest time between two captures for alarms."""
     most_captures: int = 500
     probe_every_s: float = 0.0
-    """From one look at the latch of probe_in to the next; 0: none is taken."""
+    """Time between two reads of the latch of probe_in; 0: no reads."""
     files: Path | None = None
-    """Folder of the NeXus files, one a day; None: none are written."""
+    """Folder of the daily NeXus files; None: no files."""
     files_every_s: float = 3600.0
     capture_timeout_s: float = 180.0
 
     @property
     def record(self) -> Path:
-        """The SQLite file of the telemetry."""
+        """Return the SQLite file of the telemetry."""
         return self.store / "telemetry.sqlite"
 
     @property
     def machine_alarms(self) -> Path:
-        """The file that keeps the alarms of ``arctrue life`` over a restart."""
+        """Return the file that keeps the alarms of ``arctrue life`` over a restart."""
         return self.store / "machine_alarms.json"
 
     @property
     def captures(self) -> Path:
-        """The folder of the captures."""
+        """Return the folder of the captures."""
         return self.store / "captures"

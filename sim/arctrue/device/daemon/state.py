@@ -1,4 +1,4 @@
-"""What the daemon knows now: for its status and for whoever measures it."""
+"""The present state of the daemon, for its status and its metrics."""
 
 from __future__ import annotations
 
@@ -37,5 +37,5 @@ class DaemonState:
     """The telemetry of the latest turn, with ``id`` and ``recorded_s``."""
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it, for JSON."""
+        """Return all values for JSON."""
         return asdict(self)

@@ -1,5 +1,6 @@
-"""The benchmark of the diagnosis: sets whose truth is hidden, judged beside an ideal test.
+"""The benchmark of the diagnosis: sets whose truth is hidden, compared with an ideal test.
 
-``make`` draws the sets' seeds, ``run`` makes and diagnoses each, ``score`` compares the answers
-with truth and oracle, ``page`` writes what came out. Anybody's answers can be scored.
+``make`` draws the seeds of the sets, ``run`` makes and diagnoses each set, ``score`` compares the
+answers with truth and oracle, ``page`` writes the results. Answers of other programs can be scored
+too.
 """

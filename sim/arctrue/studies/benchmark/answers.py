@@ -26,11 +26,11 @@ from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"]
-"""What an answer may say; ``error`` where there is none."""
+"""All verdicts that an answer may have; ``error`` if there is no answer."""
 
 
 class _Answer(Struct, rename={"effects": "class"}):
-    """What is scored; an answer may have further keys."""
+    """The scored keys of an answer; an answer may have further keys."""
 
     verdict: Verdict
     named: str | None = None
@@ -39,7 +39,7 @@ class _Answer(Struct, rename={"effects": "class"}):
     beside: list[str] | None = None
     probability: dict[str, NotNegative] | None = None
     parameters: dict[str, float] | None = None
-    """Of the effect that is named: ``order`` (a turn) and ``frequency`` (Hz) of a line."""
+    """Parameters of the named effect: ``order`` (per turn) and ``frequency`` (Hz) of a line."""
     oscillation_hz: float | None = None
     """Frequency of a damped oscillation that noise drives, if one is reported."""
     held_out_arcsec: dict[str, NotNegative] | None = None
@@ -50,10 +50,10 @@ class AnswersError(ValueError):
 
 
 def write_sets(plan: TierPlan, out: Path, first: int | None, say: ReportStep) -> dict[str, str]:
-    """Write the sets of a plan into folders of their names; the digest of each by its name.
+    """Write each set of a plan into a folder with its name; return the digest of each by its name.
 
-    A digest is the same on every machine whose sines and cosines are: one that differs may be a
-    count in a row, and says that answers are not to be compared digit by digit.
+    All machines whose sines and cosines agree compute the same digests. A digest that differs may
+    come from one count in one row; it shows that answers must not be compared digit by digit.
     """
     tasks = plan.tasks("arctrue")[:first]
     found = {}
@@ -66,9 +66,9 @@ def write_sets(plan: TierPlan, out: Path, first: int | None, say: ReportStep) ->
 
 
 def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -> dict[str, Any]:
-    """The score of one subject's results; with ``answers``, of those in the file in their place.
+    """Score the results of one subject, or the answers in the file ``answers`` in place of them.
 
-    Raises what judged_sets raises.
+    Raises the exceptions of judged_sets.
     """
     return scored(judged_sets(folders, subject, answers))
 
@@ -128,7 +128,7 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     order = [key for task in plan.tasks("") if (key := set_name(task)) in common]
     if not order:
         raise AnswersError(f"{folder}: there is no set yet that {', '.join(results)} have answered")
-    # One truth for all: the generator may have been worked on between two of them.
+    # Use one truth for all subjects: the generator may have changed between their runs.
     truth = {key: item.result["truth"] for key, item in results[first[0]].items()}
     return {
         name: {
@@ -152,7 +152,10 @@ def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
 
 
 def _check_plan(folder: Path, plan: TierPlan, subject: str) -> dict[str, Any]:
-    """The header of a subject's results. Raises AnswersError where they are of another plan."""
+    """Return the header of a subject's results.
+
+    Raises AnswersError if the results belong to another plan.
+    """
     header = read_header(folder / subject)
     if header.get("plan") != asdict(plan):
         raise AnswersError(

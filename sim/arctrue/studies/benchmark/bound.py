@@ -33,7 +33,7 @@ QUIET = ("adequate", "cannot_tell")
 def bound_campaign(
     folder: Path, effects: Sequence[str], times: int, samples: int, seed: int
 ) -> Campaign:
-    """``times`` injections of each effect, the effects in turn."""
+    """Make a campaign of ``times`` injections of each effect; the effects take turns."""
     tasks: list[Task] = [
         {
             "effect": effect,
@@ -78,10 +78,10 @@ def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def factor_to_bound(bound: Mapping[str, float], own: Mapping[str, float]) -> float:
-    """By what a cause is multiplied so that it shows the bound at least in every channel.
+    """Return the factor by which a cause reaches at least the bound in every channel.
 
-    A channel counts in which the cause shows a thousandth of its largest RMS, and that the bound
-    has; ValueError where there is none.
+    A channel counts if the cause shows more than a thousandth of its largest RMS in it and the
+    bound has a value for it. Raises ValueError if no channel counts.
     """
     shown = {name: value for name, value in own.items() if value > 1e-3 * max(own.values())}
     factors = [bound[name] / value for name, value in shown.items() if bound.get(name)]
@@ -100,22 +100,22 @@ def _said(measurement: MeasurementSet) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class BoundScore:
-    """How often an effect of the stated size was found."""
+    """The rates at which an effect of the stated size was found."""
 
     effect: str
     found: Rate
-    """Anything is said to be there, or the effect is listed as negligible."""
+    """The diagnosis says that something is there, or lists the effect as negligible."""
     by_name: Rate
-    """The effect is named, in the class, or listed as negligible."""
+    """The diagnosis names the effect, has it in the class, or lists it as negligible."""
 
     @property
     def kept(self) -> bool:
-        """The interval of 95 % does not lie below what is promised."""
+        """Tell whether the 95 % interval does not lie below the promised share."""
         return self.found.interval[1] >= PROMISED
 
 
 def bound_scores(results: Iterable[tuple[Task, Mapping[str, Any]]]) -> list[BoundScore]:
-    """Each effect's rates over the sets that state a bound of it, in the order of INJECTIONS."""
+    """Return each effect's rates over the sets that state its bound, in the order of INJECTIONS."""
     by_effect: dict[str, list[Mapping[str, Any]]] = {}
     for task, result in results:
         stated = by_effect.setdefault(task["effect"], [])

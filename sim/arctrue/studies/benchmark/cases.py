@@ -1,4 +1,4 @@
-"""Sets on which the diagnosis failed once, each with why: kept, so that it can be asked again."""
+"""Sets on which the diagnosis failed once, each with the reason: kept for later diagnoses."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ OF_A_SET = ("world", "content", "seed", "samples")
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """What somebody who looked into a case found; written into the file of cases by hand."""
+    """Result of a person's study of a case, written into the file of cases by hand."""
 
     said: str
-    """The answer of which the reason tells; another answer may have another reason."""
+    """The answer that the reason explains; another answer may have another reason."""
     why: str
 
 
 def kept_cases(file: Path = FILE) -> list[dict[str, Any]]:
-    """Every case: what makes its set, ``found`` and ``looked_into``.
+    """Read every case: the task of its set, ``found`` and ``looked_into``.
 
-    ``found``: what was hidden and said, by which commit; ``looked_into``: a Reason, where somebody
-    has looked.
+    ``found``: what was hidden and answered, and the commit; ``looked_into``: a Reason, if a person
+    has studied the case.
     """
     found: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))["cases"]
     return found
@@ -44,7 +44,7 @@ def case_tasks(subject: str, file: Path = FILE) -> list[Task]:
 
 
 def kept_reasons(file: Path = FILE) -> dict[str, Reason]:
-    """Of every case that somebody looked into, by the name of its set (see set_name)."""
+    """Return the reason of every studied case, by the name of its set (see set_name)."""
     return {
         _name(case): Reason(**case["looked_into"])
         for case in kept_cases(file)
@@ -53,7 +53,7 @@ def kept_reasons(file: Path = FILE) -> dict[str, Reason]:
 
 
 def keep(failures: Iterable[Judged], commit: str | None, file: Path = FILE) -> int:
-    """Add the failures that are no cases yet; how many those are."""
+    """Add the failures that are not yet cases; return their number."""
     cases = kept_cases(file)
     known = {_name(case) for case in cases}
     new = [item for item in failures if set_name(item.task) not in known]

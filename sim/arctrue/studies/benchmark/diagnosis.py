@@ -21,7 +21,7 @@ from arctrue.workbench.observations.build import observations_of
 def diagnosed(
     measurement: MeasurementSet, matters_counts: float = MATTERS_COUNTS
 ) -> tuple[Observations, Diagnosis]:
-    """Rows of a set and what the diagnosis of the default model says of them."""
+    """Return the rows of a set and the default model's diagnosis of them."""
     observations = observations_of(measurement)
     effects = catalogue([])
     terms = settle(default_model(), observations, effects)
@@ -37,7 +37,7 @@ def arctrue(folder: Path) -> Answer:
 
 
 def answer_of(data: Mapping[str, Any]) -> Answer:
-    """What is scored of ``diagnose --json``, schema 1 or 2, in plain JSON."""
+    """Return the scored part of ``diagnose --json``, schema 1 or 2, as plain JSON."""
     candidates = list(data.get("candidates", []))
     first = next((item for item in candidates if item["effect"] == data.get("named")), None)
     before = candidates[0]["heldout_before_arcsec"] if candidates else {}

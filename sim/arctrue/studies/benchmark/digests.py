@@ -1,4 +1,4 @@
-"""The name of a set, which tells nothing of it, and the digest of what is in it."""
+"""The name of a set, which reveals nothing about its content, and the digest of its content."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from arctrue.studies.simulate.truth import fingerprint
 
 
 def set_name(task: Task) -> str:
-    """The name of a set's folder: it tells nothing of what is in it."""
+    """Return the name of a set's folder: it reveals nothing about the content."""
     return digest({name: value for name, value in task.items() if name != "subject"})[:12]
 
 

@@ -19,7 +19,7 @@ FILE = Path(__file__).with_name("public_sets.json")
 
 
 def task_digest(task: Task) -> str:
-    """The digest of the set of a task, which is made and thrown away."""
+    """Make the set of a task, delete it, and return its digest."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "set"
         write_measurement_set(folder, make_set(task).measurement)
@@ -33,9 +33,9 @@ def frozen_digests() -> dict[str, str]:
 
 
 def freeze(digests: Mapping[str, str]) -> None:
-    """Take these sets for the frozen ones; answers of the peers to the earlier ones do not count.
+    """Store these sets as the frozen ones; the peers' answers to the earlier ones no longer count.
 
-    Raises ValueError where they are not all sets of the tier.
+    Raises ValueError if they are not all sets of the tier.
     """
     tier = TIERS[TIER]
     if len(digests) != tier.sets:
@@ -45,7 +45,7 @@ def freeze(digests: Mapping[str, str]) -> None:
 
 
 def is_public(plan: TierPlan) -> bool:
-    """Whether a plan's sets are the public ones."""
+    """Tell whether a plan's sets are the public ones."""
     tier = TIERS[TIER]
     return (plan.tier, plan.sets, plan.samples, plan.seed) == (
         TIER,
@@ -56,6 +56,6 @@ def is_public(plan: TierPlan) -> bool:
 
 
 def differing(digests: Mapping[str, str]) -> list[str]:
-    """Names of the sets that are not the frozen ones."""
+    """Return the names of the sets that differ from the frozen ones."""
     frozen = frozen_digests()
     return sorted(name for name, found in digests.items() if frozen.get(name) != found)

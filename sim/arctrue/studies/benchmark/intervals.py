@@ -12,37 +12,37 @@ from scipy.stats import binomtest
 CONFIDENCE = 0.95
 BINS = 10
 RESAMPLES = 1000
-"""Of a bootstrap: an end of a 95 % interval then lies on 25 draws."""
+"""Number of bootstrap resamples: 25 of them lie beyond each end of a 95 % interval."""
 SUREST = 1e-3
-"""A log score counts no answer as surer than this: one false answer in a thousand is what sets of
-this number can tell."""
+"""Smallest distance of a probability from 0 and 1 in a log score: this number of sets can resolve
+one false answer in a thousand."""
 
 Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """``hits`` of ``of``, with the Clopper–Pearson interval of 95 %."""
+    """``hits`` out of ``of``, with the 95 % interval of Clopper and Pearson."""
 
     hits: int
     of: int
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Lower and upper limit; 0 … 1 where nothing was tried."""
+        """Return the lower and upper limit; 0 … 1 if nothing was tried."""
         if not self.of:
             return 0.0, 1.0
         found = binomtest(self.hits, self.of).proportion_ci(CONFIDENCE, method="exact")
         return float(found.low), float(found.high)
 
     def data(self) -> dict[str, float | int | None]:
-        """As JSON."""
+        """Return the rate as JSON."""
         low, high = self.interval
         share = self.hits / self.of if self.of else None
         return {"hits": self.hits, "of": self.of, "rate": share, "low": low, "high": high}
 
     def __str__(self) -> str:
-        """``3 of 100 (3 %, 0.6 … 8.5 %)``."""
+        """Return ``3 of 100 (3 %, 0.6 … 8.5 %)``."""
         if not self.of:
             return "no such set"
         low, high = self.interval
@@ -53,7 +53,7 @@ class Rate:
 
 
 def rate(told: Sequence[bool]) -> Rate:
-    """How many are true."""
+    """Return the rate of the true elements."""
     return Rate(sum(bool(item) for item in told), len(told))
 
 
@@ -66,9 +66,9 @@ class Bin:
 
 
 def reliability(probability: Sequence[float] | Float, right: Sequence[bool] | Float) -> list[Bin]:
-    """The reliability curve over ten bins of equal count, in the order of the stated probability.
+    """Compute the reliability curve over ten bins of equal count, sorted by stated probability.
 
-    Fewer than ten answers make a bin each; equal probabilities stand in the order given.
+    Fewer than ten answers make one bin each; equal probabilities keep the given order.
     """
     stated, was = np.asarray(probability, dtype=float), np.asarray(right, dtype=bool)
     order = np.argsort(stated, kind="stable")
@@ -91,14 +91,14 @@ def expected_calibration_error(bins: Sequence[Bin]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A figure over sets, with the interval of 95 % of a bootstrap over the sets."""
+    """A figure over sets, with the 95 % interval of a bootstrap over the sets."""
 
     value: float
     low: float
     high: float
 
     def data(self) -> dict[str, float]:
-        """As JSON."""
+        """Return the estimate as JSON."""
         return {"value": self.value, "low": self.low, "high": self.high}
 
 
@@ -110,11 +110,11 @@ def calibration_error(probability: Sequence[float], right: Sequence[bool]) -> Es
 
 
 def log_score_gain(probability: Sequence[float], right: Sequence[bool]) -> Estimate:
-    """Mean log score of the stated probabilities less that of a constant, in nats; above 0: better.
+    """Compute the mean log score of the stated probabilities minus that of a constant, in nats.
 
-    An answer right by r ∈ {0, 1} and stated at p has r·log p + (1 − r)·log(1 − p), p held within
-    ``SUREST`` of 0 and 1; the constant is the rate of right answers itself, the best constant
-    there is.
+    Above 0: better than the constant. An answer with the result r ∈ {0, 1} and the stated
+    probability p scores r·log p + (1 − r)·log(1 − p), where p keeps the distance ``SUREST`` from 0
+    and 1. The constant is the rate of right answers itself, the best constant.
     """
 
     def gain(stated: Float, was: Float) -> float:

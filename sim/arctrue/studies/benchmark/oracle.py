@@ -32,29 +32,31 @@ FALSE_ALARM, POWER = 0.01, 0.95
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """What the ideal test makes of one cause in one set."""
+    """Result of the ideal test for one cause in one set."""
 
     noncentrality: float
-    """Of its χ²: what the base model cannot absorb, over the noise."""
+    """Noncentrality of the test's χ²: the part that the base model cannot absorb, over the noise.
+    """
     needed: float
-    """At which it is found in 95 % of such sets at a false alarm of 1 %."""
+    """Noncentrality at which the cause is found in 95 % of such sets at a false alarm of 1 %."""
     rms_arcsec: float
-    """The largest channel's RMS of what the base model cannot absorb; offsets of runs included."""
+    """Largest RMS, over the channels, of the part that the base model cannot absorb; includes the
+    offsets of runs."""
 
     @property
     def sees(self) -> bool:
-        """The ideal test finds it in 95 % of such sets."""
+        """Tell whether the ideal test finds the cause in 95 % of such sets."""
         return self.noncentrality >= self.needed
 
     @property
     def size_in_limits(self) -> float:
-        """How many times as large as the smallest that is found so."""
+        """Return the ratio of the cause's size to the smallest size that is found so."""
         return float(np.sqrt(self.noncentrality / self.needed))
 
 
 @cache
 def needed_noncentrality(effect: str) -> float:
-    """λ at which a noncentral χ² passes the threshold with POWER, the search paid for."""
+    """Return λ at which a noncentral χ² exceeds the look-elsewhere threshold with POWER."""
     rank, places = REGISTRY[effect].coefficients, REGISTRY[effect].places
     threshold = chi2.isf(FALSE_ALARM / places, rank)
     return float(brentq(lambda value: ncx2.sf(threshold, rank, value) - POWER, 1e-3, 1e4))
@@ -63,8 +65,8 @@ def needed_noncentrality(effect: str) -> float:
 def inverse_times(noise: Noise, columns: Float) -> Float:
     """C⁻¹ × ``columns`` ``(n, c)`` for C = W + Σ_j sigma_j²·K_j, W = diag(white²) > 0.
 
-    By the matrix inversion lemma over the k Gauss–Markov processes, whose joint precision is
-    banded when their states are interleaved row by row: O(n·k²·(k + c)).
+    Uses the matrix inversion lemma over the k Gauss–Markov processes. Their joint precision matrix
+    is banded if their states are interleaved row by row: O(n·k²·(k + c)).
     """
     weight = 1.0 / noise.white_rad**2
     weighted = weight[:, None] * columns
@@ -76,14 +78,14 @@ def inverse_times(noise: Noise, columns: Float) -> Float:
     decay[0] = 0.0
     fresh = 1.0 / ((1.0 - decay**2) * noise.sigma_rad**2)
     # Precision of x_i = a_i·x_{i−1} + w_i with var w_i = q_i: 1/q_i + a²_{i+1}/q_{i+1} on the
-    # diagonal, −a_i/q_i beside it.
+    # diagonal, −a_i/q_i next to it.
     diagonal = fresh.copy()
     diagonal[:-1] += decay[1:] ** 2 * fresh[1:]
     band = np.zeros((parts + 1, rows * parts))
     band[0] = (diagonal + weight[:, None]).ravel()
     band[parts, : (rows - 1) * parts] = -(decay[1:] * fresh[1:]).ravel()
     for apart in range(1, parts):
-        # All processes of one row are seen together.
+        # All processes of one row are measured together.
         together = np.zeros((rows, parts))
         together[:, : parts - apart] = weight[:, None]
         band[apart] = together.ravel()
@@ -100,7 +102,7 @@ def look(
     noise: dict[str, TrueNoise],
     index_variance_arcsec2: float,
 ) -> Sight:
-    """The ideal test of one cause; ``signal_arcsec`` is what it alone shows in each channel."""
+    """Test one cause ideally; ``signal_arcsec``: the signal of this cause alone in each channel."""
     normal, right, square = _sums(measurement, signal_arcsec, noise, index_variance_arcsec2)
     absorbed = lstsq(normal, right, lapack_driver="gelsy")[0]
     noncentrality = max(0.0, square - float(right @ absorbed))
@@ -109,7 +111,7 @@ def look(
         left = signal_arcsec[channel] - np.asarray(columns @ absorbed)
         sound = ~noise[channel].struck
         largest = max(largest, float(np.sqrt(np.mean(left[sound] ** 2))))
-    # What the index may hide is moved all the same: offsets of the runs count as they are.
+    # The index may absorb an offset, but the prediction still moves by it: offsets count in full.
     offsets = absorbed[_offsets(measurement)]
     if offsets.size:
         largest = max(largest, float(np.sqrt(np.mean(offsets**2))))
@@ -122,7 +124,7 @@ def _sums(
     noise: dict[str, TrueNoise],
     index_variance_arcsec2: float,
 ) -> tuple[Float, Float, float]:
-    """Normal matrix, right side and square of the signal, over both channels and the index."""
+    """Compute normal matrix, right side and square of the signal over both channels and index."""
     columns = _columns(measurement)
     width = next(iter(columns.values())).shape[1]
     normal, right, square = np.zeros((width, width)), np.zeros(width), 0.0
@@ -152,7 +154,7 @@ def _offsets(measurement: MeasurementSet) -> slice:
 
 
 def _columns(measurement: MeasurementSet) -> dict[str, Float]:
-    """Base model by channel, ``(n, 40 + runs + 1)``: orders, offsets, zero of the reference."""
+    """Return the base model by channel, ``(n, 40 + runs + 1)``: orders, offsets, reference zero."""
     found: dict[str, Float] = {}
     block: Float
     capture, reference, facts = measurement.capture, measurement.reference, measurement.table
@@ -180,5 +182,5 @@ def _waves(angle_rad: NDArray[np.floating[Any]]) -> Float:
 
 
 def visible(sights: Sequence[Sight], matters_arcsec: float) -> bool:
-    """Any of the causes is seen, and moves the prediction by what matters."""
+    """Tell whether the test sees a cause that changes the prediction by ``matters_arcsec``."""
     return any(sight.sees and sight.rms_arcsec > matters_arcsec for sight in sights)

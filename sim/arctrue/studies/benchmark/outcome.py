@@ -1,4 +1,4 @@
-"""What one answer amounts to beside the truth of its set."""
+"""Compares one answer with the truth of its set."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from arctrue.base.units import arcsec_per_count
 from arctrue.studies.benchmark.oracle import Sight, visible
 
 NEAR_LINE = 1.5
-"""A line is named rightly where its order or frequency lies within so many widths of resolution."""
+"""Largest distance of a rightly named line from the true order or frequency, in widths of
+resolution."""
 OSCILLATION = "oscillation"
-"""Kind of a damped oscillation that noise drives: no name of the catalogue is right for it."""
+"""Kind of a damped oscillation that is driven by noise: no name of the catalogue is right for it.
+"""
 STATED = {"order": "order", "hz": "frequency"}
-"""Key of a line's place in the truth, and the parameter that states it in an answer."""
+"""Key of a line's order or frequency in the truth, and the parameter that states it in an answer.
+"""
 MATTERS_COUNTS = 0.5
 COUNT_ARCSEC = arcsec_per_count(1 << 24)
 MATTERS_ARCSEC = MATTERS_COUNTS * COUNT_ARCSEC
@@ -50,12 +53,12 @@ OUTCOMES = (
     ERROR,
 )
 GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
-"""What a set should come to. ``in class`` is none of them: the truth was not put first."""
+"""The good outcomes. ``in class`` is not among them: the truth was not put first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """One set: its task, its truth, the answer and what that amounts to."""
+    """One set: its task, its truth, the answer, and the outcome."""
 
     task: Mapping[str, Any]
     truth: Mapping[str, Any]
@@ -63,37 +66,37 @@ class Judged:
 
     @property
     def world(self) -> str:
-        """In which world it was made."""
+        """Return the world that made the set."""
         return str(self.task["world"])
 
     @property
     def hidden(self) -> list[str]:
-        """Names of what is in it."""
+        """Return the names of the hidden causes."""
         return [str(item["effect"]) for item in self.truth["effects"]]
 
     @property
     def accepted(self) -> Mapping[str, Sequence[str]]:
         """Answers that are right or not false for this design: ``names``, ``alike``, ``verdicts``.
 
-        A set of the first generator has none beside what is hidden.
+        A set of the first generator has none besides its hidden causes.
         """
         found: Mapping[str, Sequence[str]] = self.truth.get("accepted", {})
         return found
 
     @property
     def left_open(self) -> bool:
-        """The verdict is one that the set's design allows whatever the oracle sees."""
+        """Tell whether the design allows the verdict, whatever the oracle sees."""
         return self.answer["verdict"] in self.accepted.get("verdicts", ())
 
     @property
     def right_names(self) -> list[str]:
-        """What is hidden, and the same by other names."""
+        """Return the names of the hidden causes, and other names of the same things."""
         return [*self.hidden, *self.accepted.get("names", ())]
 
     def lines_named(self) -> list[Mapping[str, Any]] | None:
-        """Hidden causes whose order or frequency is the one that is stated with the name.
+        """Return the hidden causes whose order or frequency agrees with that of the named line.
 
-        None: no place is stated, or nothing hidden has one.
+        None: the answer states no order or frequency, or no hidden cause has one.
         """
         stated = self.answer.get("parameters") or {}
         comparable, found = False, []
@@ -109,7 +112,7 @@ class Judged:
 
     @property
     def states_oscillation(self) -> bool:
-        """The answer states a damped oscillation at a frequency of one that is hidden.
+        """Tell whether the answer states a damped oscillation at the frequency of a hidden one.
 
         It may be off by the half width at half power, γ/(2π). Maximum likelihood over a record of
         length T has the standard uncertainty √(γ/T)/(2π) (Gersch, IEEE Trans. Autom. Control 19
@@ -125,11 +128,11 @@ class Judged:
 
     @property
     def label(self) -> str:
-        """The hidden names joined, or nothing."""
+        """Return the hidden names joined, or ``nothing``."""
         return " + ".join(self.hidden) or "nothing"
 
     def seen(self, *kinds: str) -> list[Mapping[str, Any]]:
-        """Causes of these kinds (all without any) that the oracle sees and that matter."""
+        """Return the causes of these kinds (default: all) that the oracle sees and that matter."""
         return [
             item
             for item in self.truth["effects"]
@@ -138,7 +141,7 @@ class Judged:
 
     @property
     def has_stranger(self) -> bool:
-        """Something is in it that no catalogue has."""
+        """Tell whether the set contains a cause that is not in the catalogue."""
         return any(item["kind"] != "catalogue" for item in self.truth["effects"])
 
     @property
@@ -169,13 +172,13 @@ class Judged:
         return BAD_DATA if verdict == "bad_data" else ERROR
 
     def _unknown(self, allowed: bool) -> str:
-        """Right of a stranger, and of a damped oscillation whose frequency is stated."""
+        """Judge ``unknown``: right for a stranger, and for an oscillation with its frequency."""
         kinds = {item["kind"] for item in self.truth["effects"]}
         right = bool(kinds - {"catalogue", OSCILLATION}) or self.states_oscillation
         return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
 
     def _named(self, named: str | None) -> str:
-        """A line's name is right at a place where a line is, and false elsewhere."""
+        """Judge a name: the name of a line is right only where a line is."""
         elsewhere = self.lines_named() == []
         if named in self.right_names:
             return FALSE_NAME if elsewhere else RIGHT
@@ -191,9 +194,10 @@ class Judged:
 
     @property
     def falsely_named(self) -> bool:
-        """A name is said that is not right; where nothing has a name, a class of names as well.
+        """Tell whether a wrong name was given.
 
-        Nothing but a damped oscillation has none.
+        If no hidden cause has a name, a class of names counts too. A damped oscillation has no
+        name.
         """
         outcome = self.outcome
         causes = any(item["kind"] != OSCILLATION for item in self.truth["effects"])
@@ -201,7 +205,7 @@ class Judged:
 
     @property
     def second_name(self) -> str | None:
-        """A name said beside the first one that is not in the set."""
+        """Return a further name, after the first, that is not in the set."""
         if self.answer["verdict"] != "named":
             return None
         return next(
@@ -209,7 +213,10 @@ class Judged:
         )
 
     def probability_of_truth(self) -> float | None:
-        """What the answer gives to the truth; of several causes all count. None: not stated."""
+        """Return the probability that the answer gives to the truth, summed over several causes.
+
+        None: the answer states no probability.
+        """
         stated = self.answer.get("probability")
         if stated is None:
             return None
@@ -219,12 +226,12 @@ class Judged:
         return min(1.0, sum(float(stated.get(name, 0.0)) for name in truth or {"none"}))
 
     def _also(self) -> set[str]:
-        """Keys of a stated probability that are right beside those of the hidden causes."""
+        """Return further right keys of a stated probability, besides those of the hidden causes."""
         known = "unknown" in self.accepted.get("verdicts", ())
         return {*self.accepted.get("names", ()), *(["unknown"] if known else [])}
 
     def first_probability(self) -> tuple[float, bool] | None:
-        """The largest probability stated, and whether it was given to the truth."""
+        """Return the largest probability stated, and whether the answer gave it to the truth."""
         stated = self.answer.get("probability")
         if not stated:
             return None
@@ -236,7 +243,7 @@ class Judged:
         return float(stated[name]), right
 
     def first_kind(self) -> str | None:
-        """What the largest probability is given to: a name, ``unknown`` or ``none``."""
+        """Return what has the largest probability: ``name``, ``unknown`` or ``none``."""
         stated = self.answer.get("probability")
         if not stated:
             return None
@@ -244,13 +251,13 @@ class Judged:
         return name if name in ("unknown", "none") else "name"
 
     def held_out_over_floor(self) -> float | None:
-        """The worse channel's held-out error over the noise that was put in."""
+        """Return the worse channel's ratio of held-out error to the RMS of the simulated noise."""
         floor, found = self.truth["floor_arcsec"], self.answer.get("held_out_arcsec") or {}
         ratios = [float(found[name]) / float(floor[name]) for name in found if floor.get(name)]
         return max(ratios) if ratios else None
 
     def command(self) -> str:
-        """What makes this set again."""
+        """Return the command that makes this set again."""
         task = self.task
         return (
             f"arctrue benchmark set FOLDER --world {task['world']} --content {task['content']} "
@@ -259,10 +266,10 @@ class Judged:
 
 
 def _stated_as(effect: Mapping[str, Any]) -> str:
-    """The key of a cause in the stated probabilities."""
+    """Return the key of a cause in the stated probabilities."""
     return str(effect["effect"]) if effect["kind"] == "catalogue" else "unknown"
 
 
 def sight(effect: Mapping[str, Any]) -> Sight:
-    """What the oracle made of a cause of the truth."""
+    """Return the oracle's result for a cause of the truth."""
     return Sight(effect["noncentrality"], effect["needed"], effect["rms_arcsec"])

@@ -1,4 +1,4 @@
-"""Which sets a benchmark holds: tiers, seeds, and the seal of what was fixed before the seeds."""
+"""The sets of a benchmark: tiers, seeds, and the digests that were fixed before the seeds."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ WORK = "arctrue.studies.benchmark.work:run_set"
 
 @dataclass(frozen=True, slots=True)
 class Tier:
-    """How many sets, how large, and from which seed."""
+    """The number of sets, their size, and the seed."""
 
     sets: int
     samples: int
-    """A run."""
+    """Largest number of samples in a run."""
     seed: int | None
-    """None: drawn when the plan is made, after everything else is fixed."""
+    """Seed; None: drawn when the plan is made, after everything else is fixed."""
     frozen: bool = False
-    """Its sets are told by their digests, whatever code makes them."""
+    """The digests identify the sets, whatever code makes them."""
 
 
 CASES = "cases"
@@ -59,11 +59,11 @@ TIERS = {
 
 
 SOURCES = {SIMULATED: set_tasks, INDEPENDENT: independent_tasks, "both": mixed_tasks}
-"""Tasks by the generator that makes the sets: of the simulated table, the second one, or both."""
+"""Tasks by generator: the simulated table, the second generator, or both."""
 
 
 class PlanError(ValueError):
-    """A plan that is not there, or was made by another state of the generator or the scoring."""
+    """The plan does not exist, or another state of the generator or the scoring made it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,17 +90,20 @@ class TierPlan:
         return SOURCES[self.source](self.sets, self.samples, self.seed, subject)
 
     def campaign(self, folder: Path, subject: str) -> Campaign:
-        """The campaign of one subject. Raises PlanError where the code is another than sealed."""
+        """Make the campaign of one subject.
+
+        Raises PlanError if the code differs from the sealed code.
+        """
         self.check()
         facts = {"plan": asdict(self), "subject": subject}
         sources = sources_of(subject)
         return Campaign(WORK, self.tasks(subject), folder / subject, facts, sources=sources)
 
     def check(self) -> None:
-        """Raise PlanError where the code is not that with which the plan was made.
+        """Raise PlanError if the code differs from that with which the plan was made.
 
-        That is the generator and, where the seed was drawn, the scoring too: a tier with a seed
-        that everybody knows may be scored anew. Frozen sets are known by their digests.
+        The generator counts and, if the seed was drawn, the scoring too: a tier with a public seed
+        may be scored anew. Frozen sets are identified by their digests.
         """
         sealed: list[tuple[str, tuple[str, ...]]] = []
         if not TIERS[self.tier].frozen:
@@ -116,13 +119,16 @@ class TierPlan:
 
 
 def sources_of(subject: str) -> Sources:
-    """What the answers of a subject to given sets depend on: a rival's not on the diagnosis."""
+    """Return the code on which a subject's answers to given sets depend.
+
+    The answers of a rival do not depend on the diagnosis.
+    """
     who = SUBJECTS[subject]
     return Sources(() if who.whole_package else (who.module,), who.libraries)
 
 
 def files_digest(names: tuple[str, ...]) -> str:
-    """The first 16 hex digits of SHA-256 over the Python files of the package so named."""
+    """Return the first 16 hex digits of SHA-256 over the named Python files of the package."""
     whole = hashlib.sha256()
     for name in names:
         place = PACKAGE / name
@@ -141,9 +147,9 @@ def make_plan(
 ) -> TierPlan:
     """Write the plan of a tier into ``folder``: digests first, then the seed.
 
-    ``limit``: the first sets only; ``seed``, ``samples``: in place of the tier's. Raises PlanError
-    where the folder has another plan, for kept or frozen sets of another generator, number, size or
-    seed, and for a seed of a tier whose seed is drawn.
+    ``limit``: only the first sets; ``seed``, ``samples``: replace those of the tier. Raises
+    PlanError if the folder has another plan, if kept or frozen sets would get another generator,
+    number, size or seed, and if a seed is given for a tier whose seed is drawn.
     """
     chosen = TIERS[tier]
     changed = source != SIMULATED or (limit, seed, samples) != (None, None, None)

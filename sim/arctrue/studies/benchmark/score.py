@@ -1,4 +1,5 @@
-"""All answers of a benchmark beside truth and oracle: rates with intervals, all and by world."""
+"""Compares all answers of a benchmark with truth and oracle: rates with intervals, in total and by
+world."""
 
 from __future__ import annotations
 
@@ -38,19 +39,19 @@ from arctrue.studies.benchmark.worlds import WORLDS
 SURE = 0.8
 """An answer is sure where its largest probability is above this."""
 KINDS = ("name", "unknown", "none")
-"""What a probability can be given to."""
+"""Kinds of answer to which a probability can be given."""
 SIMULATED, INDEPENDENT = "simulated", "independent"
-"""The generators: of the simulated table, and the second one."""
+"""The generators: the simulated table, and the second generator."""
 
 FALSE = "false name or falsely adequate"
 
 SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
-"""Bins of a cause's size, in limits of the oracle."""
+"""Edges of the bins of a cause's size, in detection limits of the oracle."""
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """One rate: which sets count, which of them hit, and what it should be."""
+    """One rate: which sets count, which of them are hits, and the goal."""
 
     name: str
     counts: Callable[[Judged], bool]
@@ -58,12 +59,12 @@ class Score:
     at_most: float | None = None
     at_least: float | None = None
     world_at_most: float | None = None
-    """Looser than ``at_most``: of a single world; None: the same."""
+    """A looser limit than ``at_most``, for a single world; None: the same limit."""
     white_at_least: float | None = None
-    """Stricter than ``at_least``: of the world of white noise; None: the same."""
+    """A stricter limit than ``at_least``, for the world of white noise; None: the same limit."""
 
     def of(self, sets: Iterable[Judged]) -> Rate:
-        """The rate over the sets that count."""
+        """Compute the rate over the sets that count."""
         return rate([self.hits(item) for item in sets if self.counts(item)])
 
 
@@ -80,7 +81,7 @@ def _catalogue(item: Judged) -> bool:
 
 
 def _stranger(item: Judged) -> bool:
-    """A stranger is visible and nothing else, and the answer is not another one that is allowed."""
+    """Tell whether only a stranger is visible, and the answer is not another allowed one."""
     alone = bool(item.seen("stranger")) and not item.seen("catalogue")
     return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
@@ -90,13 +91,13 @@ def _nothing(item: Judged) -> bool:
 
 
 def _of_several_lines(item: Judged) -> bool:
-    """A line is named rightly in a set that has two lines or more which the oracle sees."""
+    """Tell whether a line is named rightly in a set with two or more lines that the oracle sees."""
     lines = [effect for effect in item.seen() if effect.get("values")]
     return item.outcome == RIGHT and len(lines) > 1 and bool(item.lines_named())
 
 
 def _named_largest_line(item: Judged) -> bool:
-    """None of the others is larger by more than NEARLY_AS_LARGE."""
+    """Tell whether no other line is larger by more than NEARLY_AS_LARGE."""
     largest = max(float(effect["rms_arcsec"]) for effect in item.seen() if effect.get("values"))
     named = max(float(effect["rms_arcsec"]) for effect in item.lines_named() or [])
     return named > NEARLY_AS_LARGE * largest
@@ -186,7 +187,7 @@ SCORES = (
 
 
 def scored(sets: Sequence[Judged]) -> dict[str, Any]:
-    """Everything as JSON: rates, probabilities, sizes, confusion, failures."""
+    """Return everything as JSON: rates, probabilities, sizes, confusion, failures."""
     worlds = [
         name for name in (*WORLDS, *independent_worlds()) if any(i.world == name for i in sets)
     ]
@@ -223,7 +224,7 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
 
 
 def _fails(world: str, sets: Sequence[Judged]) -> bool:
-    """Whether even the lower end of a world's false rate exceeds its goal."""
+    """Tell whether even the lower end of a world's false rate exceeds its goal."""
     (false,) = (score for score in SCORES if score.name == FALSE)
     most, _ = goal_of(false, world)
     assert most is not None
@@ -231,7 +232,7 @@ def _fails(world: str, sets: Sequence[Judged]) -> bool:
 
 
 def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:
-    """The sets by who made them, the first generator's first."""
+    """Group the sets by generator, the first generator first."""
     found: dict[str, list[Judged]] = {}
     for name, second in ((SIMULATED, False), (INDEPENDENT, True)):
         made = [item for item in sets if (item.world in independent_worlds()) == second]
@@ -241,7 +242,7 @@ def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:
 
 
 def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
-    """At most and at least, of one world or ``all``."""
+    """Return the upper and the lower limit for one world or ``all``."""
     most, least = score.at_most, score.at_least
     if world != "all" and score.world_at_most is not None:
         most = score.world_at_most
@@ -251,7 +252,7 @@ def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
 
 
 def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
-    """Probability given to the truth and its calibration; None where no answer states any."""
+    """Return the probability given to the truth and its calibration; None if none is stated."""
     stated = [item.first_probability() for item in sets]
     pairs = [pair for pair in stated if pair is not None]
     if not pairs:
@@ -273,13 +274,13 @@ def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
 
 
 def _right_of(sets: Sequence[Judged], kind: str) -> Rate:
-    """How often the largest probability is given to the truth, where it is given to a ``kind``."""
+    """Return the rate of right answers among those whose largest probability is for a ``kind``."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([pair[1] for pair in stated if pair is not None])
 
 
 def _wrong_where_sure(sets: Sequence[Judged], kind: str) -> Rate:
-    """How often the largest probability is not given to the truth, of the sure answers."""
+    """Return the rate of wrong answers among the sure ones about a ``kind``."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([not pair[1] for pair in stated if pair is not None and pair[0] > SURE])
 
@@ -290,7 +291,7 @@ def _mean_of_truth(sets: Iterable[Judged]) -> float | None:
 
 
 def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
-    """Held-out error over the floor where what was named is all that is there, or nothing is."""
+    """Return the held-out error over the noise floor, for right answers of one cause at most."""
     ratios = [
         ratio
         for item in sets
@@ -306,7 +307,7 @@ def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
 
 
 def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
-    """Single causes of the catalogue: how many are put first, by their size in oracle limits."""
+    """Return how many single catalogue causes are put first, by size in oracle limits."""
     found = []
     single = [
         (sight(item.truth["effects"][0]).size_in_limits, item.outcome in (RIGHT, FIRST))
@@ -320,9 +321,9 @@ def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
 
 
 def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
-    """Single causes of the catalogue by name: how small one was found, how large one was not.
+    """Return, by name of single catalogue causes, the smallest found and the largest missed.
 
-    Sizes are in limits of the oracle; None where there is none.
+    Sizes are in limits of the oracle; None if there is none.
     """
     sizes_of: dict[str, list[tuple[float, bool]]] = {}
     for item in sets:
@@ -340,7 +341,7 @@ def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
 
 
 def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
-    """By what is hidden (one cause, or several): how often each was said."""
+    """Count each answer, by the hidden content (one cause, or several)."""
     found: dict[str, Counter[str]] = {}
     for item in sets:
         truth = item.label if len(item.hidden) <= 1 else "several"
@@ -354,12 +355,12 @@ def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
 
 
 def is_failure(item: Judged) -> bool:
-    """The outcome is none that a set should come to, or a second name is said that is not there."""
+    """Tell whether the outcome is not a good one, or a second name is wrong."""
     return item.outcome not in GOOD or item.second_name is not None
 
 
 def failure(item: Judged) -> dict[str, Any]:
-    """One set that is not as it should be, with the command that makes it again."""
+    """Return one failed set, with the command that makes it again."""
     return {
         "set": set_name(item.task),
         "world": item.world,
@@ -378,5 +379,5 @@ def failure(item: Judged) -> dict[str, Any]:
 
 
 def judged(results: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> list[Judged]:
-    """Tasks with their results, as sets that can be scored."""
+    """Return the tasks with their results as sets that can be scored."""
     return [Judged(task, result["truth"], result["answer"]) for task, result in results]

@@ -17,23 +17,23 @@ from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulat
 from arctrue.table.registry import REGISTRY
 
 NOTHING = 1e-9
-"""Share of a cause's size at which it is there without effect, so that all draws stay the same."""
+"""Share of a cause's size at which the cause has no effect but all random draws stay the same."""
 
 
 @dataclass(frozen=True)
 class BenchmarkSet:
-    """The set that may be shown, and the truth that may not."""
+    """The set, which may be shown, and the truth, which may not."""
 
     measurement: MeasurementSet
     truth: dict[str, Any]
 
 
 def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
-    """The set of a task: ``world``, ``content``, ``seed``, ``samples`` (a run, at most).
+    """Make the set of a task: ``world``, ``content``, ``seed``, ``samples`` (per run, at most).
 
-    The world says which generator makes it. The truth holds each cause with its size and what the
-    oracle makes of it, the noise, and the RMS of what no model can explain, by channel. Raises
-    KeyError for an unknown world.
+    The world determines the generator. The truth contains each cause with its size and the oracle's
+    result for it, the noise, and, by channel, the RMS that no model can explain. Raises KeyError
+    for an unknown world.
     """
     if task["world"] in independent_worlds():
         return BenchmarkSet(
@@ -43,12 +43,12 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
     surroundings = WORLDS[task["world"]](random)
     surroundings.thin(task["samples"])
     if task["content"] == "nothing":
-        # A head that stands elsewhere than stated is something.
+        # A head at another angle than stated would be a cause.
         surroundings.extra = []
         surroundings.told = [name for name in surroundings.told if name != "head_angle"]
     wanted = hidden(task["content"], random)
     wanted += [item for item in surroundings.extra if item.name not in {w.name for w in wanted}]
-    # A set without a channel has no place for a cause that acts on that channel alone.
+    # Drop causes that act only on a channel that the set does not have.
     wanted = [item for item in wanted if surroundings.experiment.can_honour(REGISTRY[item.name])]
     made = _simulated(wanted, surroundings, task["seed"])
     effects = []

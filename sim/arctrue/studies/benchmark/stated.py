@@ -1,4 +1,4 @@
-"""Answers of a benchmark as rows of a table: what each rests on, and whether it is right.
+"""Answers of a benchmark as rows of a table: the grounds of each, and whether it is right.
 
 The logistic of :mod:`arctrue.workbench.diagnose.calibrated` is fitted to them.
 """
@@ -41,9 +41,9 @@ PRIOR_SIGMA = (
     | dict.fromkeys((*KINDS, *RESTS_ON), 1.0)
     | dict.fromkeys(DISTANCES, 0.1)
 )
-"""Of each coefficient, a normal prior about 0: a share of right answers may be anything from 5 to
-95 %, that of a kind differs by a factor of some 3 in the odds, log odds of the evidence may count
-whole, a distance of 1 changes the odds by some 10 % unless the answers say more."""
+"""Standard deviation of the normal prior about 0 of each coefficient. It allows a share of right
+answers from 5 to 95 %, a factor of some 3 in the odds between kinds, and the full log odds of the
+evidence; a distance of 1 changes the odds by some 10 % unless the answers say more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +54,11 @@ class Stated:
     world: str
     verdict: str
     rests_on: str
-    """Of ``unknown``; empty for other verdicts."""
+    """Grounds of the verdict ``unknown``; empty for other verdicts."""
     right: bool
     """The largest stated probability was given to the truth."""
     probability: float
-    """That probability, as it was stated when the answer was made."""
+    """The largest probability, as it was stated when the answer was made."""
     evidence: float
     untested: float
     runs: int
@@ -69,13 +69,13 @@ class Stated:
 
     @property
     def grounds(self) -> Grounds:
-        """As the diagnosis has them, without what no feature uses."""
+        """Return the grounds as the diagnosis has them, without those that no feature uses."""
         away = Distance(self.untested, self.runs, self.visits, self.left, self.not_white)
         return Grounds(self.evidence, 0.0, 0.0, 0.0, None, 0.0, 0, self.ways, away, self.rests_on)
 
 
 def stated(sets: Iterable[Judged]) -> list[Stated]:
-    """Of every set whose answer states probabilities and has grounds."""
+    """Return a row for every set whose answer states probabilities and has grounds."""
     found = []
     for item in sets:
         pair, grounds = item.first_probability(), item.answer.get("grounds")
@@ -103,7 +103,10 @@ def stated(sets: Iterable[Judged]) -> list[Stated]:
 
 
 def _right(item: Judged, first: bool) -> bool:
-    """Of what is said, whatever was stated of it; ``first``: of the largest probability."""
+    """Tell whether the answer is right, whatever probabilities it stated.
+
+    ``first``: whether the largest stated probability was right, for an answer that names nothing.
+    """
     members = item.answer.get("class") or []
     said = next(iter(SAID.get(item.answer["verdict"], members)), None)
     if said is None:
@@ -113,7 +116,7 @@ def _right(item: Judged, first: bool) -> bool:
 
 
 def write_stated(rows: Sequence[Stated], path: Path = FILE) -> None:
-    """As CSV, in the order given."""
+    """Write the rows as CSV, in the order given."""
     text = StringIO()
     table = csv.DictWriter(text, [item.name for item in fields(Stated)], lineterminator="\n")
     table.writeheader()
@@ -122,7 +125,7 @@ def write_stated(rows: Sequence[Stated], path: Path = FILE) -> None:
 
 
 def read_stated(path: Path = FILE) -> list[Stated]:
-    """What :func:`write_stated` wrote."""
+    """Read the file that :func:`write_stated` wrote."""
     with path.open(newline="", encoding="utf-8") as file:
         return [
             Stated(
@@ -145,10 +148,10 @@ def read_stated(path: Path = FILE) -> list[Stated]:
 
 
 def fitted(rows: Sequence[Stated]) -> Calibration:
-    """Coefficients of greatest posterior density, and their covariance (Laplace).
+    """Fit the coefficients of greatest posterior density, and their covariance (Laplace).
 
-    The log likelihood of right and wrong answers under normal priors; coefficients of the
-    distances are at most 0, that of the evidence is at least 0.
+    The log likelihood of right and wrong answers is combined with normal priors; coefficients of
+    the distances are at most 0, that of the evidence is at least 0.
     """
     design = np.array([features(row.verdict, row.grounds) for row in rows])
     answers = Counter(row.verdict for row in rows)
@@ -167,12 +170,13 @@ def fitted(rows: Sequence[Stated]) -> Calibration:
     information = (design.T * (right * (1.0 - right))) @ design + np.diag(sigma**-2.0)
     covariance = np.linalg.inv(information)
     away = np.isin(FEATURES, DISTANCES)
-    # Without correlations of a distance the variance rises with each: farther is never surer.
+    # Without correlations of a distance the variance rises with each distance, so that a farther
+    # set never has a smaller uncertainty.
     covariance[away] = covariance[:, away] = 0.0
     covariance[away, away] = np.diag(np.linalg.inv(information))[away]
     return Calibration(np.asarray(found.x), covariance, {kind: answers[kind] for kind in KINDS})
 
 
 def confidences(rows: Sequence[Stated], learned: Calibration) -> list[float]:
-    """What such answers state by this calibration."""
+    """Return the probabilities that such answers state with this calibration."""
     return [learned.confidence(row.verdict, features(row.verdict, row.grounds)) for row in rows]

@@ -1,4 +1,4 @@
-"""Who is tested: anything that turns a measurement set into an answer."""
+"""The subjects of the test: anything that turns a measurement set into an answer."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ PEERS = "arctrue.studies.benchmark.peers"
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Who answers, and what the answers depend on."""
+    """A program that answers, and the code on which its answers depend."""
 
     module: str
-    """Imported when it is asked."""
+    """Module that is imported when the subject is asked."""
     function: str
     whole_package: bool = False
-    """Its answers depend on more of the package than what the module imports by statements."""
+    """The answers depend on more of the package than the import statements of the module show."""
     libraries: tuple[str, ...] = ()
-    """That calculate, beside those of every result."""
+    """Numerical libraries that it uses, in addition to those of every result."""
 
 
 SUBJECTS = {
     "arctrue": Subject(
-        # The catalogue of effects is found by the names of its files.
+        # A scan of files finds the catalogue of effects, so that imports alone do not show it.
         "arctrue.studies.benchmark.diagnosis",
         "arctrue",
         whole_package=True,
@@ -42,9 +42,9 @@ SUBJECTS = {
 
 
 def find_subject(name: str) -> Answering:
-    """The function of a subject.
+    """Return the function of a subject.
 
-    Raises KeyError for a name that is none, ValueError where a library that it needs is missing.
+    Raises KeyError for an unknown name, ValueError if a library that it needs is missing.
     """
     subject = SUBJECTS[name]
     found: Answering = getattr(importlib.import_module(subject.module), subject.function)

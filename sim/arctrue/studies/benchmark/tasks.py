@@ -9,19 +9,20 @@ from arctrue.studies.benchmark.worlds import CONTENTS, WORLDS
 from arctrue.studies.campaign.task import Task
 
 SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
-"""Of the sets of each world. Of 6,600 sets: 308 with nothing a world, 2,640 with one cause of the
-catalogue, 1,188 with what is in none, 924 with two or three."""
+"""Shares of the contents in each world. For 6,600 sets: 308 per world with nothing, 2,640 with one
+cause of the catalogue, 1,188 with a cause that the catalogue does not have, 924 with two or three
+causes."""
 
 EVERY_NULL = 3
-"""Of the second generator every third turn of the worlds has nothing hidden."""
+"""In the second generator, every third turn of the worlds has nothing hidden."""
 EVERY_INDEPENDENT = 5
-"""Of sets of both generators every fifth is of the second one."""
+"""If both generators make sets, every fifth set is from the second one."""
 INDEPENDENT_STREAM = 2
-"""Keeps its seeds apart from those of the first generator's sets."""
+"""Number that separates the seeds of these sets from those of the first generator."""
 
 
 def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
-    """Every set as a task, worlds in turn; ``samples`` a run at most, ``subject``: who answers."""
+    """Return every set as a task, worlds in turn; ``samples``: largest number in a run."""
     found: list[Task] = []
     by_world = {
         world: _contents(sets // len(WORLDS) + (place < sets % len(WORLDS)))
@@ -44,7 +45,7 @@ def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
 
 
 def independent_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
-    """Sets of the second generator as tasks: its worlds in turn, every third with nothing in it."""
+    """Return sets of the second generator as tasks: worlds in turn, every third turn empty."""
     worlds = list(independent_worlds().values())
     found: list[Task] = []
     for number in range(sets):
@@ -64,7 +65,7 @@ def independent_tasks(sets: int, samples: int, seed: int, subject: str) -> list[
 
 
 def mixed_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
-    """Sets of both generators, every fifth of the second one."""
+    """Return sets of both generators as tasks; every fifth is from the second one."""
     second = independent_tasks(sets // EVERY_INDEPENDENT, samples, seed, subject)
     first = set_tasks(sets - len(second), samples, seed, subject)
     found: list[Task] = []
@@ -81,7 +82,7 @@ def _set_seed(entropy: list[int]) -> int:
 
 
 def _contents(number: int) -> list[str]:
-    """``number`` contents in their shares, spread evenly (largest remainder at every step)."""
+    """Distribute ``number`` contents evenly by their shares (largest remainder at every step)."""
     found: list[str] = []
     given = dict.fromkeys(CONTENTS, 0)
     for step in range(1, number + 1):

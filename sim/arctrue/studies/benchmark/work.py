@@ -1,4 +1,4 @@
-"""One task of the benchmark: make the set, let the subject see its folder, keep both sides."""
+"""One task of the benchmark: make the set, let the subject read it, keep truth and answer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from arctrue.studies.benchmark.subject import Answer, find_subject
 
 
 def run_set(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Truth, digest and answer of the set of one task (see make_set) by its ``subject``.
+    """Return truth, digest and answer of the set of one task (see make_set) for its ``subject``.
 
     A subject that fails gives the verdict ``error`` with the exception, which is scored as a miss.
     """

@@ -1,4 +1,4 @@
-"""What the sets of the benchmark are like: a world disturbs them, a content is hidden in them."""
+"""The properties of benchmark sets: a world disturbs them, a content is hidden in them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ INDEX_COUNTS = (0, 1)
 UNSTATED_INDEX_COUNTS = 3
 HEAD_ANGLE_ARCSEC = (3.0, 30.0)
 UNDERSTATED = 3.0
-"""By how much the stated uncertainty of the reference is too small."""
+"""Factor by which the stated uncertainty of the reference is too small."""
 WRONG = ("head_angle", "index", "sensor_lag", "uncertainty")
 COLOURS = ("pink", "power_law", "ornstein_uhlenbeck", "autoregressive", "by_angle")
 
@@ -30,26 +30,26 @@ Statement = Callable[[MeasurementSet], MeasurementSet]
 
 @dataclass
 class Surroundings:
-    """What a world makes of a set before its content is known."""
+    """The disturbances by which a world changes a set, before its content is known."""
 
     experiment: Experiment
     noise: list[Wanted] = field(default_factory=list)
     index_scatter_counts: int = 1
     extra: list[Wanted] = field(default_factory=list)
-    """Causes of the catalogue that a wrong statement amounts to."""
+    """Causes of the catalogue that are equivalent to a wrong statement."""
     understated: float = 1.0
-    """By how much the stated uncertainty of the reference is too small."""
+    """Factor by which the stated uncertainty of the reference is too small."""
     told: list[str] = field(default_factory=list)
-    """What is wrong or bad in this set, in words."""
+    """Descriptions of the wrong statements or bad data in this set."""
 
     def thin(self, samples: int) -> None:
-        """No more than so many samples a run."""
+        """Limit the number of samples in a run."""
         reference = self.experiment.reference
         most = min([samples, *(run.samples for run in self.experiment.runs)])
         self.experiment = self.experiment.smaller(most, reference.cycles if reference else 0)
 
     def stated(self, measurement: MeasurementSet) -> MeasurementSet:
-        """The set with its wrong statements."""
+        """Return the set with its wrong statements."""
         reference = measurement.reference
         if self.understated == 1.0 or reference is None:
             return measurement
@@ -140,11 +140,11 @@ CONTENTS = ("nothing", "one", "parts", "stranger", "several")
 CATALOGUE = tuple(name for name, item in RECIPES.items() if item.kind == "catalogue")
 PARTS = tuple(name for name, item in RECIPES.items() if item.kind == "parts")
 SHARE_OF_THREE = 0.25
-"""Of the sets with several causes: those with three."""
+"""Share of the sets with three causes among those with several."""
 
 
 def hidden(content: str, random: Random) -> list[Wanted]:
-    """The causes of a set, their sizes drawn from their ranges."""
+    """Draw the causes of a set, with their sizes from their ranges."""
     if content == "nothing":
         return []
     if content == "several":

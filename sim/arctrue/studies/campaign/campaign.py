@@ -40,7 +40,8 @@ MOST_BROKEN_POOLS = 3
 STOP_POLL_S = 0.5
 PARENT_POLL_S = 2.0
 STOPS = (signal.SIGINT, signal.SIGTERM)
-"""Ctrl-C, and the signals that a batch system sends to a job at its time limit."""
+"""Signals that stop a campaign: Ctrl-C, and those that a batch system sends to a job at its time
+limit."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
@@ -223,7 +224,7 @@ def pool(
         running: dict[Future[Results], int] = {}
         try:
             while True:
-                # Few batches are submitted ahead, so that a stop waits for few.
+                # Only a few batches are submitted in advance, so that a stop waits for only a few.
                 while not stopping() and len(running) < workers + 1:
                     number = next(waiting, None)
                     if number is None:

@@ -69,7 +69,7 @@ class Store:
         self.done = {item.key for item in read_results([folder])}
 
     def __enter__(self) -> Self:
-        """The store itself."""
+        """Return the store itself."""
         return self
 
     def __exit__(
@@ -78,7 +78,7 @@ class Store:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Closes both files."""
+        """Close both files."""
         self._results.close()
         self._timings.close()
 
@@ -107,7 +107,7 @@ class Store:
 def _check_header(folder: Path, header: Mapping[str, Any]) -> None:
     path = folder / HEADER
     text = json.dumps(header, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-    # The header is written under another name and then linked: of two simultaneous shards one wins.
+    # The header is written under another name and then linked: one of two simultaneous shards wins.
     mine = folder / f".{HEADER}.{os.getpid()}"
     write_whole_text(mine, text)
     try:
@@ -199,7 +199,7 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
         text = path.read_text(encoding="utf-8")
         for number, line in enumerate(text.splitlines(keepends=True), start=1):
             if not line.endswith("\n"):
-                # A crash cut this line off: the task is done again.
+                # A crash cut this line off: the task is repeated.
                 continue
             try:
                 yield path, number, typed_json(line, Result, f"{path}, line {number}")

@@ -17,7 +17,7 @@ Work = Callable[[Task], Mapping[str, Any]]
 
 
 def canonical(value: object) -> str:
-    """JSON with sorted keys and no spaces: the same text for the same content.
+    """Return JSON with sorted keys and no spaces: the same text for the same content.
 
     Raises ValueError for a number that is not finite.
     """
@@ -27,7 +27,7 @@ def canonical(value: object) -> str:
 
 
 def digest(value: object) -> str:
-    """SHA-256 of the canonical JSON, in hex."""
+    """Return SHA-256 of the canonical JSON, in hex."""
     return hashlib.sha256(canonical(value).encode()).hexdigest()
 
 
@@ -48,7 +48,7 @@ def task_key(task: Task) -> str:
 
 
 def find_work(name: str) -> Work:
-    """The function of ``module:function``."""
+    """Return the function of ``module:function``."""
     module, _, function = name.partition(":")
     found: Work = getattr(importlib.import_module(module), function)
     return found
@@ -65,7 +65,7 @@ class OtherCodeError(RuntimeError):
 def do_batch(
     work: str, tasks: Sequence[Task], sources: Sources, code: Mapping[str, str]
 ) -> list[tuple[Mapping[str, Any], float]]:
-    """Result and seconds of each task, one after the other; runs in a worker.
+    """Return result and seconds of each task, one after the other; runs in a worker.
 
     Raises OtherCodeError if the state of the worker's code is not ``code``.
     """

@@ -18,37 +18,37 @@ class DemoFiles:
 
     @property
     def settings(self) -> Path:
-        """The scale of the demo."""
+        """Return the file with the scale of the demo."""
         return self.folder / "settings.json"
 
     @property
     def played(self) -> Path:
-        """Pin changes of both heads."""
+        """Return the file with the pin changes of both heads."""
         return self.folder / "played.txt"
 
     @property
     def recorded(self) -> Path:
-        """Pin changes of the output."""
+        """Return the file with the pin changes of the output."""
         return self.folder / "recorded.txt"
 
     @property
     def capture(self) -> Path:
-        """The first turn as the firmware read it, counts (2, n)."""
+        """Return the file with the first turn as the firmware read it, counts (2, n)."""
         return self.folder / "capture.npy"
 
     @property
     def run(self) -> Path:
-        """Record of the firmware: :class:`ProcessorRun`."""
+        """Return the file with the record of the firmware: :class:`ProcessorRun`."""
         return self.folder / "run.json"
 
     @property
     def latency(self) -> Path:
-        """Clocks of each unit."""
+        """Return the file with the clocks of each unit."""
         return self.folder / "latency.json"
 
     @property
     def progress(self) -> Path:
-        """Progress of the simulation."""
+        """Return the file with the progress of the simulation."""
         return self.folder / "progress.json"
 
 

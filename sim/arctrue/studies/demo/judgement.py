@@ -48,10 +48,10 @@ def decode_recording(output: PinEvents) -> OutputRecording:
 
 
 def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: OutputRecording) -> int:
-    """Clocks from an edge at the pins of head 1 to the same edge at the output pins.
+    """Measure the clocks from an edge at the pins of head 1 to the same edge at the output.
 
-    Measured on the uncorrected run-up before the first index, where every input edge causes
-    one output edge. Raises RecordingError if the delay varies.
+    The measurement uses the uncorrected run-up before the first index, where every input edge
+    causes one output edge. Raises RecordingError if the delay varies.
     """
     first = np.ceil(scene.heads[0].time_s * settings.clock_hz).astype(np.int64)
     run_up = np.flatnonzero(scene.heads[0].count < 0)
@@ -101,7 +101,7 @@ def output_score(
 def index_offset_counts(
     scene: Scene, settings: DemoSettings, output: OutputRecording, latency_clocks: int
 ) -> float:
-    """Distance of the output's last Z from the zero of the corrected angle, counts.
+    """Return the distance of the output's last Z from the zero of the corrected angle, counts.
 
     Two heads cannot see the mean of the error, so the zero lies at the mean of R₁ − θ. Raises
     RecordingError if Z never rises.

@@ -133,7 +133,8 @@ def _follow(
     settings: DemoSettings,
     report_step: ReportStep,
 ) -> None:
-    # This is a preliminary end (the run-in, two turns and the read-out); the firmware decides it.
+    # This is a preliminary end (the run-in, two turns and the read-out); the firmware sets the
+    # final one.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
     begun = time.monotonic()
     last: BenchStage | None = None

@@ -29,7 +29,7 @@ class SecondAct:
     total_s: float
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain values."""
+        """Return everything as plain values."""
         return {**self.result.as_json(), "faults": list(self.faults), "total_s": self.total_s}
 
     @property

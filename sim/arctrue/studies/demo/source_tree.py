@@ -24,5 +24,5 @@ def check_source_tree() -> None:
 
 
 def child_environment() -> dict[str, str]:
-    """The environment in which a child process finds both ``arctrue`` and ``tb``."""
+    """Return the environment in which a child process finds both ``arctrue`` and ``tb``."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "sim")])}

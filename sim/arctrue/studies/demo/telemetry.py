@@ -18,7 +18,7 @@ _COUNTERS = (
 
 
 class ToldHarmonic(Struct, frozen=True, array_like=True):
-    """An order as the firmware found it."""
+    """An order in the firmware's result."""
 
     order: int
     amplitude_arcsec: float

@@ -28,7 +28,7 @@ Float = NDArray[np.float64]
 
 
 def closure_budget(found: Closure, counts_per_rev: int) -> Budget:
-    """Budget of the table's error at a face by re-indexing, without the certificate's 0.1″."""
+    """Make the budget of the table's error at a face by re-indexing, without certificate."""
     published = PUBLISHED
     fourth = ARCSEC_PER_RAD * mounting_eccentricity_rad(
         published.mounting_offset_m, published.flatness_m, published.face_width_m
@@ -104,7 +104,7 @@ def _closure(world: World) -> Closure:
 
 
 def _compared(world: World) -> dict[str, Any]:
-    """E_n at every face."""
+    """Return E_n at every face."""
     reading, _, _ = world.stations([0])
     by_polygon = _closure(world)
     orders = world.settings.orders

@@ -47,7 +47,7 @@ U_MOUNTING_ARCSEC = MOUNTING_ARCSEC / float(np.sqrt(3.0))
 
 @dataclass(frozen=True)
 class Bench:
-    """The table; heads mounted and index marks detected within ± 50″, drawn by ``seed``."""
+    """A simulated table; ``seed`` draws head places and index marks within ± 50″ of nominal."""
 
     places_deg: tuple[float, ...] = PLACES_DEG
     noise_arcsec: float = 0.1
@@ -60,7 +60,7 @@ class Bench:
     """Shift of every head along the scale since it was mounted."""
 
     def table(self, *further: Cause) -> RotaryTable:
-        """The table with what the axis does."""
+        """Return the table with the motion of its axis."""
         random = np.random.default_rng([self.seed, 11])
         heads = len(self.places_deg)
         off, late = random.uniform(-MOUNTING_ARCSEC, MOUNTING_ARCSEC, (2, heads))
@@ -89,7 +89,7 @@ class Bench:
     def turn(
         self, number: int, causes: tuple[Cause, ...], turns: int = 1, *, noise: bool = True
     ) -> tuple[Integer, Float]:
-        """Counts (heads, n) and true angles of a run that begins some turns on."""
+        """Return counts (heads, n) and true angles of a run that starts some turns later."""
         table = self.table(*causes)
         motion = Motion.steady(
             SPEED_RAD_S,
@@ -105,7 +105,7 @@ class Bench:
         return np.stack(counts), np.asarray(state.angle_rad)
 
     def captured(self, number: int = 0, turns: int = 1) -> WholeTurns:
-        """One run as a capture."""
+        """Return one run as a capture."""
         counts, _ = self.turn(number, self.axis, turns)
         step = COUNTS_PER_REV / self.samples_a_turn
         return WholeTurns(0, turns, counts[0], counts[1], step, 0, tuple(counts[2:]))
@@ -128,7 +128,8 @@ class Bench:
         )
 
     def mean(self, motion: MotionOrders = "every") -> Coefficients:
-        """The gateware's words for the mean of all heads, with a set for each head missing."""
+        """Return the gateware's words for the mean of all heads, and a set for each missing
+        head."""
         coefficients, refused = mean_banks(self.estimate(motion).on_disc(), COUNTS_PER_REV)
         if refused:
             raise refused[0]
@@ -136,12 +137,12 @@ class Bench:
 
 
 def mean_left_arcsec(coefficients: Coefficients, counts: Integer, angle_rad: Float) -> Float:
-    """Error of the mean that the gateware puts out, (n,)."""
+    """Return the error of the mean at the output of the gateware, (n,)."""
     return _left(mean_angle_counts(coefficients, counts), angle_rad)
 
 
 def two_heads_left_arcsec(bench: Bench, counts: Integer, angle_rad: Float) -> Float:
-    """Error of head 1 as two heads of ``bench`` correct it, (n,)."""
+    """Return the error of head 1 after the correction by two heads of ``bench``, (n,)."""
     estimate, _ = least_squares(
         [bench.captured()],
         COUNTS_PER_REV,
@@ -162,5 +163,5 @@ def _left(shown_counts: Float, angle_rad: Float) -> Float:
 
 
 def rms(values: Float) -> float:
-    """About the mean: the zero of a table is arbitrary."""
+    """Return the RMS about the mean: the zero of a table is arbitrary."""
     return float(np.std(values))

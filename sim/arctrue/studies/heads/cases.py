@@ -12,7 +12,7 @@ from arctrue.table.conditions import USUAL_TEMPERATURE_C
 
 @dataclass(frozen=True)
 class HeadsCase:
-    """An effect that appears after the calibration, and the order at which it is looked for."""
+    """An effect that appears after the calibration, and the order at which it is measured."""
 
     title: str
     cause: Cause

@@ -41,7 +41,7 @@ GRADUATION_ARCSEC = {2: 1.6, 5: 0.9}
 RECORDED_TURNS = 3.0
 """Length of a recording, over which the balls' order 4.37 is orthogonal to the disc's orders."""
 KEPT_EVERY = 16
-"""Of this many edges one is kept."""
+"""Number of edges of which one is kept."""
 MOST_ORDER = 8
 MOTION_TURNS = 30.0
 START_RAD = -0.2
@@ -63,7 +63,7 @@ class Track:
         return cls(edges.true_angle_rad, np.asarray((counts - counts.mean()) * arcsec))
 
     def line(self, order: float) -> complex:
-        """Component at an order, fitted with the whole orders 0 to 8, arcseconds."""
+        """Return the component at an order, fitted with the whole orders 0 to 8, arcseconds."""
         columns = [np.ones(self.angle_rad.size)]
         for n in (order, *(n for n in range(1, MOST_ORDER + 1) if n != order)):
             columns += [np.cos(n * self.angle_rad), np.sin(n * self.angle_rad)]
@@ -107,18 +107,18 @@ class HeadsDevice:
             ("output_spacing", 1),
             ("orders", settings.orders),
             ("separation_deg", PLACES_DEG[1]),
-            # Whole counts are noise too.
+            # The rounding to whole counts is noise too.
             ("alarm_noise_arcsec", max(1.0, settings.arcsec_per_count)),
         ):
             self.firmware.set(name, value)
 
     def calibrate_alone(self, *, on: bool = True) -> None:
-        """Give the firmware the places of heads 3 and 4, with which it calibrates the mean."""
+        """Give the firmware the places of heads 3 and 4, which let it calibrate the mean."""
         for name, place in zip(("head3_deg", "head4_deg"), PLACES_DEG[2:], strict=True):
             self.firmware.set(name, place if on else 0.0)
 
     def __enter__(self) -> Self:
-        """The device itself."""
+        """Return the device itself."""
         return self
 
     def __exit__(
@@ -127,11 +127,11 @@ class HeadsDevice:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Give the memory back."""
+        """Free the memory."""
         self.instrument.close()
 
     def table(self, *causes: Cause) -> RotaryTable:
-        """The table with further causes."""
+        """Return the table with further causes."""
         orders = tuple(GRADUATION_ARCSEC)
         amplitudes = tuple(float(np.radians(GRADUATION_ARCSEC[n] / 3600.0)) for n in orders)
         disc = (
@@ -154,7 +154,7 @@ class HeadsDevice:
         self.instrument.attach(self.table(*causes), motion)
 
     def turn_before(self, *causes: Cause, celsius: float = USUAL_TEMPERATURE_C) -> None:
-        """Attach as :meth:`attach`; the device searches its indices and judges its coefficients."""
+        """Attach as :meth:`attach`; the device then finds its indices and judges its words."""
         self.attach(*causes, celsius=celsius)
         self.firmware.start()
 
@@ -217,13 +217,13 @@ class HeadsResult:
     case: HeadsCase
     counts_per_rev: int
     head1_arcsec: float
-    """In head 1; the correction from two heads does not contain it."""
+    """Amplitude in head 1; the correction from two heads does not contain it."""
     mean_arcsec: float
-    """In the mean of four heads."""
+    """Amplitude in the mean of four heads."""
     clocks: int
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values."""
+        """Return plain values."""
         return {
             "title": self.case.title,
             "order": self.case.order,
@@ -243,7 +243,7 @@ def run_on_heads(
 ) -> HeadsResult:
     """Calibrate the mean of four heads from one capture, then add the effect without a new fit.
 
-    Raises InstrumentError where the device refuses the mean or does not come back to it.
+    Raises InstrumentError if the device refuses the mean or does not return to it.
     """
     with HeadsDevice(settings, report_run=report_run, report_step=report_step) as device:
         device.turn_before()

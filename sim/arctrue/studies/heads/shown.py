@@ -40,7 +40,7 @@ Float = NDArray[np.float64]
 
 BALLS = BallPass(4.37, 0.25e-6)
 HUB_SHIFT = DiscEccentricity(2e-6, 0.8)
-"""Heat moves the disc's centre on the axis."""
+"""Shift of the disc's centre on the axis by heat."""
 AXIS_SHIFT = RadialMotion(0, 2e-6 * np.exp(0.8j))
 AXIS: tuple[Cause, ...] = (
     BALLS,
@@ -52,8 +52,8 @@ MOVED_ARCSEC = 100.0
 AXIS_LIMIT_M = 5e-6
 FINE_ORDERS = 500
 FINE_PLACES_DEG = (0.0, 112.1, 174.8, 297.8)
-"""Of 18,000 drawn places those with the least RMS gain of orders 2 to 500, motion unknown at every
-order, where a mean exists and the heads have room; not the least there is."""
+"""Places with the smallest RMS gain of orders 2 to 500 among 18,000 random ones, motion unknown at
+every order, where a mean exists and the heads have room; other places may be better."""
 TURNS_SHOWN = (1, 3, 10, 30, 100, 1000)
 
 
@@ -65,7 +65,7 @@ def shown(
     seed: int = 1,
     progress: ReportStep | None = None,
 ) -> dict[str, Any]:
-    """Every row; ``samples_a_turn`` and ``fine_orders`` make a smaller one for a test."""
+    """Return every row; ``samples_a_turn`` and ``fine_orders`` reduce the work for a test."""
     say: ReportStep = progress or (lambda _: None)
     bench = Bench(samples_a_turn=samples_a_turn, seed=seed)
     two = replace(bench, places_deg=TWO_DEG)
@@ -94,13 +94,13 @@ def shown(
 
 
 def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
-    """Calibrated with the axis moving, read on another turn."""
+    """Calibrate while the axis moves; evaluate on another turn."""
     moving, pair = replace(bench, axis=AXIS), replace(two, axis=AXIS)
     coefficients = moving.mean()
     quiet, angle = bench.turn(5, AXIS[1:], noise=False)
     balls, _ = bench.turn(5, AXIS, noise=False)
     with_noise, _ = bench.turn(5, AXIS)
-    # What whole counts do is taken off: the rounding of four readings is larger than what is left.
+    # Remove the effect of whole counts: the rounding of four readings exceeds the remaining error.
     exact = [_exact(bench, 5, causes) for causes in (AXIS[1:], AXIS)]
     change = (exact[1] - exact[0]) * (ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV)
     assert coefficients.extension is not None
@@ -123,7 +123,7 @@ def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
 
 
 def _exact(bench: Bench, number: int, causes: tuple[Cause, ...]) -> Float:
-    """Readings in counts, neither noise nor rounding, at the angles of :meth:`Bench.turn`."""
+    """Return readings in counts at the angles of :meth:`Bench.turn`, without noise and rounding."""
     _, angle = bench.turn(number, causes, noise=False)
     table: RotaryTable = bench.table(*causes)
     state = TableState.at_rest(angle)
@@ -131,7 +131,7 @@ def _exact(bench: Bench, number: int, causes: tuple[Cause, ...]) -> Float:
 
 
 def _hub_shift(bench: Bench, two: Bench) -> dict[str, Any]:
-    """Calibrated before the hub moves by 2 µm, the axis being at rest; not again."""
+    """Calibrate before the hub moves by 2 µm, with the axis at rest, and not again."""
     coefficients = bench.mean(())
     assert coefficients.extension is not None
     assert coefficients.extension.mean is not None
@@ -152,9 +152,9 @@ def _hub_shift(bench: Bench, two: Bench) -> dict[str, Any]:
 
 
 def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Float) -> float:
-    """RMS of what the shift changes of the output, without whole counts of the readings.
+    """Return the RMS of the output's change by the shift, without rounding of the readings.
 
-    The carrier takes the shift into its lanes, too.
+    The shift also changes the angle at which the carrier's lanes are evaluated.
     """
     counts, _ = bench.turn(5, (), noise=False)
     mean = coefficients.extension.mean
@@ -195,12 +195,12 @@ def _missing(bench: Bench) -> list[dict[str, Any]]:
 
 
 def _moved(bench: Bench, head: int) -> dict[str, Any]:
-    """A head moves by 100″ along the scale and the axis by 2 µm between two turns."""
+    """Move a head by 100″ along the scale and the axis by 2 µm between two turns."""
     before = bench.estimate(())
     moved = [0.0] * 4
     moved[head - 1] = MOVED_ARCSEC
     later = replace(bench, moved_arcsec=tuple(moved), axis=(AXIS_SHIFT,))
-    # The counters go on: a head that moves reads so much more, from the same index as before.
+    # The counters continue: the reading of a moved head changes by its shift, from the same index.
     counts, angle = later.turn(3, (AXIS_SHIFT,))
     old, _ = bench.turn(3, ())
     captured = later.captured(3)
@@ -239,7 +239,7 @@ def _moved(bench: Bench, head: int) -> dict[str, Any]:
 
 
 def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
-    """The disc's error to a high order, from averaged turns, against the truth; 2σ at one angle."""
+    """Compare the disc's error to a high order with the truth; 2σ at an angle."""
     places = FINE_PLACES_DEG
     random = np.random.default_rng([bench.seed, 13])
     further = np.arange(10, orders + 1)
@@ -258,7 +258,8 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     for title, motion, axis in cases:
         counts, _ = fine.turn(1, (rough, *axis), turns)
         size = fine.samples_a_turn
-        # Each sample of a turn comes at the same angle: sums over the turns are one finer turn.
+        # Each sample of a turn comes at the same angle: the sum over turns is one turn of finer
+        # counts.
         turn = counts.reshape(4, turns, size) - (
             np.arange(turns, dtype=np.int64)[:, None] * COUNTS_PER_REV
         )
@@ -272,7 +273,7 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
         )
         at = np.arange(4 * orders + 4) * np.float64(2.0 * np.pi / (4 * orders + 4))
         wrong = estimate.on_disc().under_head(0, at) - _true_error(fine, rough, at)
-        # Order 1 holds the axis' forward circle, and the mean does not need it.
+        # Order 1 contains the axis' forward circle, and the mean does not need it.
         lines = np.fft.rfft(wrong)
         lines[:2] = 0.0
         gain = order_gain(np.radians(places), asked[1:], motion)
@@ -293,7 +294,7 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
 
 
 def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) -> Float:
-    """g at readings of head 1, from the table itself."""
+    """Return g at readings of head 1, from the table itself."""
     table = bench.table(rough)
     angle = reading_rad.copy()
     for _ in range(12):
@@ -302,7 +303,7 @@ def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) ->
 
 
 def _budget(bench: Bench) -> list[dict[str, Any]]:
-    """Standard uncertainties of the mean's angle, each cause alone; the axis moves by 2 µm."""
+    """Return the mean's standard uncertainties, each cause alone; the axis moves by 2 µm."""
     coefficients = bench.mean(())
     assert coefficients.extension is not None
     assert coefficients.extension.mean is not None

@@ -1,4 +1,4 @@
-"""What is hidden, and the runs that a person would make to find it."""
+"""The hidden effects, and the runs that a person would make to find them."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ Build = Callable[[HiddenSettings], list[Cause]]
 COLD_C = USUAL_TEMPERATURE_C
 WARM_C = USUAL_TEMPERATURE_C + 4.0
 STROKE_RAD = math.radians(1.0)
-"""Travel in which friction goes over after a reversal: between two stations it is long over."""
+"""Travel in which friction changes sign after a reversal; far shorter than the distance of two
+stations."""
 FRESH_C = USUAL_TEMPERATURE_C + 2.5
-"""At none of the measured temperatures."""
+"""A temperature that differs from all measured ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunPlan:
-    """A power-up of its own and some turns at one speed, captured and read by the reference."""
+    """A power-up and some turns at one speed, captured and read by the reference."""
 
     side: int = 1
     turns: int = 2
@@ -41,9 +42,10 @@ class RunPlan:
     start_s: float = 0.0
     reference: bool = False
     speed: float = 1.0
-    """Share of the usual speed."""
+    """Speed as a share of the usual speed."""
     second_speed: float | None = None
-    """Within each turn the speed goes over to this share and back."""
+    """Second speed as a share of the usual one, to which the table changes and back in each
+    turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +54,19 @@ class Case:
 
     name: str
     title: str
-    """For people."""
+    """Title for people."""
     build: Build
     further: tuple[RunPlan, ...] = ()
     """Runs after the first, which is the same for all: two turns up, cold."""
     polygon: bool = False
-    """A reference run at stations, up and down, in place of marks on the move."""
+    """A reference run at stations, up and down, in place of marks that the moving table passes."""
     fresh: RunPlan = RunPlan(start_s=3600.0)
-    """The fresh turns after a new power-up; where there are no further runs the first goes on."""
+    """The fresh turns after a new power-up; without further runs, the first run continues
+    instead."""
     judged_order: int | None = None
-    """Order of the output's error that the effect makes in the fresh turns; None: any shape."""
+    """Order of the output's error that the effect causes in the fresh turns; None: any shape."""
     effects: int = 1
-    """How many effects are added, one after the other."""
+    """Number of effects that are added, one after the other."""
     least_lanes: int = 1
     modulators: bool = False
     """The gateware is built with lanes that follow direction and speed."""
@@ -72,11 +75,11 @@ class Case:
     real_orders: bool = False
     """The gateware is built with lanes of real orders."""
     order1_warms: bool = False
-    """Order 1 changes with the temperature: it can be followed while the table warms."""
+    """Order 1 changes with the temperature: a correction can follow it while the table warms."""
 
     @property
     def slowest(self) -> float:
-        """Least share of the usual speed: a turn at it has to fit into a bank."""
+        """Return the smallest share of the usual speed: a turn at it must fit into a bank."""
         plans = (*self.further, self.fresh)
         return min(1.0, *(plan.second_speed or plan.speed for plan in plans))
 
@@ -91,7 +94,7 @@ def _subdivision(settings: HiddenSettings) -> list[Cause]:
 
 
 def _coarser(settings: HiddenSettings) -> float:
-    """How much coarser a count is than at the paper's scale; what is hidden grows with it."""
+    """Return a count's size over that at the paper's scale; the hidden effects grow with it."""
     return (1 << 24) / settings.revolution.counts_per_rev
 
 
@@ -124,23 +127,24 @@ def _loose_centre(settings: HiddenSettings) -> list[Cause]:
 
 
 def _scratch(settings: HiddenSettings) -> list[Cause]:
-    # 20″ high and 0.2° wide at half of its height, at 84° of the disc. With coarser counts both
-    # grow, by the square root: the slope stays, and no head makes two counts in a clock.
+    # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts
+    # height and width grow with the square root: the slope stays, and no head makes two counts in a
+    # clock.
     larger = math.sqrt(_coarser(settings))
     width_rad = math.radians(0.2) * larger / SIGMAS_OF_HALF
     return [GraduationBump(20.0 * RAD_PER_ARCSEC * larger, math.radians(84.0), width_rad)]
 
 
 SIGMAS_OF_HALF = 2.0 * math.sqrt(2.0 * math.log(2.0))
-"""Standard deviations between the two halves of a bell's height."""
+"""Full width at half maximum of a bell, in standard deviations."""
 
 
 GEAR_TEETH = 71.4
-"""Of a gear before the table: 357 teeth pass in five turns."""
+"""Effective tooth count of a gear before the table: 357 teeth pass in five turns."""
 
 
 def _gear(settings: HiddenSettings) -> list[Cause]:
-    # 1″, and both heads turn with the disc: a reference alone sees it.
+    # The amplitude is 1″; both heads turn with the disc, so that only a reference sees it.
     return [GearMesh(GEAR_TEETH, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (0.8,))]
 
 
@@ -150,9 +154,9 @@ def _at_once(settings: HiddenSettings) -> list[Cause]:
 
 
 SLOW = 0.5
-"""The second speed at which is measured."""
+"""Share of the usual speed in the second measured run."""
 BETWEEN = 0.7
-"""A speed at which nothing was measured."""
+"""Share of the usual speed at which nothing was measured."""
 
 _WARMING = (
     RunPlan(start_s=900.0, temperature_c=(COLD_C + 1.5, COLD_C + 2.0)),
@@ -193,7 +197,7 @@ _ALL = (
         "centrifugal_lobes",
         "a disc that the centrifugal force stretches three times a turn",
         _centrifugal,
-        # Not in the order of time: the speed is told apart from it.
+        # The speeds are not sorted in time, so that speed and time can be separated.
         (
             RunPlan(start_s=900.0, speed=SLOW, reference=True),
             RunPlan(start_s=1800.0, speed=0.85, reference=True),
@@ -247,4 +251,4 @@ _ALL = (
 )
 
 CASES = {case.name: case for case in _ALL}
-"""By the name of the effect."""
+"""Cases by the name of the effect."""

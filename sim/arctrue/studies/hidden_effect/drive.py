@@ -1,4 +1,4 @@
-"""How the table is driven, and how warm it is meanwhile."""
+"""Motion and temperature of the table in an experiment."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def turning(
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C),
     start_s: float = 0.0,
 ) -> Motion:
-    """From rest over the index of both heads, then so many turns at one speed of either sign."""
+    """Make a motion from rest over the index of both heads, then some turns at one signed speed."""
     ahead = HEAD_SEPARATION_RAD + 2 * RUN_UP_RAD
     start_rad = -ahead if speed_rad_s > 0 else 2 * RUN_UP_RAD
     pace = abs(speed_rad_s)
@@ -45,13 +45,14 @@ def turning(
 
 EACH_SPEED_TURN = 0.1
 CHANGE_TURN = 0.4
-"""Of each turn: at either speed, and in which the speed goes over to the other."""
+"""Part of each turn for each of the two changes of speed; EACH_SPEED_TURN is that at either
+speed."""
 
 
 def with_second_speed(drive: Motion, second_rad_s: float) -> Motion:
-    """``drive`` over the same angle, but each turn has a part at a second speed of the same side.
+    """Return ``drive`` over the same angle, with a part of each turn at a second speed.
 
-    The ripple of the angle stays.
+    Both speeds have the same direction. The ripple of the angle stays.
     """
     first_rad_s = drive.knot_speeds_rad_s[1]
     ramp_s = drive.knot_times_s[1]
@@ -77,7 +78,7 @@ def with_second_speed(drive: Motion, second_rad_s: float) -> Motion:
 
 @dataclass(frozen=True, slots=True)
 class StationDrive:
-    """A drive that stops at stations, and when it stands at each; arrays ``(n,)``."""
+    """A drive that stops at stations, and an instant of each stop; arrays ``(n,)``."""
 
     drive: Motion
     station_s: NDArray[np.float64]
@@ -96,11 +97,11 @@ def over_stations(
     temperature_c: float = USUAL_TEMPERATURE_C,
     start_s: float = 0.0,
 ) -> StationDrive:
-    """Over both indices, then ``cycles`` times up to every face and back, with a stop at each.
+    """Make a drive over both indices, then ``cycles`` times up to every face and back.
 
-    A cycle goes a face further than the last one, and a face lower than the first, and returns
-    to it, so that every station is reached from its side. Before them the table goes a face up and
-    back, in which time a correction can be switched on.
+    The table stops at each face. A cycle goes one face beyond the last face and returns, and one
+    face below the first and returns, so that every station is reached from its side. Before the
+    cycles the table goes one face up and back; during this time a correction can be switched on.
     """
     step_rad = TURN_RAD / faces
     up = np.arange(faces)

@@ -1,4 +1,4 @@
-"""From a table with a hidden effect to the corrected output of the gateware."""
+"""An experiment from a table with a hidden effect to the corrected output of the gateware."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from arctrue.table import Motion
 from arctrue.workbench.model.export import ConditionSettings, Export
 
 STOP_CLOCKS = 2000
-"""How long the table stands at a station of the polygon: many times the latency."""
+"""Clocks for which the table stands at a station of the polygon: many times the latency."""
 FURTHER_TURNS = 0.4
-"""What a drive has beyond the turns that are captured: calibration, ramp, and the rest of one."""
+"""Turns of a drive beyond the captured ones: for calibration, ramp, and the remainder of one."""
 NOMINAL_SHARE = 1.1
 """Nominal speed of the modulators over the speed of the drive, whose ripple is far smaller."""
 ADOPTED = "found_on_this_table"
@@ -48,37 +48,39 @@ ADOPTED = "found_on_this_table"
 
 @dataclass(frozen=True)
 class HiddenResult:
-    """What came of it; the scores are of fresh turns."""
+    """The result of the experiment; the scores are of fresh turns."""
 
     case: Case
     settings: HiddenSettings
     folder: Path
-    """Of the measurement set."""
+    """Folder of the measurement set."""
     diagnosed: DiagnosedModel
     export: Export
     raw: TurnScore
-    """Head 1 as it came in."""
+    """Score of head 1 without a correction."""
     paper: TurnScore
-    """The output with the firmware's coefficients: the paper's model."""
+    """Score of the output with the firmware's coefficients: the paper's model."""
     corrected: TurnScore
-    """The output with the exported ones."""
+    """Score of the output with the exported coefficients."""
     unit_left_out: TurnScore | None
-    """The same without the lanes that follow a condition, or with an empty local table."""
+    """Score as ``corrected``, without the lanes that follow a condition, or with an empty local
+    table."""
     raw_period: SignalPeriod
-    """The same three, over a period of the grating."""
+    """Errors of raw, paper and corrected over a period of the grating."""
     paper_period: SignalPeriod
     corrected_period: SignalPeriod
     fresh_capture_arcsec: dict[str, float]
-    """RMS that the fresh capture leaves of the model ``without`` and ``with`` the effect."""
+    """RMS of the residuals of the fresh capture for the model ``without`` and ``with`` the
+    effect."""
     firmware_orders: int
     reversal_arcsec: dict[str, float] | None
-    """Mean of up less down, of the output with the paper's model and with the export."""
+    """Mean up minus mean down of the output, with the paper's model and with the export."""
     clocks: int
     simulating_s: float
     workbench_s: float
 
     def judged_arcsec(self) -> dict[str, float]:
-        """What of the effect is in the output of the fresh turns, by the coefficients in force."""
+        """Return the size of the effect in the output of the fresh turns, by coefficients."""
         if self.reversal_arcsec is not None:
             return {name: abs(value) for name, value in self.reversal_arcsec.items()}
         order = self.case.judged_order
@@ -95,7 +97,7 @@ class HiddenResult:
         }
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain values."""
+        """Return everything as plain values."""
         return {
             "effect": self.case.name,
             "counts_per_rev": self.settings.revolution.counts_per_rev,
@@ -158,9 +160,9 @@ def run_hidden(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> HiddenResult:
-    """Run it; files go into ``folder``.
+    """Run the experiment; files go into ``folder``.
 
-    Raises InstrumentError where tools are missing or the firmware does not come to a swap.
+    Raises InstrumentError if tools are missing or the firmware does not reach a swap.
     """
     settings = _settings_of(case, settings)
     scale = settings.revolution
@@ -192,7 +194,7 @@ def _generics_of(case: Case) -> dict[str, str]:
 
 
 def without_extensions(coefficients: Coefficients) -> Coefficients:
-    """The same with amplitude 0 in each lane that a generic builds, and an empty table."""
+    """Return the coefficients with amplitude 0 in extended lanes, and an empty table."""
     extension = coefficients.extension
     amplitudes = coefficients.amplitudes.copy()
     if extension is not None:
@@ -231,7 +233,7 @@ class _Run:
         self.references: list[Reference] = []
 
     def result(self) -> HiddenResult:
-        """Measure, have it diagnosed, load what was exported, measure again."""
+        """Measure, run the diagnosis, load the exported coefficients, measure again."""
         started = time.monotonic()
         case, rig, settings = self.case, self.rig, self.settings
         paper_bank = self._first_run()
@@ -266,7 +268,7 @@ class _Run:
                 "swap to the exported coefficients",
             )
         elif self._goes_on:
-            # As a person does: the file over the console, beside the calibration.
+            # Like a person: send the file over the console, in addition to the calibration.
             rig.instrument.firmware.send("freeze off")
             rig.load_over_console(export.coefficients, "a turn judges what was loaded")
         else:
@@ -308,13 +310,13 @@ class _Run:
 
     @property
     def _goes_on(self) -> bool:
-        """The first run is the only one: the fresh turns follow it."""
+        """Tell whether the first run is the only one, so that the fresh turns follow it."""
         return not self.case.further
 
     def _diagnosed(self, measured: Path) -> tuple[DiagnosedModel, Export]:
-        """What the workbench finds, and the coefficients for the temperature of the fresh turns."""
+        """Return the workbench's result, and the coefficients at the fresh turns' temperature."""
         effects_folder = self.folder / "effects"
-        # Of an earlier run: an effect file that is there is never written over.
+        # Remove the files of an earlier run: an existing effect file is never overwritten.
         for earlier in effects_folder.glob(f"{ADOPTED}*.py"):
             earlier.unlink()
         self.report_step("Workbench: it is given the measurement set, and nothing else")
@@ -340,7 +342,7 @@ class _Run:
     def _conditions(self) -> ConditionSettings | None:
         if not self.case.modulators:
             return None
-        # The nominal speed must be below a count a clock, and this table makes nearly one.
+        # The nominal speed must be below one count per clock, and this table reaches nearly one.
         speed_deg_s = float(np.degrees(self.settings.revolution.speed_rad_s))
         return ConditionSettings(nominal_deg_per_s=NOMINAL_SHARE * speed_deg_s)
 
@@ -365,7 +367,7 @@ class _Run:
         return 4.6 if self._goes_on else 2.0
 
     def _first_run(self) -> Coefficients:
-        """Two turns up, cold; the firmware calibrates after the first. Its bank is returned."""
+        """Make two turns up, cold; the firmware calibrates after the first. Return its bank."""
         rig = self.rig
         plan = RunPlan()
         rig.power_up(
@@ -428,9 +430,9 @@ class _Run:
         )
 
     def _polygon(self, stage: str, bank: Coefficients | None) -> float:
-        """Up and down over the faces; the mean of up less down, arcseconds.
+        """Move up and down over the faces; return mean up minus mean down, arcseconds.
 
-        Without a bank the output is what head 1 reads, and its rows go into the set.
+        Without a bank the output equals the reading of head 1, and its rows go into the set.
         """
         rig, settings = self.rig, self.settings
         clock_hz = rig.instrument.clock_hz
@@ -448,7 +450,7 @@ class _Run:
         rig.work_until_the_end(stage)
         recording = rig.instrument.recording()
         counts = counts_standing(recording.output, rig.clock_of(plan.station_s))
-        # With a bank the zero is that of the corrected output: only differences are asked for.
+        # With a bank the zero is that of the corrected output; only differences are used.
         zero = 0 if bank is not None else zero_level(recording)
         readings = Readings(
             plan.station_s,

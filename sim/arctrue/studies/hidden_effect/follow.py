@@ -1,4 +1,4 @@
-"""Thermal eccentricity while the table warms: which correction keeps up, turn by turn."""
+"""Thermal eccentricity while the table warms: compares corrections turn by turn."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ HELD, EVERY_TURN, BY_TEMPERATURE, BY_FIRMWARE = WAYS = (
     "by temperature",
     "by the firmware",
 )
-"""The first turn's coefficients for good; the firmware's after each turn; the model's at the
-temperature of the moment, written by the host; the model loaded over the console once, and the
-firmware alone with its thermometer."""
+"""The ways of correction: the first turn's coefficients permanently; the firmware's after each
+turn; the model's at the present temperature, written by the host; the model loaded over the console
+once, and the firmware alone with its thermometer."""
 
 
 JUDGED_TURNS = 1.4
@@ -34,7 +34,7 @@ class FollowedTurn:
     """One turn of the corrected output while the table warms."""
 
     temperature_c: float
-    """In the middle of the turn."""
+    """Temperature in the middle of the turn."""
     order1_arcsec: float
     rms_arcsec: float
 
@@ -48,10 +48,10 @@ def follow_warming(
     told_lag_s: float | None = None,
     report_run: ReportRun | None = None,
 ) -> dict[str, list[FollowedTurn]]:
-    """The table of ``result`` warms over ``turns`` turns after the first; once for each way.
+    """Follow the table of ``result`` while it warms over ``turns`` turns, once for each way.
 
-    The thermometer lags by ``sensor_lag_s``; the coefficient file says ``told_lag_s``, the same
-    unless it is given. Raises InstrumentError where the firmware does not come to a swap.
+    The thermometer lags by ``sensor_lag_s``; the coefficient file states ``told_lag_s``, by default
+    the same value. Raises InstrumentError if the firmware does not reach a swap.
     """
     scale = result.settings.revolution
     found = {}
@@ -70,9 +70,9 @@ def _followed(
     rig: Rig, result: HiddenResult, way: str, turns: int, lags: tuple[float, float]
 ) -> list[FollowedTurn]:
     scale = result.settings.revolution
-    # Each turn is recorded with a little more, and its coefficients fade in.
+    # Each recording is slightly longer than its turn, and the turn's coefficients fade in.
     every = 1.0 + 1.4 * turns
-    # What is loaded is judged by a turn of its own, while the table warms as fast as else.
+    # An additional turn judges the loaded model, while the table warms at the usual rate.
     driven = every + (JUDGED_TURNS if way == BY_FIRMWARE else 0.0)
     drive = turning(
         scale.speed_rad_s,
@@ -113,7 +113,7 @@ def _followed(
 
 
 def _thermometer(rig: Rig, drive: Motion, lag_s: float) -> Callable[[], float]:
-    """On the table, with steps of 1/128 K as ADT7420 and TMP117 have them."""
+    """Simulate a thermometer on the table, with steps of 1/128 K like ADT7420 and TMP117."""
 
     def shown() -> float:
         now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))
@@ -127,7 +127,7 @@ def _thermometer(rig: Rig, drive: Motion, lag_s: float) -> Callable[[], float]:
 
 
 def _middle_c(rig: Rig, drive: Motion) -> float:
-    """Temperature half a turn from now: a sensor on the table, and that it warms steadily."""
+    """Return the temperature half a turn later, for a sensor on the table and steady warming."""
     scale = rig.settings.revolution
     now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))
     half_s = np.pi / scale.speed_rad_s

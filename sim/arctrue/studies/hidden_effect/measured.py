@@ -1,4 +1,4 @@
-"""What was recorded, as the folder of a measurement set; the truth sealed beside it."""
+"""Writes the recorded data as the folder of a measurement set, and the sealed truth next to it."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def write_set(
 
 
 def seal(folder: Path, effect: str, causes: Sequence[Cause]) -> Path:
-    """Write what was hidden beside the folder, for the judge alone."""
+    """Write the hidden causes to a file next to the folder, for the judge alone."""
     truth: dict[str, Any] = {
         "schema": 1,
         "hidden": effect,

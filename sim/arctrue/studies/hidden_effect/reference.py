@@ -1,7 +1,7 @@
-"""A reference instrument on the table, and what it says of the gateware's output.
+"""A reference instrument on the table, and its readings of the gateware's output.
 
-It is read while the compensation is off: the output then is what head 1 reads, which is what the
-rows of a reference run are about.
+It is read while the compensation is off: the output then equals the reading of head 1, which is
+what the rows of a reference run describe.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ class Readings:
     direction: NDArray[np.int64]
     cycle: NDArray[np.int64]
     output_counts: NDArray[np.int64]
-    """From the index."""
+    """Counts of the output from the index."""
     true_angle_rad: Float
 
 
 def zero_level(recording: Recording) -> int:
-    """Level of the output's signal at the lower end of its count 0, in which Z is high.
+    """Return the level of the output's signal at the lower end of its count 0, in which Z is high.
 
-    The recorder counts every edge up to the rise of Z. An interpolation between kept edges is off
-    by a count where the output makes nearly a count a clock, since edges come in whole clocks.
-    Raises InstrumentError where the recording holds no Z.
+    The recorder counts every edge up to the rise of Z. An interpolation between kept edges can be
+    off by a count if the output makes nearly a count a clock, since edges come in whole clocks.
+    Raises InstrumentError if the recording holds no Z.
     """
     if not recording.index_position.size:
         raise InstrumentError("the output never raised Z in the recorded turn")
@@ -46,16 +46,16 @@ def zero_level(recording: Recording) -> int:
 
 
 def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
-    """What the output shows at clocks at which it stands, from the zero of the track.
+    """Return the output's counts at clocks at which it stands, from the zero of the track.
 
-    The track has levels that were passed: upwards the count above one is shown, downwards that
-    below. Needs every edge. Raises InstrumentError where some are missing.
+    The track has levels that were passed: upwards the count above a level is shown, downwards the
+    count below it. Raises InstrumentError if edges are missing.
     """
     place = np.searchsorted(track.clock, clock) - 1
     if track.dropped or track.edges != track.clock.size or place.min() < 0:
         raise InstrumentError("the recording does not hold every edge before each station")
     step = np.sign(np.diff(track.position, prepend=track.position[0] - 1))
-    # The same level twice: a reversal.
+    # The same level occurs twice: a reversal.
     last = np.maximum.accumulate(np.where(step != 0, np.arange(step.size), 0))
     turned = (np.arange(step.size) - last) % 2 == 1
     side = np.where(turned, -step[last], step[last])
@@ -63,7 +63,7 @@ def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
 
 
 def on_the_move(recording: Recording, drive: Motion, stations: int) -> Readings:
-    """A rotary reference whose marks the table passes: each latches the output."""
+    """Read a rotary reference whose marks the moving table passes: each mark latches the output."""
     track = recording.output
     side = 1 if track.true_angle_rad[-1] > track.true_angle_rad[0] else -1
     first = int(np.ceil(side * track.true_angle_rad[0] * stations / TURN_RAD))
@@ -86,7 +86,7 @@ def on_the_move(recording: Recording, drive: Motion, stations: int) -> Readings:
 
 
 def _motion_span_s(drive: Motion, track: EdgeTrack) -> tuple[float, float]:
-    """Times of the motion at the first and the last edge: the speed is one, but for its ripple."""
+    """Return times of the motion at the first and the last edge; the speed has only ripple."""
     times = np.linspace(0.0, drive.duration_s, 4096)
     angle = drive.state(times).angle_rad
     order = slice(None, None, 1 if angle[-1] > angle[0] else -1)
@@ -105,10 +105,10 @@ def as_reference(
     faces: int | None,
     run: int,
 ) -> Reference:
-    """The rows of a measurement set: head 1's reading less the reference's angle."""
+    """Make the rows of a measurement set: head 1's reading minus the reference's angle."""
     reading_rad = readings.output_counts * (TURN_RAD / counts_per_rev)
     error_rad = reading_rad - readings.true_angle_rad
-    # Of the whole turns between the two nobody knows.
+    # The number of whole turns between reading and angle is unknown.
     error_rad -= np.round(error_rad / TURN_RAD) * TURN_RAD
     noise = random.normal(0.0, noise_arcsec, error_rad.size)
     return Reference(

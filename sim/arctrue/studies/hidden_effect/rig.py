@@ -1,4 +1,4 @@
-"""The instrument on the table: powered up, driven, and read turn by turn."""
+"""The instrument on the table: powers it up, drives the table, and reads turn by turn."""
 
 from __future__ import annotations
 
@@ -21,14 +21,16 @@ from arctrue.studies.revolution import set_up
 from arctrue.table import Motion, RotaryTable
 
 SPARE_TURNS = 0.06
-"""What a recording goes on after its turn, so that it holds an index and a station at its end."""
+"""Length of a recording after its turn, so that it holds an index and a station at its end."""
 
 FROM_A_WRAP_TURNS = 0.02
-"""The error of the reading is smaller by far: farther from 0 reading and angle are in one turn."""
+"""Distance from angle 0 beyond which reading and angle are in the same turn: far more than the
+error of the reading."""
 
 _ENABLE_CLOCKS = 200
 LEAD_IN_CLOCKS = 20_000
-"""In which a direction that has become known is led in: a fifteenth of a turn at 2¹⁸ counts."""
+"""Clocks in which the correction for a new known direction fades in: a fifteenth of a turn at 2¹⁸
+counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +38,7 @@ class CapturedTurn:
     """A bank that the gateware filled; arrays ``(n,)``."""
 
     time_s: NDArray[np.float64]
-    """Of the measurement."""
+    """Time of the measurement."""
     head1_counts: NDArray[np.int64]
     head2_counts: NDArray[np.int64]
     temperature_c: NDArray[np.float64]
@@ -48,7 +50,7 @@ class Rig:
     def __init__(
         self, instrument: Instrument, table: RotaryTable, settings: HiddenSettings
     ) -> None:
-        """Nothing is before the heads yet."""
+        """Start without a table before the heads."""
         self.instrument = instrument
         self.table = table
         self.settings = settings
@@ -59,15 +61,15 @@ class Rig:
 
     @property
     def present_drive(self) -> Motion:
-        """The drive that the table is on."""
+        """Return the present drive of the table."""
         if self.drive is None:
             raise InstrumentError("the table is not driven yet: call power_up() first")
         return self.drive
 
     def power_up(self, drive: Motion, *, frozen: bool, stage: str) -> None:
-        """The table at the start of ``drive``; reset, firmware, and on over both indices.
+        """Put the table at the start of ``drive``, reset, start firmware, pass both indices.
 
-        With ``frozen`` the firmware judges each turn and leaves the coefficients alone.
+        With ``frozen`` the firmware judges each turn but does not change the coefficients.
         """
         self.drive = drive
         self._attached_clock = self.instrument.clock
@@ -85,15 +87,15 @@ class Rig:
         self._told_turns = len(firmware.telemetry)
 
     def motion_time_s(self, clock: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Time of the present motion at clocks of the instrument."""
+        """Return times of the present motion at clocks of the instrument."""
         return np.asarray((clock - self._attached_clock) / self.instrument.clock_hz)
 
     def record(self) -> None:
-        """Begin to record a turn, and a little more."""
+        """Begin to record a turn, and slightly more."""
         self.instrument.record(bins=BINS, every=self.settings.kept_every, turns=1.0 + SPARE_TURNS)
 
     def captured_turn(self, stage: str) -> CapturedTurn:
-        """On until the gateware has filled a bank; it is read before the firmware gives it back."""
+        """Run until the gateware has filled a bank; read it before the firmware releases it."""
         instrument, poll = self.instrument, self.settings.revolution.poll_clocks
         while not instrument.read("status.capture_ready"):
             self._pass(poll, stage)
@@ -110,7 +112,7 @@ class Rig:
         )
 
     def work(self, stage: str) -> None:
-        """Let the firmware take the bank that is ready, calibrate, and swap if it wants to."""
+        """Let the firmware take the ready bank, calibrate, and swap if it decides so."""
         told = len(self.instrument.firmware.telemetry)
         self.instrument.firmware.run(
             until=lambda f: len(f.telemetry) > told and f.phase == "capture",
@@ -119,7 +121,7 @@ class Rig:
         )
 
     def settle(self, stage: str) -> None:
-        """On until a swap has acted and its ramp is over."""
+        """Run until a swap is active and its ramp is over."""
         instrument = self.instrument
         while True:
             status = instrument.read_fields("status")
@@ -128,7 +130,7 @@ class Rig:
             self._pass(self.settings.revolution.poll_clocks, stage)
 
     def load(self, coefficients: Coefficients, stage: str) -> None:
-        """Write a whole bank, every lane of it, and let it act.
+        """Write a whole bank with all its lanes and make it active.
 
         The firmware holds orders of the turn only: its ``freeze`` must be on.
         """
@@ -150,17 +152,16 @@ class Rig:
         while instrument.read("swap_count") == swaps:
             self._pass(self.settings.revolution.poll_clocks, stage)
         instrument.update("control", compensate=1)
-        # The status tells of the ramp once the pipeline has seen the enable.
+        # The status shows the ramp only after the pipeline has received the enable.
         self._pass(_ENABLE_CLOCKS, stage)
         self.settle(stage)
 
     def load_over_console(self, coefficients: Coefficients, stage: str) -> None:
-        """The frames of ``arctrue load --force``, and the turn that judges them.
+        """Send the frames of ``arctrue load --force``, and run the turn that judges them.
 
-        The calibration goes on. Forced, because a table that warms within the turn hides small
-        orders: only those that the turn can judge are judged.
-
-        Raises InstrumentError where the firmware refuses them.
+        The calibration continues. The load is forced, because a table that warms within the turn
+        hides small orders: only orders that the turn can judge are judged. Raises InstrumentError
+        if the firmware refuses the frames.
         """
         firmware = self.instrument.firmware
         for frame in load_frames(coefficients, force=True):
@@ -174,7 +175,7 @@ class Rig:
         self.settle(stage)
 
     def first_turn_number(self) -> int:
-        """Number that the core gives the turn which begins at the table's angle 0."""
+        """Return the core's number of the turn that begins at the table's angle 0."""
         turns = self.instrument.true_angle_rad / TURN_RAD
         if abs(turns - round(turns)) < FROM_A_WRAP_TURNS:
             self.instrument.run(
@@ -188,12 +189,12 @@ class Rig:
         return TURN_RAD / abs(drive.knot_speeds_rad_s[1]) * self.instrument.clock_hz
 
     def restart_capture(self) -> None:
-        """Drop the turn under way: what is captured next begins now."""
+        """Discard the present turn: the next capture begins now."""
         self.instrument.update("control", capture_enable=0)
         self.instrument.update("control", capture_enable=1)
 
     def rest_of_recording(self, stage: str) -> Recording:
-        """On until the recording, which ends by itself, holds its turn."""
+        """Run until the recording, which ends by itself, holds its turn."""
         drive = self.present_drive
         side = float(np.sign(drive.knot_speeds_rad_s[1]))
         instrument = self.instrument
@@ -204,7 +205,7 @@ class Rig:
         return instrument.recording()
 
     def work_until_the_end(self, stage: str) -> None:
-        """The firmware's main loop until the motion is over."""
+        """Run the firmware's main loop until the motion is over."""
         self.instrument.firmware.run(
             until=lambda _: self.instrument.ended,
             poll_clocks=self.settings.revolution.poll_clocks,
@@ -212,11 +213,11 @@ class Rig:
         )
 
     def clock_of(self, motion_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Clocks of the instrument at times of the present motion."""
+        """Return clocks of the instrument at times of the present motion."""
         return np.asarray(self._attached_clock + motion_s * self.instrument.clock_hz)
 
     def recorded_turn(self, stage: str) -> Recording:
-        """Record one turn from here on, while the firmware goes on with its turns."""
+        """Record one turn from here on, while the firmware continues with its turns."""
         self.record()
         self.instrument.run(self.settings.revolution.poll_clocks, stage=stage)
         drive = self.present_drive

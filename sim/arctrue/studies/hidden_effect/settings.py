@@ -12,12 +12,12 @@ from arctrue.table.cause import Cause
 from arctrue.table.instruments.polygon import FACES
 
 KEPT_A_SIGNAL_PERIOD = 64
-"""Edges kept of each period of the grating, at least."""
+"""Least number of kept edges in each period of the grating."""
 
 
 @dataclass(frozen=True, slots=True)
 class HiddenSettings:
-    """The table and the gateware, both as in ``arctrue revolution``, and what is measured."""
+    """The table and the gateware, both as in ``arctrue revolution``, and the measurements."""
 
     revolution: RevolutionSettings = field(
         default_factory=lambda: RevolutionSettings(
@@ -25,29 +25,29 @@ class HiddenSettings:
         )
     )
     stations: int = 360
-    """Marks of the rotary reference in a turn."""
+    """Marks of the rotary reference per turn."""
     faces: int = FACES
-    """Of the polygon, where the table has to stand still."""
+    """Faces of the polygon, in front of which the table must stand still."""
     cycles: int = 2
-    """Of the polygon."""
+    """Cycles over the polygon."""
     reference_noise_arcsec: float = 0.1
     seed: int = 1
 
     @classmethod
     def of_lines(cls, lines: int, lanes: int, samples: int, **others: object) -> HiddenSettings:
-        """The paper's scale with another number of lines, lanes and samples a turn."""
+        """Make the paper's scale with another number of lines, lanes and samples a turn."""
         usual = cls()
         scale = dataclasses.replace(usual.revolution, lines=lines, lanes=lanes, samples=samples)
         return dataclasses.replace(usual, revolution=scale, **others)  # type: ignore[arg-type]
 
     @property
     def kept_every(self) -> int:
-        """Which edges are kept: odd, so that they meet every phase of the signal period."""
+        """Return the step of kept edges: odd, so that they meet every phase of the period."""
         every = max(1, self.revolution.interpolation // KEPT_A_SIGNAL_PERIOD)
         return every + 1 - every % 2 if every > 1 else 1
 
     def table(self, hidden: Sequence[Cause]) -> RotaryTable:
-        """The paper's kind of table with ``hidden`` in it; the noise of the readings comes last."""
+        """Make the paper's kind of table with ``hidden`` in it; the noise is the last cause."""
         plain = self.revolution.table()
         noise = 1 if self.revolution.noise_arcsec else 0
         known = plain.causes[: len(plain.causes) - noise]

@@ -1,4 +1,4 @@
-"""The error of a signal over one period of the grating, the slow errors of the turn removed."""
+"""The error of a signal over one period of the grating, without the slow errors of the turn."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ SIGNAL_MULTIPLES = (1, 2, 3, 4)
 
 @dataclass(frozen=True, slots=True)
 class SignalPeriod:
-    """Error over one period of head 1's signal, of all periods of a turn together; arcseconds."""
+    """Error over one period of head 1's signal, averaged over all periods of a turn; arcseconds."""
 
     mean_arcsec: Float
-    """At each phase, shape ``(64,)``."""
+    """Mean error at each phase, shape ``(64,)``."""
     amplitude_arcsec: Float
-    """Of 1, 2, … waves in a period, shape ``(4,)``."""
+    """Amplitudes of 1, 2, … waves in a period, shape ``(4,)``."""
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain values."""
+        """Return everything as plain values."""
         return {
             "mean_arcsec": self.mean_arcsec.tolist(),
             "amplitude_arcsec": self.amplitude_arcsec.tolist(),
@@ -37,7 +37,10 @@ class SignalPeriod:
 
 
 def signal_period(track: EdgeTrack, head1: EdgeTrack, lines: int) -> SignalPeriod:
-    """The kept edges of ``track``, which is ``head1`` itself or the output beside it, by phase."""
+    """Average the error of ``track``'s kept edges by phase of ``head1``'s signal.
+
+    ``track`` is ``head1`` itself or the output.
+    """
     # An odd step meets every phase of the signal period.
     step = track.position.size // MOST_EDGES | 1
     angle, position = track.true_angle_rad[::step], track.position[::step]
@@ -59,7 +62,7 @@ def signal_period(track: EdgeTrack, head1: EdgeTrack, lines: int) -> SignalPerio
 
 
 def _waves(angle_rad: Float, orders: NDArray[np.int64]) -> Float:
-    """A constant, then cos and sin of each order, shape ``(n, 1 + 2·orders)``."""
+    """Return a constant, then cos and sin of each order, shape ``(n, 1 + 2·orders)``."""
     columns = [np.ones_like(angle_rad)]
     for order in orders.tolist():
         columns += [np.cos(order * angle_rad), np.sin(order * angle_rad)]

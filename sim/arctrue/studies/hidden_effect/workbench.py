@@ -1,4 +1,4 @@
-"""The workbench on a measurement set: it is given a folder, and nothing else."""
+"""Runs the workbench on a measurement set, of which it gets only the folder."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ from arctrue.workbench.observations.build import observations_of
 
 @dataclass(frozen=True)
 class DiagnosedModel:
-    """What the workbench made of a set."""
+    """The workbench's result for a set."""
 
     observations: Observations
     diagnosis: Diagnosis
     effect: str | None
-    """What was added; None: nothing could be."""
+    """Name of the added effect; None: none could be added."""
     effect_file: Path | None
-    """Written for an effect that is in no catalogue."""
+    """File of an effect that is in no catalogue."""
     before: Model
     """The paper's model, fitted."""
     model: Model
-    """With the effect."""
+    """The model with the effect."""
     effects: Mapping[str, type[Effect]]
 
     @property
     def ladder(self) -> list[HistoryStep]:
-        """How the error fell on this set."""
+        """Return the steps by which the error fell on this set."""
         return list(self.model.history)
 
     def export(
@@ -56,7 +56,7 @@ class DiagnosedModel:
         with_local_table: bool = False,
         with_real_orders: bool = False,
     ) -> Export:
-        """The model as coefficients of the gateware, and what lanes cannot correct."""
+        """Return the model as coefficients of the gateware, and what lanes cannot correct."""
         return export_model(
             self.model,
             self.observations,
@@ -70,20 +70,20 @@ class DiagnosedModel:
         )
 
     def data(self) -> dict[str, Any]:
-        """As ``arctrue diagnose --json``."""
+        """Return the JSON of ``arctrue diagnose --json``."""
         return diagnosis_data(self.diagnosis, self.before.names())
 
     def words(self) -> list[str]:
-        """The verdict in sentences."""
+        """Return the verdict in sentences."""
         return sentences(self.diagnosis)
 
 
 def diagnose_and_add(
     folder: Path, *, adopted_name: str, effects_folder: Path, effects_to_add: int = 1
 ) -> DiagnosedModel:
-    """``arctrue diagnose``, ``arctrue add`` (after ``--adopt`` for what no effect explains).
+    """Run ``arctrue diagnose`` and ``arctrue add``, with ``--adopt`` for an unnamed effect.
 
-    Both as often as effects are to be added; the diagnosis of the last one is kept.
+    Both run once per effect to add; the last diagnosis is kept.
     """
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)
@@ -115,9 +115,10 @@ def diagnose_and_add(
 
 
 def left_on_fresh_set(diagnosed: DiagnosedModel, folder: Path) -> dict[str, float]:
-    """RMS of what the capture of another set leaves, nothing fitted, arcseconds.
+    """Return the RMS of the residuals of another set's capture without a fit, arcseconds.
 
-    As ``arctrue compare --no-fit``, with the model before and after the effect was added.
+    It works like ``arctrue compare --no-fit``, with the model before and after the effect was
+    added.
     """
     observations = observations_of(
         read_measurement_set(folder),

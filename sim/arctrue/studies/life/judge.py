@@ -25,27 +25,28 @@ class Judged:
     alarm_days: tuple[float, ...]
     """First day of every period with an alarm, before the limit."""
     watched_days: float
-    """Days during which an alarm is false: before the damage begins; all of a life without a
-    limit."""
+    """Days in which an alarm is false: before the damage begins; in a life without a limit, all
+    days."""
     onset_day: float
     limit_day: float
     covered: bool | None
-    """The interval of the first true alarm holds the day of the limit; None: no such alarm."""
+    """Whether the interval of the first true alarm contains the day of the limit; None: no such
+    alarm."""
 
     @property
     def false_alarms(self) -> int:
-        """Alarms before the damage begins, or in a life that never passes the limit."""
+        """Return the number of alarms before the damage begins, or in a life without a limit."""
         never = not np.isfinite(self.limit_day)
         return sum(never or day < self.onset_day for day in self.alarm_days)
 
     @property
     def in_time(self) -> bool:
-        """An alarm after the begin of the damage, before the limit."""
+        """Tell whether an alarm came after the beginning of the damage and before the limit."""
         return bool(np.isfinite(self.lead_days))
 
     @property
     def lead_days(self) -> float:
-        """Days from the first true alarm to the limit; NaN without an alarm or a limit."""
+        """Return the days from the first true alarm to the limit; NaN without one of them."""
         if not np.isfinite(self.limit_day):
             return np.nan
         times = [day for day in self.alarm_days if self.onset_day <= day < self.limit_day]
@@ -53,7 +54,7 @@ class Judged:
 
 
 def judge(life: Life, seed: int) -> Judged:
-    """Look at a life after each of its sets, as ``arctrue life`` would, until the limit."""
+    """Evaluate a life after each of its sets, as ``arctrue life`` would, until the limit."""
     random = np.random.default_rng(seed)
     days = life.series.days
     alarms: list[float] = []
@@ -79,7 +80,7 @@ def judge(life: Life, seed: int) -> Judged:
 
 
 def run_lives(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Work of a campaign: one life of a kind and a seed; what happened, as numbers."""
+    """Do one task of a campaign: a life of a kind and a seed; return its events as numbers."""
     kind, seed = str(task["kind"]), int(task["seed"])
     found = judge(simulated_life(kind, seed), seed)
     return {
@@ -94,26 +95,26 @@ def run_lives(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def tasks(lives: int, seed: int) -> list[dict[str, Any]]:
-    """``lives`` tasks, each kind as often as the others."""
+    """Return ``lives`` tasks, with equally many of each kind."""
     kinds = list(KINDS)
     return [{"kind": kinds[number % len(kinds)], "seed": seed + number} for number in range(lives)]
 
 
 def share_interval(count: int, of: int) -> tuple[float, float]:
-    """Clopper and Pearson's interval of a share."""
+    """Return Clopper and Pearson's interval of a share."""
     found = stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="exact")
     return float(found.low), float(found.high)
 
 
 def rate_interval(count: int, years: float) -> tuple[float, float]:
-    """Garwood's interval of a Poisson rate, a year."""
+    """Return Garwood's interval of a Poisson rate, per year."""
     tail = 0.5 * (1.0 - CONFIDENCE)
     low = stats.chi2.ppf(tail, 2 * count) / 2.0 if count else 0.0
     return float(low / years), float(stats.chi2.ppf(1.0 - tail, 2 * count + 2) / 2.0 / years)
 
 
 def summary(results: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """A row for each kind, and one for all."""
+    """Return a row for each kind, and one for all."""
     rows = []
     for name in (*KINDS, "all"):
         own = [item for item in results if name in (item["kind"], "all")]

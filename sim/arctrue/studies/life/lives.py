@@ -18,7 +18,7 @@ BETWEEN_DAYS = 14.0
 JITTER_DAYS = 3.0
 """A set is measured up to this many days early or late."""
 MISSED = 0.1
-"""Share of the planned sets that nobody measured."""
+"""Share of the planned sets that were not measured."""
 LIMIT_ARCSEC = 1.0
 FIRST_SIZE_ARCSEC = 0.2
 """Largest size at the beginning."""
@@ -40,9 +40,9 @@ class Life:
     kind: str
     series: Series
     onset_day: float
-    """The damage begins; infinite: never."""
+    """Day on which the damage begins; infinite: never."""
     limit_day: float
-    """The true size passes the limit; infinite: never within the life."""
+    """Day on which the true size passes the limit; infinite: never within the life."""
 
 
 def wearing_bearing(days: Float, begin: float, random: Random) -> Course:

@@ -32,12 +32,12 @@ class Method:
 
 
 def of_harmonics(orders: Integer, values: Float) -> Output:
-    """Head 1 less Σ cosine·cos(n·R) + sine·sin(n·R); ``values`` arcseconds, cosines first."""
+    """Make head 1 minus Σ cosine·cos(n·R) + sine·sin(n·R); ``values`` arcseconds, cosines first."""
     return Output.of_head1(lambda reading_rad: error_arcsec(orders, values, reading_rad))
 
 
 def fitted_harmonics(orders: Integer, reading_rad: Float, error: Float) -> Float:
-    """Harmonics of ``error`` at ``reading_rad`` by least squares, with a constant; (2·orders,)."""
+    """Fit harmonics and a constant to ``error`` at ``reading_rad``, least squares; (2·orders,)."""
     phase = np.multiply.outer(reading_rad, orders.astype(np.float64))
     design = np.hstack([np.cos(phase), np.sin(phase), np.ones((reading_rad.size, 1))])
     return np.asarray(np.linalg.lstsq(design, error)[0][:-1])

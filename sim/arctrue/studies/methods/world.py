@@ -92,7 +92,7 @@ class MethodsSettings:
     scatter_arcsec: float = 0.08
     """Standard deviation of a reading of the autocollimator, as in ``arctrue paper``."""
     radial_motion_m: float = 0.1e-6
-    """Amplitude of the axis' motion at order 2; that at order 3 is half of it."""
+    """Amplitude of the axis' motion at order 2; the amplitude at order 3 is half of this."""
     ripple_rad: float = 0.002
     ripple_order: int = 7
     most_order: int = 40
@@ -150,7 +150,7 @@ class World:
 
     @cached_property
     def effects(self) -> tuple[Cause, ...]:
-        """Disc of ``arctrue revolution`` with four further orders, and a bearing that moves."""
+        """Return the disc of ``arctrue revolution`` with four more orders, and a moving bearing."""
         extra = (WEAK_ORDER, *SYMMETRIC_ORDERS, BLIND_ORDER)
         orders = (*(o for o in GRADUATION_ORDERS if o not in extra), *extra)
         known = dict(zip(GRADUATION_ORDERS, GRADUATION_ARCSEC, strict=True))

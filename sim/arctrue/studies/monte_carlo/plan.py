@@ -21,14 +21,14 @@ class TrialPlan:
     trials: int
     seed: int
     turns: int = 1
-    """A run."""
+    """Number of turns in a run."""
     runs: int = 2
     samples: int = 6_000
-    """A turn."""
+    """Number of samples in a turn."""
     method: str = "least_squares"
 
     def tasks(self) -> list[Task]:
-        """All cases of a trial have its seed: the same table, and the same draw of each input."""
+        """Return the tasks; the seed gives all cases of a trial the same table and inputs."""
         seeds = [
             int(np.random.SeedSequence([self.seed, number]).generate_state(1, np.uint32)[0])
             for number in range(self.trials)
@@ -48,6 +48,6 @@ class TrialPlan:
         ]
 
     def campaign(self, folder: Path) -> Campaign:
-        """The campaign in ``folder``."""
+        """Return the campaign in ``folder``."""
         sources = Sources((WORK.partition(":")[0],))
         return Campaign(WORK, self.tasks(), folder, {"plan": asdict(self)}, BATCH, sources)

@@ -63,8 +63,7 @@ class Covered:
 
 
 def scored(results: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> dict[str, Any]:
-    """Return per case the coverage of every order, of α and over the turn, with RMS deviation and
-    u."""
+    """Return per case the coverage of each order, of α and over the turn, RMS deviation and u."""
     found = {}
     for case in CASES:
         trials = [result for task, result in results if task["case"] == case]
@@ -121,7 +120,7 @@ def _stacked(trials: Sequence[Mapping[str, Any]], name: str) -> Float:
 
 
 def _turn(off: Float, u: Float, figures: int) -> dict[str, Any]:
-    """Coverage at each reading, tested as a whole: angles of a trial are not independent."""
+    """Compute the coverage at each reading, tested as a whole: angles of a trial are correlated."""
     covered = np.abs(off) <= FACTOR * u
     by_place, by_trial = covered.mean(axis=0), covered.mean(axis=1)
     rate = float(by_trial.mean())

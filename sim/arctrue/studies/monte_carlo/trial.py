@@ -224,7 +224,8 @@ def _left_after_gateware(
     """Error of the corrected angle at readings, through the bit-true gateware, no mean."""
     counts_per_rev = coefficients.counts_per_rev
     turn = 2.0 * np.pi
-    # Evaluated over a whole turn of readings, each at the middle of its count, for the mean.
+    # For its mean, the error is evaluated over a whole turn of readings, in the middle of each
+    # count.
     at = np.linspace(0.0, turn, TRUTH_ANGLES, endpoint=False)
     wanted = np.concatenate([places, at])
     counts = np.floor(wanted / turn * counts_per_rev).astype(np.int64) % counts_per_rev

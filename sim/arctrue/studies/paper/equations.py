@@ -65,7 +65,7 @@ class Item:
 
 @cache
 def _geometry() -> tuple[Float, Float, Float]:
-    """True angle, and ε(θ) and ε(θ + α) in arcseconds, from the exact geometry of a point."""
+    """Return true angle, ε(θ) and ε(θ + α) in arcseconds, from the exact geometry."""
     table = RotaryTable(
         two_heads(), causes=(DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),)
     )

@@ -78,7 +78,7 @@ class ExperimentResult:
         return residual_orders(self.after.mean_arcsec)
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as plain values."""
+        """Return everything as plain values."""
 
         def stations(errors: StationErrors) -> dict[str, Any]:
             return {
@@ -112,11 +112,10 @@ def run_experiment(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> ExperimentResult:
-    """Run it.
+    """Run the experiment.
 
-    Raises:
-        InstrumentError: tools are missing, or the firmware does not come to a swap.
-        ValueError: less than two cycles.
+    Raises InstrumentError if tools are missing or the firmware does not reach a swap, ValueError
+    for fewer than two cycles.
     """
     if settings.cycles < 2:
         raise ValueError(f"a deviation needs two cycles or more, found {settings.cycles}")

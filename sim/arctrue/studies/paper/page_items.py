@@ -10,9 +10,10 @@ from arctrue.studies.paper.equations import EQUATIONS, Item
 
 
 def paper_items(experiments: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The JSON of the page; experiments as ``ExperimentResult.as_json()``, the finest first.
+    """Make the JSON of the page.
 
-    Raises ValueError for none.
+    ``experiments``: values of ``ExperimentResult.as_json()``, the finest first. Raises ValueError
+    for none.
     """
     if not experiments:
         raise ValueError("the page needs at least one run of the experiment")

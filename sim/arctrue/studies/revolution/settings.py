@@ -27,11 +27,12 @@ TURN_RAD = 2 * np.pi
 
 PAPER_BEFORE_ARCSEC = (-150.0, 137.9)
 PAPER_AFTER_ARCSEC = (-1.3, 1.6)
-"""Section 4 of the paper: a polygon of 24 faces and an autocollimator, ten cycles."""
+"""Range of error after the correction, section 4 of the paper: a polygon of 24 faces and an
+autocollimator, ten cycles."""
 
 # An eccentricity of 37.7 µm is 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both
-# ends of the paper's range by −6″; the orders above it are a clamped disc's, their phases chosen so
-# that the ends of the range are the paper's.
+# ends of the paper's range by −6″. The orders above it are those of a clamped disc, with phases
+# that give the ends of the paper's range.
 ECCENTRICITY_M = 37.7e-6
 ECCENTRICITY_DIRECTION_RAD = 2.1
 GRADUATION_ORDERS = (2, 3, 4, 5, 8, 12)
@@ -42,16 +43,16 @@ PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
 # A capture begins at the first sample after both indices; the calculation and the ramp follow.
 _SPARE_RAD = float(np.deg2rad(15.0))
-# Of the bank over the bus; measured: 6.
+# Clocks for one word of the bank over the bus; measured: 6.
 _CLOCKS_A_READ = 8
 DEPTH_STEP = 512
 """Half a degree: 23,302 edges at 2²⁴, in which noise averages out and slow errors do not."""
 
 
 FOUR_PLACES_DEG = (0.0, 64.3, 177.0, 257.9)
-"""After head 1; any one head may fail: ``arctrue alpha --heads 4``."""
+"""Places of four heads after head 1; any one head may fail: ``arctrue alpha --heads 4``."""
 FURTHER_OFF_ARCSEC = (-30.0, 40.0)
-"""How far heads 3 and 4 are from the places that the firmware assumes, within ± 50″."""
+"""Distances of heads 3 and 4 from the places that the firmware assumes, within ± 50″."""
 
 LARGEST_RAMP_ARCSEC_S = 1e9
 LARGEST_RAMP_ARCSEC_S2 = 1e12
@@ -63,7 +64,7 @@ class RevolutionSettings:
     """The paper's conditions; tests use smaller ones."""
 
     heads: int = 2
-    """Two, or four whose mean the firmware calibrates."""
+    """Number of heads: two, or four whose mean the firmware calibrates."""
     lines: int = 16384
     """Lines of the disc."""
     interpolation: int = 1024
@@ -142,7 +143,7 @@ class RevolutionSettings:
 
     @property
     def ramp_acceleration(self) -> int:
-        """The same for the ramp's acceleration: compressed time compresses its seconds too.
+        """Reset value for the ramp's acceleration: compressed time compresses its seconds too.
 
         0 (no limit) if the register cannot hold the value: a smaller one would slow the ramp.
         """
@@ -153,7 +154,7 @@ class RevolutionSettings:
 
     @property
     def ramp_parameters(self) -> dict[str, float]:
-        """Both as the firmware has them, limited to its ranges."""
+        """Return rate and acceleration as the firmware has them, limited to its ranges."""
         velocity = ramp_arcsec_s(self.ramp_rate, self.counts_per_rev)
         acceleration = ramp_arcsec_s2(self.ramp_acceleration, self.counts_per_rev)
         return {

@@ -22,7 +22,7 @@ def results_table(files: Sequence[Path]) -> str:
         before, after = last["uncorrected"], last["corrected"]
         seen = last["reference"]
         shown = f"{seen['rms_arcsec']:.2f}″" if seen else ""
-        # Adding 0 makes a 0 of a negative one.
+        # Adding 0 converts a negative zero to 0.
         mean = round(after["mean_arcsec"], 2) + 0.0
         lines.append(
             f"| `{file.stem}` | {len(stored['turns'])} | {stored['applied']} | {stored['refused']} "

@@ -14,7 +14,7 @@ TURN_RAD = 2 * np.pi
 RUN_UP_RAD = float(np.deg2rad(1.0))
 """Travel of a ramp from rest to speed."""
 APPROACH_RAD = HEAD_SEPARATION_RAD + 3 * RUN_UP_RAD
-"""Ahead of the first turn: over the index of both heads."""
+"""Travel before the first turn: over the index of both heads."""
 _LAST_STAND_S = 0.1
 _SAME_TRAVEL_RAD = 1e-9
 
@@ -26,9 +26,9 @@ class Leg:
     """A piece of the course: turns at a speed, or a pause."""
 
     turns: float = 0.0
-    """Signed; 0 is a pause."""
+    """Signed number of turns; 0 is a pause."""
     speed_rad_s: float = 0.0
-    """Not signed."""
+    """Speed without its sign."""
     pause_s: float = 0.0
     """Duration of the pause for the table and its surroundings."""
     run_s: float = 0.0
@@ -95,18 +95,18 @@ class Course(Motion):
 
     @property
     def turns(self) -> float:
-        """Travel from the first turn's beginning to the end, in turns of either direction."""
+        """Return the travel from the first turn's beginning to the end, in turns either way."""
         return float(self.travel_turns(np.array([self.duration_s]))[0])
 
     def travel_turns(self, time_s: Float) -> Float:
-        """Travel in turns at instants of the motion, negative over the indices; same shape."""
+        """Return the travel in turns at instants of the motion, negative over the indices."""
         return np.asarray((self.travel_rad(time_s) - APPROACH_RAD) / TURN_RAD)
 
     def time_at_turn(self, turn: float) -> float:
-        """The first instant of the motion at which so many turns are travelled."""
+        """Return the first instant of the motion at which this number of turns is travelled."""
         travelled = self.travel_rad(np.asarray(self.knot_times_s))
         wanted = turn * TURN_RAD + APPROACH_RAD
-        # Before a pause, not after it, where the sums differ in their last bit.
+        # Choose the instant before a pause, even if the sums differ in their last bit.
         place = np.searchsorted(travelled, wanted - _SAME_TRAVEL_RAD) - 1
         leg = int(np.clip(place, 0, travelled.size - 2))
         begin, end = np.abs(self.knot_speeds_rad_s[leg : leg + 2])

@@ -177,7 +177,10 @@ class _Firmware(_Parameters, forbid_unknown_fields=True):
     coefficients: str | None = None
 
     def settings(self, folder: Path) -> FirmwareSettings:
-        """Raises ContentError for a coefficient file, named from ``folder``, that is none."""
+        """Make the settings.
+
+        Raises ContentError if a coefficient file, named relative to ``folder``, is invalid.
+        """
         given = {name: getattr(self, name) for name in _Parameters.__struct_fields__}
         try:
             loaded = self.coefficients and read_coefficient_file(folder / self.coefficients)

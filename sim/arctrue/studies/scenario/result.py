@@ -21,7 +21,7 @@ class ScenarioTurn:
     uncorrected: TurnScore | None
     """Error of the incoming signal of head 1."""
     corrected: TurnScore | None
-    """The output."""
+    """Error of the output."""
     reference: TurnScore | None
     """Error of the output as a wrong reference shows it, at the faces only."""
     telemetry: tuple[dict[str, Any], ...]
@@ -29,7 +29,7 @@ class ScenarioTurn:
     flags: tuple[str, ...]
     """Flags that were raised in the turn."""
     events: tuple[str, ...]
-    """What happened in the turn, in words."""
+    """Descriptions of the events in the turn."""
     bank: Coefficients | None = None
     """Coefficients at the end of the turn; None before the first. Not in the JSON."""
 

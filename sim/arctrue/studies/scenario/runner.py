@@ -62,11 +62,11 @@ class _Run:
             turn += abs(leg.turns)
 
     def clock_at(self, motion_s: float) -> int:
-        """The clock of an instant of the motion."""
+        """Return the clock at an instant of the motion."""
         return self.started + round(motion_s * self.instrument.clock_hz)
 
     def row_now(self) -> int:
-        """Row of the present clock."""
+        """Return the row of the present clock."""
         now_s = (self.instrument.clock - self.started) / self.instrument.clock_hz
         return self._row_of(float(self.course.travel_turns(np.array([now_s]))[0]))
 
@@ -243,7 +243,7 @@ def run_scenario(
 
 
 def _set_up(instrument: Instrument, scenario: Scenario) -> None:
-    """The firmware with the scale of the scenario, started."""
+    """Start the firmware with the scale of the scenario."""
     firmware, given = instrument.firmware, scenario.firmware
     for name, value in (
         ("counts_per_rev", scenario.scale.counts_per_rev),

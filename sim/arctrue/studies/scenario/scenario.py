@@ -80,7 +80,7 @@ class Scale(Struct, frozen=True, forbid_unknown_fields=True):
     samples: Annotated[int, Meta(ge=400, le=12000)] = 1200
     """Samples in a turn at the slowest speed; a faster turn has fewer."""
     clocks_per_count: Annotated[float, Meta(ge=1.05, le=100)] = 1.1
-    """At the fastest speed."""
+    """Clocks per count at the fastest speed."""
     seed: Annotated[int, Meta(ge=0, le=2**31)] = 1
     """Seed of the readings' noise and of the random faults."""
 
@@ -142,7 +142,7 @@ class Fault:
     """Description for the user."""
 
     def span_s(self, course: Course) -> tuple[float, float]:
-        """First and last instant, in time of the motion."""
+        """Return the first and last instant, in time of the motion."""
         begin = course.time_at_turn(self.at_turn)
         if not self.for_turns:
             return begin, begin + self.for_s
@@ -207,7 +207,7 @@ class Scenario:
     title: str
     """Title of the scenario."""
     about: str
-    """What it shows, for people."""
+    """Purpose of the scenario, for people."""
     scale: Scale
     """Disc, gateware and samples."""
     errors: TableErrors
@@ -278,7 +278,7 @@ class Scenario:
 
     @property
     def arcsec_per_count(self) -> float:
-        """One count in seconds of arc."""
+        """Return one count in seconds of arc."""
         return ARCSEC_PER_TURN / self.scale.counts_per_rev
 
     def course(self) -> Course:

@@ -1,4 +1,4 @@
-"""The error of the output as a reference instrument with its own errors shows it."""
+"""The error of the output in the readings of a reference instrument with its own errors."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from arctrue.table.cause import Cause, Stations
 def seen_by_reference(
     scenario: Scenario, course: Course, number: int, error: TurnScore | None
 ) -> TurnScore | None:
-    """The error of turn ``number`` (first: 1) at the faces of a polygon, as its reading shows it.
+    """Return the error of turn ``number`` (first: 1) at the faces of a polygon, as it reads them.
 
-    None where no cause concerns the reference. The bins that hold no face are NaN.
+    None if no cause concerns the reference. Bins without a face are NaN.
     """
     causes = [cause.physical for cause in scenario.causes if cause.reference_only]
     if not causes or error is None:
         return None
     faces = np.arange(scenario.faces)
     angle_rad = np.asarray(faces * (TURN_RAD / scenario.faces), dtype=np.float64)
-    # The half degree that begins at the face, whatever the last bit of its angle.
+    # Choose the bin of half a degree that begins at the face, whatever the last bit of its angle.
     bins = faces * BINS // scenario.faces
     stood_s = np.array([course.time_at_turn(number - 1 + f / scenario.faces) for f in faces])
     state = course.state(stood_s)

@@ -22,14 +22,14 @@ class CaptureRun:
     start_s: float
     duration_s: float
     speed_rad_s: float
-    """Signed."""
+    """Speed with its sign."""
     samples: int
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C)
     """Temperatures at the first and the last sample; linear in between."""
 
     profile: tuple[tuple[float, float], ...] = ()
-    """Any speed profile in place of the one speed: seconds since the start, signed speed at each,
-    straight in between; at the least to the last sample."""
+    """Speed profile in place of the one speed: seconds since the start and signed speed at each
+    point, linear in between; it must reach the last sample."""
 
     def motion(self, start_rad: float) -> Motion:
         """Give the requested motion, from the angle ``start_rad`` on."""
@@ -73,7 +73,7 @@ class Experiment:
     reference: ReferencePlan | None
 
     def smaller(self, samples: int, cycles: int) -> Experiment:
-        """Give the same with fewer samples per run and fewer cycles."""
+        """Return the same experiment with fewer samples per run and fewer cycles."""
         reference = None if self.reference is None else replace(self.reference, cycles=cycles)
         return Experiment(
             self.name, tuple(replace(run, samples=samples) for run in self.runs), reference
@@ -100,7 +100,7 @@ class Experiment:
 
     @property
     def temperature(self) -> TemperatureCourse:
-        """The temperature over all runs; linear also in the pauses."""
+        """Return the temperature over all runs; linear also in the pauses."""
         knots = [
             (run.start_s + share * run.last_sample_s, run.temperature_c[share])
             for run in self.runs
@@ -181,7 +181,7 @@ def with_further(experiment: Experiment, kind: str) -> Experiment:
         if kind == "polygon_turned":
             plan = replace(plan, turned_faces=(*plan.turned_faces, FURTHER_TURNED_FACES))
         if kind == "polygon_reindexed":
-            # The file has no word for it: a set of its own.
+            # The file has no key for it: it becomes a set of its own.
             plan = replace(plan, turned_faces=(FURTHER_REINDEXED_FACES,))
         if kind == "moving_reference":
             plan = replace(plan, moving=MovingReference((SLOW_RAD_S, -SLOW_RAD_S, 3 * SLOW_RAD_S)))
@@ -223,9 +223,10 @@ FURTHER = (
     "polygon_reindexed",
     "moving_reference",
 )
-"""One run more: three times as fast, the other way, warmer, the same after a stop, of more turns,
-with more samples; or a reference run; one more with the polygon turned by a third of a face; the
-same one with the polygon turned by whole faces; a reference on the move."""
+"""The kinds: one run more, three times as fast, in the other direction, warmer, the same after a
+stop, of more turns, or with more samples; a reference run; one more with the polygon turned by a
+third of a face; the same one with the polygon turned by whole faces, as a set of its own; a
+reference on the move."""
 
 EXPERIMENTS = {
     "full": full,

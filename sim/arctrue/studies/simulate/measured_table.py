@@ -35,8 +35,8 @@ from arctrue.table.temperature import TemperatureCourse
 Float = NDArray[np.float64]
 
 SERVO_ROUNDS = 16
-"""The slope of the largest error (2.4″ a signal period) is 0.2: each round takes two thirds of a
-digit, which leaves 10⁻¹¹ of the first 150″."""
+"""Number of iterations of the servo. The slope of the largest error (2.4″ a signal period) is 0.2:
+each iteration gains two thirds of a digit, which leaves 10⁻¹¹ of the first 150″."""
 MICROSECOND_S = 1e-6
 CLOCK_HZ = 100e6
 
@@ -142,7 +142,7 @@ class MeasuredTable:
                 white[head].append(self.random.normal(0.0, sigma_counts, run.samples))
                 index[head].append(self.index.index_shift_counts(self.random))
         state = _joined(motions)
-        # The causes' own draws: first what comes once a run, then what comes with every row.
+        # The causes draw their own values: first those of each run, then those of each row.
         for cause, random in zip(self.causes, self._cause_random, strict=True):
             for number in range(len(runs)):
                 for head in heads:
@@ -218,7 +218,7 @@ class MeasuredTable:
         travelled_rad: float,
         temperature: TemperatureCourse,
     ) -> Conditions:
-        # The file has microseconds, and the sampler keeps to them.
+        # The file has a resolution of microseconds; the times are rounded to it.
         nominal_s = np.arange(run.samples) * (run.duration_s / run.samples)
         time_s = np.round(nominal_s / MICROSECOND_S) * MICROSECOND_S
         motion = run.motion(start_rad)
@@ -293,19 +293,19 @@ class MeasuredTable:
 
 
 def _joined(parts: Sequence[Conditions]) -> Conditions:
-    """Runs one after another."""
+    """Join runs one after another."""
     names = [field.name for field in fields(Conditions)]
     return Conditions(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _run_means(values: Float, run: NDArray[np.int64]) -> Float:
-    """The mean of each row's run, same shape."""
+    """Return the mean of each row's run, same shape."""
     return np.asarray((np.bincount(run, values) / np.maximum(np.bincount(run), 1))[run])
 
 
 @dataclass(frozen=True, slots=True)
 class _Stations:
-    """A reference run as planned: arrays ``(n,)``, one speed (0: the table stands at each)."""
+    """A planned reference run: arrays ``(n,)``, one speed (0: the table stands at each station)."""
 
     time_s: Float
     cycle: NDArray[np.int64]
@@ -316,12 +316,12 @@ class _Stations:
 
 
 def _mountings(plan: ReferencePlan) -> list[_Stations]:
-    """All cycles over the faces, once for each way in which the polygon is put on the table."""
+    """Return all cycles over the faces, once for each mounting of the polygon on the table."""
     found = []
     up = np.linspace(0.0, 360.0, plan.faces, endpoint=False)
     rows = np.arange(2 * plan.faces * plan.cycles)
     for number, turned_faces in enumerate(plan.turned_faces):
-        # Whole faces leave the stations where they are; a part of one shifts them.
+        # Turning by whole faces does not change the stations; a part of a face shifts them.
         shift_deg = (turned_faces - round(turned_faces)) * 360.0 / plan.faces
         found.append(
             _Stations(

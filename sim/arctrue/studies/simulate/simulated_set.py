@@ -148,7 +148,7 @@ def simulate_set(
         _heads(heads), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
     )
     for kind in further:
-        # This follows the draw of the causes, which stay those of the experiment itself.
+        # This comes after the draw of the causes, so that they depend on the experiment alone.
         experiment = with_further(experiment, kind)
     teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
     measured_table = MeasuredTable(
@@ -210,7 +210,7 @@ def _with_order(part: str, cause: Cause) -> str:
 
 
 def _plain(effect: Cause) -> dict[str, Any]:
-    """A cause as JSON: its class and fields; complex numbers as two."""
+    """Convert a cause to JSON: its class and fields; complex numbers as two."""
     fields = {
         key: [value.real, value.imag] if isinstance(value, complex) else value
         for key, value in asdict(effect).items()  # type: ignore[call-overload]

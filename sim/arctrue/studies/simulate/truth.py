@@ -31,7 +31,7 @@ def truth_path(folder: Path) -> Path:
 
 
 def fingerprint(folder: Path) -> dict[str, str]:
-    """SHA-256 of every file of the set."""
+    """Return SHA-256 of every file of the set."""
     return {
         file.name: hashlib.sha256(file.read_bytes()).hexdigest()
         for file in sorted(folder.iterdir())

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
 SETTLED_COUNTS = 5.0
-"""0.39″ at 2²⁴ counts a turn."""
+"""Largest distance from the target in the settled state: 0.39″ at 2²⁴ counts a turn."""
 RECENT_SHARE = 0.01
-"""The feedback is averaged over 100 samples, 10 ms, before the test: its noise is 0.1″."""
+"""Weight of a new sample in the feedback's average over about 100 samples, 10 ms, which the test
+uses: its noise is 0.1″."""
 Feedback = Callable[[Float], Float]
 """Position that the encoder signal shows, radians, for the true angle; whole counts."""
 
@@ -49,8 +50,8 @@ class Axis:
         stiffness = self.bristle_n_m_rad * np.abs(speed) / level
         after = (bend + speed * step_s) / (1.0 + stiffness * step_s)
         change = (after - bend) / step_s
-        # The damping of the bristles decreases while the axis slides; else it would be as large
-        # as a second viscous friction.
+        # The damping of the bristles decreases while the axis slides; otherwise it would equal a
+        # second viscous friction.
         damping = self.bristle_n_m_s * np.exp(-((speed / self.stribeck_rad_s) ** 2))
         torque = self.bristle_n_m_rad * after + damping * change + self.viscous_n_m_s * speed
         return torque, after

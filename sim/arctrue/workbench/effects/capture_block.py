@@ -1,8 +1,8 @@
 """Columns of an effect on the rows of a capture with any number of heads.
 
-An effect says in :meth:`Effect.capture_columns` what Rᵢ − R₁ shows of it, for one head i. Here
-these columns are put together as the readings are: with two heads they are used as they are, with
-more each row is a contrast of all heads up to its own.
+:meth:`Effect.capture_columns` returns the contribution of an effect to Rᵢ − R₁ for one head i. This
+module combines these columns as the readings are combined: with two heads they are used unchanged,
+with more heads each row is a contrast of all heads up to its own.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from arctrue.workbench.observations.rows import CaptureRows
 def capture_block(
     effect: Effect, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
 ) -> Columns | None:
-    """What each coefficient adds to the measured rows, arcseconds; None: nothing at all."""
+    """Return each coefficient's contribution to the measured rows, arcseconds; None: nothing."""
     if rows.channel is None:
         return effect.capture_columns(rows, nonlinear, context)
     weights = contrast_weights(rows.heads)

@@ -1,4 +1,4 @@
-"""Variety of the conditions that several effects need to be told apart."""
+"""Checks of the variety of conditions that several effects need for their separation."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import numpy as np
 from arctrue.workbench.observations import Observations
 
 SPEED_RATIO = 1.2
-"""Speeds nearer than this ratio are one speed."""
+"""Smallest ratio of two speeds that count as different."""
 
 
 def one_speed(observations: Observations) -> list[str]:
-    """The words for a capture whose runs all have one magnitude of speed; else nothing.
+    """Return a message if all runs of the capture have one magnitude of speed; else nothing.
 
     An oscillation in time and one in angle are the same thing at a single speed.
     """
@@ -24,7 +24,7 @@ def one_speed(observations: Observations) -> list[str]:
 
 
 def one_velocity(observations: Observations) -> list[str]:
-    """The words for a capture whose runs all have one signed speed; else nothing."""
+    """Return a message if all runs of the capture have one signed speed; else nothing."""
     rows = observations.capture
     if rows is None:
         return []

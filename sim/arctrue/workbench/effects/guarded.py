@@ -1,4 +1,4 @@
-"""A user's effect with every call checked: what it returns, and where in its file it fails."""
+"""A user's effect with checks of every call: its results, and the place of an error in its file."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.effects.time_limit import TookTooLongError, call_within
 
 LOAD_S = 60.0
-"""Seconds that the file itself may take when it is loaded."""
+"""Longest time in seconds for loading the file itself."""
 NAME = re.compile(r"[a-z][a-z0-9_]*\Z")
 TEXTS = (
     "physics", "equation", "source", "capture_sees", "reference_sees", "told_apart_by",
     "next_measurement", "plausible", "compensation_note",
 )  # fmt: skip
-"""Declarations of an effect that are shown to people."""
+"""Text declarations of an effect, which are shown to people."""
 SWITCHES = (
     "at_reading", "depends_on_model", "fixed_to_polygon", "local_on_disc", "needs_settings",
     "unspecific",
@@ -40,16 +40,16 @@ SWITCHES = (
 
 
 class EffectFileError(ValueError):
-    """A file of effects that cannot be used: which file, which method, which line."""
+    """An unusable file of effects; the message names file, method and line."""
 
 
 def guarded(kind: type[Effect], path: Path) -> type[Effect]:
-    """The effect of a user's file as a subclass whose methods are checked.
+    """Make a subclass of the effect of a user's file whose methods are checked.
 
-    Columns must be a finite float array of shape (rows, coefficients). An exception that comes
-    out of the file, an exit included, becomes an EffectFileError with file, method and line; so
-    does a call that takes longer than the effect's ``longest_call_s``.
-    Raises EffectFileError for a declaration that is missing or of a wrong type.
+    Columns must be a finite float array of shape (rows, coefficients). An exception from the file,
+    including an exit, becomes an EffectFileError with file, method and line; so does a call that
+    takes longer than the effect's ``longest_call_s``. Raises EffectFileError for a declaration that
+    is missing or of a wrong type.
     """
     _check_declarations(kind, path)
     checked = {
@@ -59,10 +59,10 @@ def guarded(kind: type[Effect], path: Path) -> type[Effect]:
 
 
 def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileError | None:
-    """The error of the file that ``error`` came out of; None where it came from elsewhere.
+    """Make the error of the file that caused ``error``; None if ``error`` came from elsewhere.
 
-    Ctrl-C comes from elsewhere, wherever the program is: only a KeyboardInterrupt that a
-    ``raise`` of the file raises is the file's own.
+    Ctrl-C comes from elsewhere, wherever the program is: a KeyboardInterrupt belongs to the file
+    only if a ``raise`` of the file raises it.
     """
     last = _last_of(path, error)
     if isinstance(error, SyntaxError) and error.filename == str(path):
@@ -75,7 +75,7 @@ def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileE
 
 
 def too_long(path: Path, error: TookTooLongError, place: str, seconds: float) -> EffectFileError:
-    """The error of a call of the file that was ended after ``seconds``."""
+    """Make the error for a call of the file that was ended after ``seconds``."""
     line = next((line for name, line in error.frames if name == str(path)), None)
     where = ", ".join([*([place] if place else []), *([f"line {line}"] if line else [])])
     limit = "longest_call_s of the effect sets the limit" if place else "the limit of loading"
@@ -86,7 +86,7 @@ def too_long(path: Path, error: TookTooLongError, place: str, seconds: float) ->
 
 
 def _last_of(path: Path, error: BaseException) -> TracebackType | None:
-    """The innermost place of the file through which the error came."""
+    """Return the innermost frame of the file in the error's traceback."""
     last = None
     trace = error.__traceback__
     while trace is not None:
@@ -103,11 +103,11 @@ def _raised_at(trace: TracebackType) -> bool:
 
 
 Check = Callable[[Effect, tuple[Any, ...], Any], str | None]
-"""What is wrong with the result of a call, in words; None: nothing."""
+"""Returns in words what is wrong with the result of a call; None: nothing."""
 
 
 def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) -> Callable[..., Any]:
-    # What this package does comes to an end; the calls of the file within it have their limits.
+    # This package's own methods end by themselves; their calls of the file have time limits.
     limited = not method.__module__.startswith("arctrue.")
 
     @functools.wraps(method)

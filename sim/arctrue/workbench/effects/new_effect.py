@@ -1,4 +1,4 @@
-"""Writes a user's own effect, ready to edit, with a test beside it."""
+"""Writes the template of a user's own effect, with a test."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from arctrue.workbench.effects.registry import built_in
 
 
 def write_new_effect(name: str, folder: Path) -> list[Path]:
-    """Write ``NAME.py`` and ``test_NAME.py``; returns the paths.
+    """Write ``NAME.py`` and ``test_NAME.py``; return the paths.
 
-    Raises ValueError for a name that is taken or cannot be one, FileExistsError for a file that
-    is there already.
+    Raises ValueError for a name that is taken or not allowed, FileExistsError for an existing file.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
         raise ValueError(f"{name!r} cannot name an effect: small letters, digits, underscores")

@@ -1,7 +1,7 @@
-"""Effects that no catalogue has, put together from parts.
+"""Effects that are not in the catalogue, composed of parts.
 
-A part of the conditions (temperature, speed, time, ...) times a wave (an order, the electrical
-phase, or nothing) that is fixed to something (the disc, the stator, a head, the reference).
+A product consists of a condition (temperature, speed, time, ...), a wave (an order, the electrical
+phase, or nothing) and the frame to which it is fixed (the disc, the stator, a head, the reference).
 """
 
 from __future__ import annotations
@@ -51,13 +51,13 @@ class Condition:
     time_constant_s: float | None = None
     each_run: bool = False
     column: str | None = None
-    """Column of the set, where the condition is a further one of its own."""
+    """Column of the set, if the condition is one of its further columns."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
 
     @property
     def settings(self) -> dict[str, object]:
-        """The settings of a :class:`ProductOfParts` that say it."""
+        """Return the settings of a :class:`ProductOfParts` with this condition."""
         if self.column is not None:
             return {"column": self.column, "column_zero": self.column_zero}
         if self.time_constant_s is not None:
@@ -118,18 +118,18 @@ _BY_GATEWARE: Mapping[str, GatewareCondition] = {
     "speed": "speed",
     "speed²": "speed_squared",
 }
-"""By the words of a condition."""
+"""Conditions by their words."""
 
 
 CONDITIONS: Mapping[str, Condition] = {
     "|speed|" if condition.values is _speed_size else condition.part: condition
     for condition in (ALWAYS, *SIMPLE_CONDITIONS)
 }
-"""By the name that the setting ``condition`` has for each."""
+"""Conditions by their names in the setting ``condition``."""
 
 
 def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
-    """exp(−t/τ), t from the start of each run or of the whole set."""
+    """Make exp(−t/τ), t from the start of each run or of the whole set."""
     since = "each start" if each_run else "the start"
     return Condition(
         "settling",
@@ -142,7 +142,7 @@ def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
 
 
 def column_condition(column: str, zero: float) -> Condition:
-    """A further column of the set, less its usual value."""
+    """Make the condition of a further column of the set, minus its usual value."""
 
     def values(rows: Rows) -> Float | None:
         found = rows.conditions.get(column)
@@ -154,13 +154,13 @@ def column_condition(column: str, zero: float) -> Condition:
 
 
 def _columns(observations: Observations) -> list[Condition]:
-    """The further columns of both files, each less its median over the set."""
+    """Return the further columns of both files, each minus its median over the set."""
     channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
     names = dict.fromkeys(name for rows in channels for name in rows.conditions)
     found = []
     for name in names:
         there = [rows.conditions[name] for rows in channels if name in rows.conditions]
-        # Rounded, so that the words and an adopted file say the value that is used.
+        # The value is rounded, so that descriptions and an adopted file state the value in use.
         found.append(column_condition(name, float(f"{np.median(np.concatenate(there)):.4g}")))
     return found
 
@@ -168,9 +168,9 @@ def _columns(observations: Observations) -> list[Condition]:
 def condition_named(
     words: str, time_constant_s: float | None = None, each_run: bool = False
 ) -> Condition:
-    """A condition by its name or words, or the settling of a time constant; "" is no condition.
+    """Return a condition by its name or words, or the settling of a time constant; "": none.
 
-    Raises ValueError for words that name none.
+    Raises ValueError for unknown words.
     """
     if time_constant_s is not None:
         return settling_condition(time_constant_s, each_run)
@@ -182,12 +182,12 @@ def condition_named(
 
 
 def recorded_conditions(observations: Observations) -> list[Condition]:
-    """Every factor that is not the shape of a settling, look-alikes included."""
+    """Return every condition of the set except settlings; equivalent ones are included."""
     return [*SIMPLE_CONDITIONS, *_columns(observations)]
 
 
 def conditions(observations: Observations) -> list[Condition]:
-    """The factors that vary in this set, the simpler first; look-alikes are left out."""
+    """Return the conditions that vary in this set, the simpler first, without equivalent ones."""
     found = [ALWAYS, *recorded_conditions(observations)]
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)
@@ -234,7 +234,7 @@ def _distinct(found: list[Condition], observations: Observations) -> list[Condit
 
 
 def _share(head: int, rows: CaptureRows) -> float:
-    """Share of one head's own error in Rᵢ − R₁ of the rows' head i."""
+    """Return the share of one head's own error in Rᵢ − R₁ of the rows' head i."""
     return -1.0 if head == 1 else float(rows.head == head)
 
 
@@ -272,10 +272,10 @@ class ProductOfParts(Effect):
     electrical_head: int | None
 
     def __init__(self, **settings: object) -> None:
-        """Raises ValueError for settings that say no product.
+        """Check the settings. Raises ValueError for settings that define no product.
 
         ``condition``: a name of CONDITIONS; or ``time_constant_s`` > 0 for a settling, from
-        ``each_run`` or the start of the set; or ``column``, less ``column_zero``. ``orders``: none
+        ``each_run`` or the start of the set; or ``column``, minus ``column_zero``. ``orders``: none
         for a constant. ``electrical_head``: 1 to 4 for multiples of its electrical phase.
         """
         super().__init__(**settings)
@@ -307,7 +307,7 @@ class ProductOfParts(Effect):
 
     @property
     def _head(self) -> int | None:
-        """The head that alone has it; None where no single head does."""
+        """Return the only head that has the error; None if it does not belong to a single head."""
         return next((head for head, name in FRAME_OF_HEAD.items() if name == self.frame), None)
 
     def _refuse(self, key: str, expected: str) -> None:
@@ -323,14 +323,14 @@ class ProductOfParts(Effect):
         frame: Frame,
         electrical_head: int | None = None,
     ) -> Self:
-        """The product of these parts."""
+        """Make the product of these parts."""
         product = cls(
             **condition.settings,
             orders=list(orders),
             fixed_to=frame,
             electrical_head=electrical_head or 0,
         )
-        # Two settlings of the same time constant are alike, and not equal.
+        # Two settlings with the same time constant behave alike but are different objects.
         product.condition = condition
         return product
 
@@ -343,7 +343,7 @@ class ProductOfParts(Effect):
 
     @property
     def parts(self) -> list[str]:
-        """The parts by their public names."""
+        """Return the public names of the parts."""
         names = [self.condition.part] if self.condition.part else []
         if self.electrical_head is not None:
             return [*names, f"electrical:head{self.electrical_head}"]
@@ -373,7 +373,7 @@ class ProductOfParts(Effect):
         if factor is None or self.frame == "reference":
             return None
         if self.electrical_head is not None:
-            # Of another head's rows the share is 0, and the phase of any head will do.
+            # For rows of another head the share is 0, so that the phase of any head can be used.
             phase = rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
             if phase is None:
                 return None
@@ -483,7 +483,7 @@ class ProductOfParts(Effect):
         return paired_real_lanes(self.orders, coefficients)
 
     def _waves(self, coefficients: Float, observations: Observations) -> list[Lane]:
-        """Its harmonics of head 1's error where the condition is 1."""
+        """Return its harmonics of head 1's error for the condition 1."""
         orders = [round(order) for order in self.orders if order == round(order)]
         if self.electrical_head == 1 and observations.grating_lines is not None:
             orders = [order * observations.grating_lines for order in orders]
@@ -497,7 +497,7 @@ class ProductOfParts(Effect):
         return paired_lanes(orders, coefficients)
 
     def describe(self, parameters: Mapping[str, Parameter]) -> str:
-        """In words, for instance ``(T − T₀) × order 2, disc-fixed, 0.31″/K``."""
+        """Describe the product in words, as ``(T − T₀) × order 2, disc-fixed, 0.31″/K``."""
         words = [self.condition.words] if self.condition.words else []
         if self.electrical_head is not None:
             multiples = ", ".join(f"{order:g}" for order in self.orders)

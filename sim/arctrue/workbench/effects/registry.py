@@ -57,7 +57,7 @@ class EffectNotFoundError(ValueError):
 
 
 def effects_in(module: object) -> list[type[Effect]]:
-    """The effects that a module itself defines."""
+    """Return the effects that a module itself defines."""
     return [
         item
         for item in vars(module).values()
@@ -70,7 +70,7 @@ def effects_in(module: object) -> list[type[Effect]]:
 
 
 def built_in() -> dict[str, type[Effect]]:
-    """The effects of this package, in the catalogue's order."""
+    """Return the effects of this package, in the catalogue's order."""
     found: dict[str, type[Effect]] = {}
     for info in pkgutil.iter_modules(arctrue.workbench.effects.catalogue.__path__):
         module = importlib.import_module(f"arctrue.workbench.effects.catalogue.{info.name}")
@@ -83,9 +83,9 @@ def _place(name: str) -> tuple[int, str]:
 
 
 def from_folder(folder: Path) -> dict[str, type[Effect]]:
-    """The effects of every Python file of a folder (tests left out).
+    """Return the effects of every Python file of a folder, without tests.
 
-    Raises EffectFileError, naming the file, for a folder that is not there or a file that fails.
+    Raises EffectFileError, which names the file, for a missing folder or a file that fails.
     """
     if not folder.is_dir():
         raise EffectFileError(f"{folder}: no such folder of effects")
@@ -97,7 +97,10 @@ def from_folder(folder: Path) -> dict[str, type[Effect]]:
 
 
 def from_file(path: Path) -> dict[str, type[Effect]]:
-    """The effects of one Python file. Raises EffectFileError, naming it, where it fails."""
+    """Return the effects of one Python file.
+
+    Raises EffectFileError, which names the file, if it fails.
+    """
     if not path.is_file():
         raise EffectFileError(f"{path}: no such file of effects")
     spec = importlib.util.spec_from_file_location(f"arctrue_user_effects.{path.stem}", path)
@@ -127,7 +130,7 @@ def from_file(path: Path) -> dict[str, type[Effect]]:
 
 
 def from_entry_points() -> dict[str, type[Effect]]:
-    """The effects that installed packages offer under the entry point ``arctrue.effects``."""
+    """Return the effects that installed packages offer as entry points ``arctrue.effects``."""
     found: dict[str, type[Effect]] = {}
     for point in importlib.metadata.entry_points(group=ENTRY_POINTS):
         try:
@@ -147,7 +150,7 @@ def from_entry_points() -> dict[str, type[Effect]]:
 def absent_effects(
     effects: Mapping[str, type[Effect]], present: Iterable[str], observations: Observations
 ) -> dict[str, type[Effect]]:
-    """What a model of the effects ``present`` may lack: the others that concern the set."""
+    """Return the effects missing in a model with ``present``: the others that concern the set."""
     there = set(present)
     return {
         name: effect
@@ -157,9 +160,9 @@ def absent_effects(
 
 
 def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
-    """Every effect by name: the built-in ones, a product of parts, others' own.
+    """Return every effect by name: the built-in ones, a product of parts, those of users.
 
-    A later source may not take a name that is taken: raises EffectFileError when it does.
+    A later source may not use an existing name: this raises EffectFileError.
     """
     found = built_in()
     found[ProductOfParts.name] = ProductOfParts
@@ -174,7 +177,7 @@ def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
 
 
 def effect_class(name: str, effects: dict[str, type[Effect]]) -> type[Effect]:
-    """The effect of this name. Raises EffectNotFoundError with what there is."""
+    """Return the effect of this name. Raises EffectNotFoundError with a list of the effects."""
     if name not in effects:
         raise EffectNotFoundError(
             f"no effect is named {name!r}.{did_you_mean(name, effects)} "

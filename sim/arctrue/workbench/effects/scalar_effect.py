@@ -1,6 +1,6 @@
 """Effects whose parameters are their coefficients, in the effect's own unit.
 
-Most have one coefficient; what each head has of its own has one a head.
+Most have one coefficient; an effect that each head may have has one per head.
 """
 
 from __future__ import annotations
@@ -43,16 +43,17 @@ class ScalarEffect(Effect):
 
 
 class ScalarOfEachHead(ScalarEffect):
-    """What each head has of its own, as a bracket or a delay: one number a head.
+    """An effect that each head has separately, such as a bracket angle or a delay: one number per
+    head.
 
-    Heads 2, 3, … have a coefficient each; what head 1 has makes the same change of all of them.
-    The setting ``heads`` names those that have one instead, and may contain head 1.
+    Heads 2, 3, … have one coefficient each; an effect of head 1 changes all of them equally. The
+    setting ``heads`` lists the heads that have coefficients instead, and may contain head 1.
     """
 
     defaults: ClassVar[Mapping[str, object]] = {"heads": []}
 
     def __init__(self, **settings: object) -> None:
-        """With one head it is the product of parts of that head."""
+        """Make the effect; with one head it is the product of parts of that head."""
         super().__init__(**settings)
         heads = self.integers("heads")
         if len(heads) == 1:
@@ -68,7 +69,7 @@ class ScalarOfEachHead(ScalarEffect):
         ]
 
     def columns(self, values: Float, rows: CaptureRows) -> Columns:
-        """Columns of what a head adds to its own reading, (rows,)."""
+        """Return the columns of a head's own contribution to its reading, (rows,)."""
         heads = self.integers("heads")
         if not heads:
             return in_place_of_head(values[:, np.newaxis], rows)

@@ -1,8 +1,8 @@
 """Calls a function in a thread of its own and waits for it for a limited time.
 
-Python cannot end a thread from outside. The caller goes on when the time is over, whatever the
-function does; the thread that is left is sent an error again and again until it ends. A loop that
-catches every error goes on in it, at the latest until the program ends.
+Python cannot end a thread from outside. The caller continues when the time is over, whatever the
+function does; the program then raises an error in the remaining thread again and again until it
+ends. A loop that catches every error continues, at the latest until the program ends.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from types import FrameType
 from typing import Any
 
 POLL_S = 0.05
-"""Between two errors that are sent to a thread that is to end."""
+"""Time between two errors that are raised in a thread that must end."""
 
 
 class TookTooLongError(Exception):
     """The function had not returned when its time was over.
 
-    ``frames``: where its thread was then, innermost first, as (file, line).
+    ``frames``: the position of its thread then, innermost first, as (file, line).
     """
 
     def __init__(self, seconds: float, frames: list[tuple[str, int]]) -> None:
@@ -33,7 +33,7 @@ class TookTooLongError(Exception):
 
 
 def call_within(seconds: float, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
-    """What ``function(*arguments, **named)`` returns or raises.
+    """Return or raise the result of ``function(*arguments, **named)``.
 
     Raises TookTooLongError after ``seconds`` without a result.
     """
@@ -53,7 +53,7 @@ def call_within(seconds: float, function: Callable[..., Any], *arguments: Any, *
 
 
 class _EndOfThreadError(SystemExit):
-    """No Exception, so that few files catch it; a thread that ends by it prints nothing."""
+    """Not an Exception, so that few files catch it; a thread that ends by it prints nothing."""
 
 
 class _Call:
@@ -100,7 +100,7 @@ class _Call:
 
     def _send_ends(self) -> None:
         while self.thread.is_alive() and not self.left:
-            # Under the lock: the number of a thread that has left may belong to another one.
+            # Under the lock: the number of an ended thread may belong to another one.
             with self.lock:
                 if not self.left:
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(

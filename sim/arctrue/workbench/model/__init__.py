@@ -1,4 +1,4 @@
-"""A model: the effects that it has, what the fit found for them, and how it grew."""
+"""A model: its effects, their fitted values, and its history."""
 
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable, default_model
 

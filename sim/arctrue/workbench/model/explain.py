@@ -1,7 +1,7 @@
-"""Explains a measurement set: adds what the diagnosis names until it names nothing more.
+"""Explains a measurement set: adds effects that the diagnosis names until it names no more.
 
-Each step estimates the noise anew. At the end every added effect is left out once: one that
-later ones have made idle is dropped, and the others are ordered by the error that goes with them.
+Each step estimates the noise anew. At the end every added effect is left out once: an effect that
+later ones have made idle is dropped, and the others are sorted by the error that they explain.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 
 MOST_ADDED = 16
-"""Effects that are added to one set; a diagnosis of each costs seconds."""
+"""Largest number of effects that are added to one set; each diagnosis takes seconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,30 +36,32 @@ class ExplainedCause:
 
     entry: ModelEffect
     taken_arcsec: Mapping[str, float]
-    """Held out, by channel: √(RMS² without it − RMS² with it), 0 where nothing goes."""
+    """Held-out error that it explains, by channel: √(RMS² without it − RMS² with it), at least
+    0."""
 
     @property
     def size_arcsec(self) -> float:
-        """Of the channel in which it takes most."""
+        """Return the explained error in the channel where it is largest."""
         return max(self.taken_arcsec.values(), default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class NotToldApart:
-    """Causes that explain the same on these rows, and what would tell them apart."""
+    """Causes that fit these rows equally well, and the measurement that would separate them."""
 
     effects: tuple[str, ...]
-    """The one that the explanation speaks of first."""
+    """Names of the effects; the named one comes first."""
     description: str | None = None
-    """Of a product of parts that explains the same and is in no catalogue."""
+    """Description of a product of parts that fits equally well and is in no catalogue."""
     next_measurement: str | None = None
-    """What to measure, for people; None where no measurement that was tried would tell."""
+    """The measurement to make, for people; None if no measurement that was tried would separate
+    them."""
     next_measurement_kind: str | None = None
     why: str | None = None
-    """Of one effect without a rival: what speaks against its name."""
+    """Objection to the name of one effect without a rival."""
 
     def sentence(self) -> str:
-        """For people, and for the model file."""
+        """Return a sentence for people and for the model file."""
         names = ", ".join(self.effects)
         if self.description is not None:
             names += f", or {self.description}"
@@ -71,22 +73,22 @@ class NotToldApart:
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """A model with everything that was named, and the verdict on what it leaves."""
+    """A model with every named effect, and the verdict on its residuals."""
 
     model: Model
     causes: tuple[ExplainedCause, ...]
-    """By the error that goes with them, the largest first."""
+    """Causes sorted by the error that they explain, the largest first."""
     dropped: tuple[str, ...]
-    """Effects that were added and without which the final model is as good."""
+    """Effects that were added and that the final model does not need."""
     left: Left
     verdict: Diagnosis
-    """Of the final model."""
+    """Verdict on the final model."""
     alike: tuple[NotToldApart, ...] = ()
-    """Of each cause that was added, and of what the final verdict speaks of."""
+    """Alternatives to each added cause, and to the effects in the final verdict."""
 
 
 def not_told_apart(found: Diagnosis) -> NotToldApart | None:
-    """What else the effect that a diagnosis speaks of may be; None where it is that one alone."""
+    """Return the alternatives to the effect in a diagnosis; None if there are none."""
     decision = found.decision
     if found.verdict not in ("named", "ambiguous"):
         return None
@@ -160,10 +162,10 @@ def _without_idle(
     effects: Mapping[str, type[Effect]],
     measurement: str,
 ) -> tuple[Model, Solution, list[str]]:
-    """The model without added effects that the others have made idle, the last one first.
+    """Drop added effects that the others have made idle, starting with the last one.
 
-    An effect is idle where the Bayesian information criterion without it is not larger. The one
-    that was added last was named beside all others: none has made it idle.
+    An effect is idle if the Bayesian information criterion without it is not larger. The effect
+    that was added last is kept: it was named together with all others.
     """
     dropped = []
     for place in reversed(range(kept, len(model.effects) - 1)):
@@ -177,13 +179,13 @@ def _without_idle(
 
 
 def _less(model: Model, place: int) -> Model:
-    """The model less one of its effects."""
+    """Return the model without one of its effects."""
     entries = [*model.effects[:place], *model.effects[place + 1 :]]
     return replace(model, effects=entries, history=list(model.history))
 
 
 def _own_settings(effect: Effect) -> dict[str, object]:
-    """What the diagnosis has set otherwise than by default, as multiples of a tooth count."""
+    """Return the settings that the diagnosis has changed, such as multiples of a tooth count."""
     return {
         key: value for key, value in effect.settings.items() if value != effect.defaults.get(key)
     }
@@ -199,7 +201,7 @@ def _verdict(
 
 
 def _taken(without: Left, with_it: Left) -> dict[str, float]:
-    """Held out, by channel."""
+    """Return the explained held-out error by channel."""
     return {
         channel: float(np.sqrt(max(value**2 - with_it.heldout_rms_arcsec[channel] ** 2, 0.0)))
         for channel, value in without.heldout_rms_arcsec.items()

@@ -1,4 +1,4 @@
-"""A fitted model as coefficients of the gateware, and what of it lanes cannot correct."""
+"""Converts a fitted model to coefficients of the gateware, and lists what lanes cannot correct."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 LOW_ORDERS = 200
-"""Up to here an order of the true angle and of the reading differ: above, the reading is used.
+"""Highest order for which the conversion distinguishes true angle and reading.
 
-Signal-period orders are functions of the reading from the start: they live in the counts.
+Above it, the reading is used. Signal-period orders are functions of the reading by definition: the
+counts cause them.
 """
 
 
@@ -37,22 +38,24 @@ USUAL_REVERSAL_WIDTH_DEG = 1.0
 
 @dataclass(frozen=True, slots=True)
 class ConditionSettings:
-    """How the gateware works out direction and speed (generic MODULATORS)."""
+    """Settings for direction and speed in the gateware (generic MODULATORS)."""
 
     reversal_width_deg: float = USUAL_REVERSAL_WIDTH_DEG
-    """Travel from the middle of the wind-up to its end; direction goes over within twice of it."""
+    """Travel from the middle of the wind-up to its end; the direction changes within twice of
+    this."""
     dead_zone_counts: int = 4
     nominal_deg_per_s: float | None = None
-    """Speed at which the modulator is 1; None: half as much again as the fastest row of the set."""
+    """Speed at which the modulator is 1; None: 1.5 times the fastest row of the set."""
 
 
 LARGEST_REVERSAL_SLOPE = 0.5
-"""Of ε while the direction goes over: below, the corrected angle moves as the table does."""
+"""Largest slope of ε during a change of direction: below it, the corrected angle moves as the table
+does."""
 
 
 @dataclass(frozen=True)
 class Export:
-    """Coefficients, and in words what stays uncorrected."""
+    """Coefficients, and descriptions of what stays uncorrected."""
 
     coefficients: Coefficients
     orders: list[int]
@@ -60,11 +63,11 @@ class Export:
     left_out: list[str]
     warnings: list[str]
     followed: list[str] = field(default_factory=list)
-    """Lanes that follow a condition, in words."""
+    """Descriptions of the lanes that follow a condition."""
     local: list[str] = field(default_factory=list)
-    """Errors that the local table takes away, in words."""
+    """Descriptions of the errors that the local table corrects."""
     real: list[str] = field(default_factory=list)
-    """Lanes of real orders, in words."""
+    """Descriptions of the lanes of real orders."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,7 @@ class _Lanes:
     temperature_c: float | None
 
     def components(self, place: int, coefficients: Float) -> dict[int, Float]:
-        """Cosine and sine of every order, (2,), of the entry at ``place`` of ``entries``."""
+        """Return cosine and sine of every order, (2,), of the entry at ``place`` of ``entries``."""
         _, entry, effect = self.entries[place]
         found: dict[int, Float] = {}
         for lane in effect.lanes(coefficients, entry.search, self.observations, self.temperature_c):
@@ -86,7 +89,7 @@ class _Lanes:
         return found
 
     def total(self) -> dict[int, Float]:
-        """Cosine and sine of every order, all effects together."""
+        """Return cosine and sine of every order, summed over all effects."""
         total: dict[int, Float] = {}
         for place, (_, entry, _) in enumerate(self.entries):
             for order, pair in self.components(place, np.array(entry.coefficients)).items():
@@ -94,7 +97,7 @@ class _Lanes:
         return total
 
     def uncertainty(self, covariances: Float, parts: list[slice]) -> dict[int, float]:
-        """Standard uncertainty of a component of every order: lanes are linear in coefficients."""
+        """Return the standard uncertainty of a component of every order, by linear propagation."""
         slopes: dict[int, Float] = {}
         for place, (index, entry, _) in enumerate(self.entries):
             for column, unit in enumerate(np.eye(len(entry.coefficients))):
@@ -109,18 +112,18 @@ class _Lanes:
 
 @dataclass(frozen=True)
 class ReadingHarmonics:
-    """What of a model is a function of the reading: the significant orders of ε of head 1."""
+    """The part of a model that is a function of the reading: significant orders of ε of head 1."""
 
     components: dict[int, Float]
     """Cosine and sine of every order, (2,), arcseconds."""
     left_out: list[str]
-    """What of the model is no such function, or is not significant."""
+    """Parts of the model that are no such function, or not significant."""
     warnings: list[str]
     every: dict[int, Float]
-    """As ``components``, with the orders that are not significant."""
+    """Same as ``components``, including the orders that are not significant."""
 
     def amplitude_arcsec(self, order: int) -> float:
-        """Of one order."""
+        """Return the amplitude of one order."""
         return float(np.hypot(*self.components[order]))
 
 
@@ -132,11 +135,11 @@ def harmonics_of_reading(
     temperature_c: float | None,
     taken: frozenset[int] = frozenset(),
 ) -> ReadingHarmonics:
-    """The orders of a fitted model that a correction by the reading can take away.
+    """Return the orders of a fitted model that a correction by the reading can remove.
 
-    An order counts where it is significant: the covariance is that of a fit of the model to
+    An order counts if it is significant: the covariance is that of a fit of the model to
     ``observations``, the limit that of the calibration. ``taken``: places in the model of effects
-    that other lanes take away, those that follow a condition. Raises ValueError for a model without
+    that other lanes correct, those that follow a condition. Raises ValueError for a model without
     coefficients.
     """
     left_out: list[str] = []
@@ -188,14 +191,14 @@ def harmonics_of_reading(
 
 @dataclass(frozen=True)
 class _Thermal:
-    """Orders of the reading at T₀, and how they follow the temperature."""
+    """Orders of the reading at T₀, and their temperature coefficients."""
 
     harmonics: ReadingHarmonics
     slopes_arcsec: dict[int, Float]
-    """By order: cosine and sine a kelvin, and a kelvin squared, (4,)."""
+    """Cosine and sine per kelvin, and per kelvin squared, (4,), by order."""
 
     def largest_arcsec(self, order: int) -> float:
-        """Within THERMAL_SPAN_K of T₀."""
+        """Return the largest amplitude within THERMAL_SPAN_K of T₀."""
         slopes = self.slopes_arcsec.get(order, np.zeros(4))
         cold = self.harmonics.components[order]
         return max(
@@ -205,15 +208,16 @@ class _Thermal:
 
 
 THERMAL_SPAN_K = 5.0
-"""About T₀: where the polynomial in T has the model's own values."""
+"""Distance from T₀ at which the polynomial in T has the model's own values."""
 LEAST_CHANGE_COUNTS = 0.1
-"""Of an order within that span: below, it does not follow the temperature."""
+"""Smallest change of an order within that span: an order with less does not follow the
+temperature."""
 
 
 def follows_temperature(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> bool:
-    """Whether lanes of the model change with the temperature."""
+    """Tell whether lanes of the model change with the temperature."""
     reference_c = observations.reference_temperature_c
     for entry in model.effects:
         effect = entry.effect(effects)
@@ -234,7 +238,7 @@ def _with_temperature(
     effects: Mapping[str, type[Effect]],
     taken: frozenset[int],
 ) -> _Thermal:
-    """The model at T₀ and a span below and above it; an order counts that is significant at one."""
+    """Evaluate the model at T₀ and a span below and above; significance at one is enough."""
     reference_c = observations.reference_temperature_c
     count = arcsec_per_count(observations.counts_per_rev or 0)
     cold, middle, warm = (
@@ -250,7 +254,7 @@ def _with_temperature(
         components[order] = at
         slope = (above - below) / (2.0 * THERMAL_SPAN_K)
         curve = (above + below - 2.0 * at) / (2.0 * THERMAL_SPAN_K**2)
-        # What the conversion to the reading alone shifts is no slope worth a lane's.
+        # Shifts that only the conversion to the reading causes do not justify a lane's slope.
         if max(np.hypot(*(below - at)), np.hypot(*(above - at))) >= LEAST_CHANGE_COUNTS * count:
             slopes[order] = np.concatenate([slope, curve])
     quiet = set(middle.every) - set(components)
@@ -274,17 +278,16 @@ def export_model(
     with_local_table: bool = False,
     with_real_orders: bool = False,
 ) -> Export:
-    """Quantise a fitted model for the gateware; the largest significant orders have a lane.
+    """Quantise a fitted model for the gateware; the largest significant orders get lanes.
 
-    Without ``temperature_c`` the lanes that change with it follow the table's thermometer, which
-    lags by ``sensor_time_constant_s``: the firmware works them out, within ``range_c`` (None:
-    THERMAL_RANGE_K to each side of T₀, and all that the set has). With ``conditions`` lanes follow
-    direction and speed, and the coefficients need a gateware with MODULATORS. ``with_local_table``:
-    errors at one place of the turn go into a table, which needs a gateware with LOCAL_TABLE.
-    ``with_real_orders``: lines of no whole order have lanes, which need one with REAL_ORDERS.
-
-    Raises ValueError for a model without coefficients, a set that does not count, or a reversal
-    that is too steep for its width.
+    Without ``temperature_c`` the lanes that change with the temperature follow the table's
+    thermometer, which lags by ``sensor_time_constant_s``: the firmware computes them, within
+    ``range_c`` (None: THERMAL_RANGE_K to each side of T₀, and the whole range of the set). With
+    ``conditions`` lanes follow direction and speed, and the coefficients need a gateware with
+    MODULATORS. ``with_local_table``: errors at one place of the turn go into a table, which needs a
+    gateware with LOCAL_TABLE. ``with_real_orders``: lines whose order is not whole have lanes,
+    which need a gateware with REAL_ORDERS. Raises ValueError for a model without coefficients, a
+    set that does not count, or a reversal that is too steep for its width.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
@@ -392,9 +395,9 @@ def export_model(
 def lanes_of_real_orders(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[RealLane]]:
-    """By the place in the model: effects that lanes of real orders can take away.
+    """Return, by place in the model, the effects that lanes of real orders can correct.
 
-    Their phase is that over the angle of the set, whose turn 0 begins at its zero.
+    Their phase refers to the angle of the set, whose turn 0 begins at its zero.
     """
     found = {}
     for index, entry in enumerate(model.effects):
@@ -419,15 +422,16 @@ def _phase_rad(lane: RealLane) -> float:
 
 
 WORDS = ("word_a", "word_b")
-"""Modulators that the host writes, by the order in which columns of the set get them."""
+"""Modulators that the host writes, in the order in which columns of the set get them."""
 
 
 def _orders_of_waves(orders: Iterable[int]) -> list[int]:
-    """Orders of lanes that follow a condition, without order 0.
+    """Return the orders of lanes that follow a condition, without order 0.
 
-    The file also holds the plain lane of such an order. Otherwise the device's calibration fits the
-    order, and its plain lane then has what the condition added to the calibrated turn. A file that
-    fills all lanes leaves the calibration none, so that a plain lane of 0 may be missing there.
+    The file also contains the plain lane of such an order. Otherwise the device's calibration would
+    fit the order, and its plain lane would contain the condition's contribution to the calibrated
+    turn. A file that fills all lanes leaves the calibration none, so that a plain lane of 0 may be
+    missing there.
     """
     return sorted({order for order in orders if order > 0})
 
@@ -435,7 +439,7 @@ def _orders_of_waves(orders: Iterable[int]) -> list[int]:
 def lanes_by_condition(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> dict[int, list[ConditionedLane]]:
-    """By the place in the model: effects that lanes can take away which follow a condition.
+    """Return, by place in the model, the effects that lanes with a condition can correct.
 
     The gateware has two words, so that an effect with a third column is not among them.
     """
@@ -460,7 +464,7 @@ def lanes_by_condition(
 def _would_follow(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> list[str]:
-    """Of effects that a gateware with MODULATORS can take away, how to get there."""
+    """Describe how to correct the effects that need a gateware with MODULATORS."""
     names = [
         model.effects[index].name for index in lanes_by_condition(model, observations, effects)
     ]
@@ -471,7 +475,7 @@ def _would_follow(
 
 @dataclass(frozen=True)
 class _FollowedLanes:
-    """Lanes that follow a condition, as the gateware scales them."""
+    """Lanes that follow a condition, with the scales of the gateware."""
 
     lanes: list[ConditionedLane]
     settings: ConditionSettings | None
@@ -483,7 +487,7 @@ class _FollowedLanes:
 
     @property
     def nominal_rad_s(self) -> float:
-        """ω₀."""
+        """Return ω₀."""
         assert self.settings is not None
         if self.settings.nominal_deg_per_s is not None:
             return float(np.radians(self.settings.nominal_deg_per_s))
@@ -495,7 +499,7 @@ class _FollowedLanes:
         return 1.5 * max(fastest, default=0.0) or float(np.radians(USUAL_NOMINAL_DEG_PER_S))
 
     def _factor(self, one: ConditionedLane) -> float:
-        """Of the condition where its modulator is 1."""
+        """Return the value of the condition for which its modulator is 1."""
         if one.condition == "direction":
             return 1.0
         if one.condition == "column":
@@ -504,12 +508,12 @@ class _FollowedLanes:
 
     @property
     def columns(self) -> list[tuple[str, float]]:
-        """Name and zero of each column that has a word, in the order of WORDS."""
+        """Return name and zero of each column that has a word, in the order of WORDS."""
         named = ((one.column, one.column_zero) for one in self.lanes if one.condition == "column")
         return list(dict.fromkeys(named))
 
     def _column_scale(self, one: ConditionedLane) -> float:
-        """Value of the column at which its word is 1: 1.5 times the largest of the set."""
+        """Return the column's value for which its word is 1: 1.5 times the largest of the set."""
         channels = (self.observations.capture, self.observations.every_reference_row)
         most = [
             float(np.nanmax(np.abs(rows.conditions[one.column] - one.column_zero)))
@@ -519,13 +523,13 @@ class _FollowedLanes:
         return float(f"{1.5 * max(most, default=0.0):.3g}") or 1.0
 
     def _modulator(self, one: ConditionedLane) -> str:
-        """As the coefficient file names it."""
+        """Return the modulator's name in the coefficient file."""
         if one.condition != "column":
             return one.condition
         return WORDS[self.columns.index((one.column, one.column_zero))]
 
     def _at_full(self, one: ConditionedLane) -> str:
-        """In words, where the modulator is 1."""
+        """Describe the condition for which the modulator is 1."""
         if one.condition == "direction":
             return ""
         if one.condition == "column":
@@ -550,7 +554,7 @@ class _FollowedLanes:
         ]
 
     def words(self) -> list[str]:
-        """For people, a line a lane."""
+        """Return one line per lane for people."""
         return [
             f"order {one.lane.order} × {one.column or one.condition.replace('_', ' ')}: "
             f"{size:.4g}″{self._at_full(one)}"
@@ -558,7 +562,8 @@ class _FollowedLanes:
         ]
 
     def extension(self, first_lane: int) -> Extension:
-        """The lanes come after ``first_lane`` others. Raises ValueError for a steep reversal."""
+        """Make the extension; ``first_lane`` lanes precede. Raises ValueError for a steep
+        reversal."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev
@@ -585,11 +590,11 @@ class _FollowedLanes:
 
 
 USUAL_NOMINAL_DEG_PER_S = 90.0
-"""Nominal speed where the set tells no speed: nothing follows it then."""
+"""Nominal speed if the set has no speed: no lane follows the speed then."""
 
 
 def _range_of(observations: Observations) -> tuple[float, float]:
-    """What the device may meet: T₀ and THERMAL_RANGE_K to each side, and what the set has met."""
+    """Return the device's temperature range: T₀ ± THERMAL_RANGE_K and the range of the set."""
     reference_c = observations.reference_temperature_c
     seen = [reference_c - THERMAL_RANGE_K, reference_c + THERMAL_RANGE_K]
     for rows in (observations.capture, observations.every_reference_row):
@@ -602,7 +607,7 @@ def _range_of(observations: Observations) -> tuple[float, float]:
 def _cannot_be_judged(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> str:
-    """What keeps the model from being fitted to this set; empty: nothing."""
+    """Return the reason why the model cannot be fitted to this set; empty: none."""
     for entry in model.effects:
         effect = entry.effect(effects)
         lacking = effect.missing(observations)

@@ -1,4 +1,4 @@
-"""Fitting, growing and shrinking a model, with what each step brought."""
+"""Fits, extends and reduces a model, and records the result of each step."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.workbench.observations import Observations
 
 
 class NotTestableError(ValueError):
-    """The set lacks what an effect needs."""
+    """The set lacks data that an effect needs."""
 
 
 class AlreadyThereError(ValueError):
@@ -30,7 +30,7 @@ class AlreadyThereError(ValueError):
 def settle(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> list[Term]:
-    """The model's terms; search parameters that are not known yet are scanned for, in order.
+    """Return the model's terms; search for unknown search parameters, in order.
 
     Raises NotTestableError for an effect that the set cannot test.
     """
@@ -56,14 +56,14 @@ def settle(
 
 
 def _other_than_usual(effect: Effect) -> dict[str, object]:
-    """Settings that are not the effect's defaults: what was found may have put them."""
+    """Return the settings that differ from the effect's defaults, which a search may have set."""
     return {key: value for key, value in effect.settings.items() if value != effect.defaults[key]}
 
 
 def fitted(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> tuple[Model, Solution]:
-    """The model with everything that the fit found, from every row. Raises NotTestableError."""
+    """Return the model with all results of a fit to every row. Raises NotTestableError."""
     terms = settle(model, observations, effects)
     solution = settled(fit(terms, observations))
     grown = replace(
@@ -79,7 +79,7 @@ def fitted(
 
 
 def stored_entries(entries: Sequence[ModelEffect], solution: Solution) -> list[ModelEffect]:
-    """The effects of a model with what a fit found for them."""
+    """Return the effects of a model with their results of a fit."""
     observations, parameters = solution.observations, solution.parameters()
     return [
         ModelEffect(
@@ -95,7 +95,7 @@ def stored_entries(entries: Sequence[ModelEffect], solution: Solution) -> list[M
 
 
 def table_of(observations: Observations) -> ModelTable:
-    """The table that was measured; a set without a capture says nothing of the separation."""
+    """Return the table that was measured; a set without a capture has no separation."""
     separation = observations.head_separation_rad
     return ModelTable(
         observations.counts_per_rev, float(np.degrees(separation)) if separation else None
@@ -103,7 +103,7 @@ def table_of(observations: Observations) -> ModelTable:
 
 
 def step_of(action: str, effect: str, measurement: str, solution: Solution) -> HistoryStep:
-    """RMS and peak of what is left, fitted and held out, beside the noise."""
+    """Return RMS and peak of the residuals, fitted and held out, with the noise."""
     left = left_by(solution)
     return HistoryStep(
         action,
@@ -124,11 +124,11 @@ def add_effect(
     effects: Mapping[str, type[Effect]],
     measurement: str,
 ) -> tuple[Model, Solution]:
-    """The model with one effect more, fitted, its history longer by what that brought.
+    """Return the model with one more effect, fitted, and a new step in its history.
 
-    An effect that is there already, and has no search, gets the settings that are given; a product
-    of parts with other settings is another effect.
-    Raises AlreadyThereError, NotTestableError, ValueError for settings.
+    An effect that is already there, and has no search, gets the given settings; a product of parts
+    with other settings is another effect. Raises AlreadyThereError, NotTestableError, ValueError
+    for settings.
     """
     entry = ModelEffect(name, settings)
     entries, action = [*model.effects, entry], "add"
@@ -143,15 +143,15 @@ def add_effect(
         _, before = fitted(model, observations, effects)
         history.append(step_of("fit", ", ".join(model.names()), measurement, before))
     grown, solution = fitted(replace(model, effects=entries), observations, effects)
-    # What was added or changed stands last: the commands show it.
+    # The added or changed effect moves to the end, where the commands show it.
     history.append(step_of(action, name, measurement, solution))
     return replace(grown, history=history), solution
 
 
 def _with_settings(model: Model, name: str, settings: dict[str, object]) -> list[ModelEffect]:
-    """The model's effects, one of them with other settings and at the end.
+    """Return the model's effects; one of them has other settings and moves to the end.
 
-    Raises AlreadyThereError when that changes nothing.
+    Raises AlreadyThereError if that changes nothing.
     """
     place = model.names().index(name)
     before = model.effects[place]
@@ -170,9 +170,9 @@ def drop_effect(
     effects: Mapping[str, type[Effect]],
     measurement: str,
 ) -> tuple[Model, Solution]:
-    """The model without the last effect of that name, fitted again.
+    """Return the model without the last effect of that name, fitted again.
 
-    Raises ValueError when the model has no such effect, or nothing else.
+    Raises ValueError if the model has no such effect, or no other one.
     """
     if name not in model.names():
         raise ValueError(f"the model has no {name}; it has: {', '.join(model.names())}")
@@ -188,10 +188,10 @@ def drop_effect(
 def as_stored(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> Solution:
-    """The stored coefficients on another set of the same table: nothing is fitted but the
-    constants that belong to the set (each run's offset, a₀).
+    """Apply the stored coefficients to another set of the same table.
 
-    Raises ValueError when a stored effect has no coefficients, or others than this set needs.
+    Only the constants that belong to the set are fitted (each run's offset, a₀). Raises ValueError
+    if a stored effect has no coefficients, or others than this set needs.
     """
     terms = model.terms(effects)
     values: list[float] = []

@@ -1,4 +1,4 @@
-"""Local errors of a fitted model as a table of the gateware, and what that table takes away."""
+"""Local errors of a fitted model as a table of the gateware, and the correction by that table."""
 
 from __future__ import annotations
 

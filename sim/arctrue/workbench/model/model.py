@@ -114,7 +114,7 @@ class ModelEffect:
 
 
 class HistoryStep(Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """What one change of the model brought, on which set."""
+    """The result of one change of the model, and the set on which it was made."""
 
     action: str = ""
     """fit, add, set or drop."""
@@ -129,11 +129,11 @@ class HistoryStep(Struct, forbid_unknown_fields=True, omit_defaults=True):
     program: str = ""
     """Name and version of the program that made the step."""
     measurement_sha256: str = ""
-    """Of the set that was fitted to, see :func:`arctrue.measurement.digest.set_digest`."""
+    """Digest of the set of the fit, see :func:`arctrue.measurement.digest.set_digest`."""
 
 
 class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Which table a model is of: its coefficients mean nothing on another."""
+    """The table of a model: its coefficients are meaningless for another table."""
 
     counts_per_rev: Annotated[int, Meta(ge=1)] | None = None
     head_separation_deg: Number | None = None

@@ -81,7 +81,7 @@ def read_model(path: Path) -> Model:
     """Read a model file. Raises ModelFileError."""
     try:
         data = read_toml(path)
-        # Another schema may have entries of other types: they are not what is wrong then.
+        # Check the schema first: errors about entries of another schema would be misleading.
         typed(data, _OnlySchema)
         file = typed(data, _File)
         effects = [

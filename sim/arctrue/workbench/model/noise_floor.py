@@ -1,4 +1,4 @@
-"""The noise of the set that a history shows: one figure at all of its steps."""
+"""The noise of a history's set: one figure at all of its steps."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from arctrue.workbench.model.model import Channels, HistoryStep
 
 
 def with_one_floor(history: Sequence[HistoryStep]) -> list[HistoryStep]:
-    """The steps with the noise of the set that each was fitted to, the same at all of them.
+    """Return the steps with the noise of the set of their fit, the same at all its steps.
 
-    Every step has an estimate; the least is the one with the least of the error in it.
+    Every step has an estimate; the smallest contains the least of the remaining error.
     """
     return [
         structs.replace(step, noise_arcsec=_least([o for o in history if _same_set(o, step)]))
@@ -21,7 +21,7 @@ def with_one_floor(history: Sequence[HistoryStep]) -> list[HistoryStep]:
 
 
 def floor_of(history: Sequence[HistoryStep]) -> Channels:
-    """The noise of the set of the last step, by channel."""
+    """Return the noise of the set of the last step, by channel."""
     return with_one_floor(history)[-1].noise_arcsec
 
 

@@ -15,13 +15,13 @@ from arctrue.workbench.observations.rows import ReferenceRows
 
 Float = NDArray[np.float64]
 KNOWN = ("temperature_c", "time_s", "direction", "speed_deg_s")
-"""Conditions that every set may have; further ones are the set's own."""
+"""Conditions that every set may have; a set may have further ones."""
 
 
 def table_rows(
     observations: Observations, angle_deg: ArrayLike, conditions: Mapping[str, ArrayLike]
 ) -> ReferenceRows:
-    """Rows (n,) at these angles, as the table would be asked.
+    """Return rows (n,) at these angles and conditions, like those of a reference.
 
     Raises ValueError for a condition that is not known, or of another length.
     """
@@ -84,7 +84,7 @@ def _own_conditions(observations: Observations) -> set[str]:
 
 
 def _set_times(observations: Observations) -> tuple[float, float]:
-    """Beginning of the set, and the middle of its reference, seconds."""
+    """Return the beginning of the set, and the middle of its reference, seconds."""
     reference, capture = observations.reference, observations.capture
     if reference is not None and reference.time_s is not None:
         return reference.set_start_s, reference.middle_time_s
@@ -96,9 +96,9 @@ def _set_times(observations: Observations) -> tuple[float, float]:
 def term_values(
     term: Term, rows: ReferenceRows, context: FitContext, conditions: Mapping[str, ArrayLike]
 ) -> Float | None:
-    """What each coefficient adds to ε of head 1, shape (n, coefficients); None: nothing.
+    """Return the contribution of each coefficient to ε of head 1, (n, coefficients); None: nothing.
 
-    Raises ValueError where the effect needs a condition that was not given.
+    Raises ValueError if the effect needs a condition that was not given.
     """
     if term.effect.compensation == "reference":
         return None
@@ -112,7 +112,7 @@ def term_values(
 
 
 def _needs(term: Term, rows: ReferenceRows, context: FitContext) -> set[str]:
-    """Conditions without which the effect cannot say what it adds."""
+    """Return the conditions that the effect needs to predict its contribution."""
     zeros = np.zeros(rows.run.size)
     every = {
         "temperature_c": {"temperature_c": zeros},

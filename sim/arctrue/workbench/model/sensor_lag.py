@@ -1,9 +1,9 @@
-"""How late the thermometer of a set is: a parameter of what follows the temperature, fitted.
+"""The time constant of a set's thermometer, fitted as a parameter of the temperature effects.
 
-A thermometer of first order shows T_s with T_s′ = (T − T_s)/τ, so that the table is at
-T = T_s + τ·T_s′. The effects of a model that depend on T fit best with the right τ; the time
-constant is the maximum of the likelihood over τ, all coefficients fitted anew beside each, and its
-standard uncertainty comes from the curvature there.
+A thermometer of first order shows T_s with T_s′ = (T − T_s)/τ, so that the table is at T = T_s +
+τ·T_s′. The effects of a model that depend on T fit best with the right τ; the time constant is the
+maximum of the profile likelihood over τ, all coefficients fitted anew for each τ, and its standard
+uncertainty comes from the curvature there.
 """
 
 from __future__ import annotations
@@ -29,30 +29,31 @@ Float = NDArray[np.float64]
 Channel = TypeVar("Channel", Capture, Reference)
 
 LONGEST_S: Final = 3600.0
-"""As the firmware holds it."""
+"""Largest time constant that the firmware holds."""
 TRIED_S: Final = (0.0, *(float(5 * 2**step) for step in range(10)), LONGEST_S)
 SLOPE_SHARE: Final = 16.0
-"""The slope of T_s is that of a parabola over this part of the time constant to either side."""
+"""Ratio of the time constant to the half window of the parabola whose slope is that of T_s."""
 LEAST_HALF_WINDOW_S: Final = 1.0
 WINDOWS_MOST: Final = 500
-"""Of a run, side by side."""
+"""Largest number of windows in a run."""
 PIECES: Final = 4
-"""Of half a window, whose rows are averaged before the parabola is fitted."""
+"""Number of pieces of half a window, whose rows are averaged before the parabola is fitted."""
 TOLERANCE: Final = 1e-3
-"""Of the time constant: far below its uncertainty."""
+"""Relative tolerance of the time constant: far below its uncertainty."""
 
 
 class NoLagError(ValueError):
-    """The set or the model cannot tell a lag; the text says why."""
+    """The set or the model cannot determine a lag; the text says why."""
 
 
 def slope_k_s(
     temperature_c: Float, time_s: Float, run: NDArray[np.int64], window_s: float
 ) -> Float:
-    """dT_s/dt, (rows,): of the parabola through the rows of the run within ``window_s``.
+    """Return dT_s/dt, (rows,): slope of the parabola through the run's rows within ``window_s``.
 
-    It is worked out at instants a quarter of that apart and is straight in between. At the ends of
-    a run the rows are on one side only, where a straight line would have the slope of later.
+    It is computed at instants a quarter of the window apart and interpolated linearly between them.
+    At the ends of a run the rows are on one side only: there, a straight line would have the slope
+    of another instant.
     """
     found = np.zeros_like(temperature_c)
     for first, last in run_spans(run):
@@ -67,10 +68,10 @@ def slope_k_s(
 
 
 def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
-    """Slope at each knot, (knots,), of the parabola through the pieces to either side.
+    """Return the slope at each knot, (knots,), of the parabola through the pieces to either side.
 
-    A piece, from a knot to the next, is the mean of its rows, weighted by their number. The mean
-    of a parabola over a piece is off by a constant, which leaves the slope as it is.
+    A piece, from a knot to the next, is the mean of its rows, weighted by their number. The mean of
+    a parabola over a piece is off by a constant, which does not change the slope.
     """
     pieces = knots.size - 1
     if time_s[-1] == 0.0:
@@ -80,14 +81,14 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     some = np.maximum(rows, 1.0)
     at_s = np.bincount(piece, time_s, minlength=pieces) / some
     mean = np.bincount(piece, shown - shown[0], minlength=pieces) / some
-    # Beside each knot: PIECES before and PIECES after; outside of the run there are none.
+    # Each knot uses PIECES before and PIECES after it; outside of the run there are none.
     near = np.arange(knots.size)[:, np.newaxis] + np.arange(-PIECES, PIECES)
     weight = np.where((near >= 0) & (near < pieces), rows[np.clip(near, 0, pieces - 1)], 0.0)
     near = np.clip(near, 0, pieces - 1)
     half_s = PIECES * (knots[1] - knots[0])
     since = (at_s[near] - knots[:, np.newaxis]) / half_s
     powers = since[..., np.newaxis] ** np.arange(3)
-    # Two pieces with rows have a straight line, one has no slope.
+    # Two pieces with rows determine a straight line, one determines no slope.
     filled = np.count_nonzero(weight, axis=1)
     powers[filled < 3, :, 2] = 0.0
     powers[filled < 2, :, 1] = 0.0
@@ -100,7 +101,7 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
 def without_lag(
     temperature_c: Float, time_s: Float, run: NDArray[np.int64], time_constant_s: float
 ) -> Float:
-    """T of the table from what its thermometer shows, °C, (rows,)."""
+    """Return T of the table from its thermometer's reading, °C, (rows,)."""
     if time_constant_s == 0.0:
         return temperature_c
     window_s = max(time_constant_s / SLOPE_SHARE, LEAST_HALF_WINDOW_S)
@@ -110,7 +111,7 @@ def without_lag(
 
 
 def set_without_lag(measurement: MeasurementSet, time_constant_s: float) -> MeasurementSet:
-    """The set with the temperature of the table in place of its thermometer's."""
+    """Return the set with the table's temperature in place of its thermometer's."""
     return replace(
         measurement,
         capture=_channel(measurement.capture, time_constant_s),
@@ -129,10 +130,10 @@ def _channel(rows: Channel | None, time_constant_s: float) -> Channel | None:
 def fitted_sensor_lag(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> Parameter:
-    """Time constant of the thermometer, seconds, with its standard uncertainty.
+    """Fit the time constant of the thermometer, seconds, with its standard uncertainty.
 
-    ``model`` is fitted to the set. Raises NoLagError where the set has no temperatures with times,
-    or where they or the model do not depend on a lag.
+    ``model`` is fitted to the set. Raises NoLagError if the set has no temperatures with times, or
+    if they or the model do not depend on a lag.
     """
     rows = observations.capture
     if rows is None or rows.temperature_c is None:
@@ -148,7 +149,7 @@ def fitted_sensor_lag(
         return known[time_constant_s]
 
     best = 0.0
-    # The noise is that beside the best lag, else the lag's own misfit is a part of it.
+    # The noise is estimated at the best lag; otherwise it would contain the lag's misfit.
     for _ in range(2):
         noise = fit(terms, _shifted(observations, best)).noise
         known.clear()
@@ -171,10 +172,10 @@ def fitted_sensor_lag(
 
 
 def _sigma_s(likelihood: Callable[[float], float], best_s: float) -> float:
-    """From half the curvature of the likelihood; infinite where it is flat."""
+    """Return the uncertainty from half the curvature of the likelihood; infinite if it is flat."""
     step = max(0.05 * best_s, 1.0)
     if best_s < step:
-        # At the edge: how far up the likelihood falls by a half.
+        # At the edge, use the distance at which the likelihood falls by a half.
         fall = likelihood(best_s) - likelihood(best_s + step)
         return step / np.sqrt(2.0 * fall) if fall > 0.0 else np.inf
     sides = likelihood(best_s - step) + likelihood(best_s + step)

@@ -1,4 +1,4 @@
-"""The model that a reference run alone determines: no more orders than its stations tell apart."""
+"""The model that a reference run alone determines: the orders that its stations can separate."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import ReferenceRows
 
 MOST_ORDER = 20
-"""As many as the default model has."""
+"""Highest order, equal to that of the default model."""
 LEAST_ORDER = 2
-"""Fewer make no correction: eccentricity and ovality are the least of a table."""
+"""Smallest highest order that makes a correction: eccentricity and ovality."""
 
 
 def model_of_stations(rows: ReferenceRows, most_order: int = MOST_ORDER) -> Model:
-    """Harmonics 1 to N of the turn, N the highest order below half a wave a gap.
+    """Make a model of harmonics 1 to N of the turn, with less than half a wave in each gap.
 
-    Two orders whose sum is the number of even stations look alike there; above N the stations
-    cannot tell what is between them. ``most_order``: no higher one. Raises ValueError where a gap
-    leaves fewer than LEAST_ORDER.
+    Two orders whose sum is the number of even stations are aliases there; above N the stations do
+    not determine the error between them. ``most_order``: upper limit of N. Raises ValueError if a
+    gap leaves fewer than LEAST_ORDER.
     """
     station = np.unique(np.round(np.degrees(rows.target_rad) % 360.0, 6))
     gap = float(np.diff(np.append(station, station[0] + 360.0)).max())

@@ -1,4 +1,4 @@
-"""What becomes of every effect of an exported model: who takes it away, and how much is left."""
+"""The corrector of every effect of an exported model, and the remaining error."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ Taker = Literal[
     "lanes", "lanes by condition", "lanes of real orders", "local table", "firmware's model",
     "the mean", "nothing", "not in the output", "reference",
 ]  # fmt: skip
-"""Lanes; lanes that follow direction or speed; lanes whose phase goes on from turn to turn; the
-local table; lanes that the firmware works out
-at the table's temperature; the weighted mean of three or four heads, as ``arctrue calibrate --angle
-mean`` writes it; nobody; a head other than head 1 alone has it; it is an error of the reference,
-none of the table."""
+"""Lanes; lanes that follow direction or speed; lanes whose phase continues from turn to turn;
+the local table; lanes that the firmware computes at the table's temperature; the weighted mean
+of three or four heads, as ``arctrue calibrate --angle mean`` writes it; nobody; nobody, because
+only a head other than head 1 has the error; nobody, because it is an error of the reference, not
+of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,24 +53,25 @@ class TakenAway:
     effect: str
     by: Taker
     part_arcsec: float
-    """RMS of it in the error of head 1, under the conditions of the set; of an error of the
-    reference: in the reference run."""
+    """RMS of the effect in the error of head 1, under the conditions of the set; for an error of
+    the reference: in the reference run."""
     left_arcsec: float
-    """The same with the coefficients at work; where the mean takes it: of the mean."""
+    """The same RMS with the coefficients at work; if the mean corrects the effect: RMS in the
+    mean."""
     note: str
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """All effects of a model, in its order, and what is left of the table's in all."""
+    """All effects of a model, in its order, and the remaining error of the table."""
 
     effects: list[TakenAway]
     left_arcsec: float
-    """RMS of what is left of all of them together in head 1, which no mean helps."""
+    """RMS of the remaining sum of all effects in head 1, without a mean of heads."""
 
     @property
     def of_the_reference(self) -> list[TakenAway]:
-        """The errors of the reference, which are no matter of the table."""
+        """Return the errors of the reference, which do not belong to the table."""
         return [item for item in self.effects if item.by == "reference"]
 
 
@@ -82,9 +83,9 @@ def outcome(
     *,
     temperature_c: float | None,
 ) -> Outcome:
-    """What the fitted model says of itself with ``coefficients``, which were exported from it.
+    """Compute the fitted model's prediction with ``coefficients``, which were exported from it.
 
-    Nothing is measured here: the figures are the model's, on the rows of the capture where there is
+    Nothing is measured here: the figures are the model's, on the rows of the capture if there is
     one, else on those of the reference. ``temperature_c`` is that of the export.
     """
     table_rows, reference_rows = _rows_of_head1(observations), observations.every_reference_row
@@ -139,7 +140,7 @@ def outcome(
 
 
 def _has_mean(observations: Observations) -> bool:
-    """Three or four heads whose places allow a mean that no motion of the axis is in."""
+    """Tell whether three or four heads stand at angles whose mean excludes motion of the axis."""
     rows = observations.capture
     if rows is None or rows.heads < SEPARATING_HEADS:
         return False
@@ -153,7 +154,7 @@ def _has_mean(observations: Observations) -> bool:
 def reference_error_arcsec(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> Float:
-    """What the model says the reference itself errs by, at each of its rows that is used, (rows,).
+    """Return the model's error of the reference itself, at each of its rows in use, (rows,).
 
     Raises ValueError without a reference.
     """
@@ -176,7 +177,7 @@ def without_reference_errors(
     observations: Observations,
     effects: Mapping[str, type[Effect]],
 ) -> MeasurementSet:
-    """The set with the errors of its reference taken off, so that they judge no correction."""
+    """Return the set without the errors of its reference: they must not judge a correction."""
     reference = measurement.reference
     if reference is None or observations.every_reference_row is None:
         return measurement
@@ -199,13 +200,14 @@ class _LanesOf:
 
     @property
     def orders(self) -> list[int]:
-        """Of this effect, in the coefficients."""
+        """Return the orders of this effect in the coefficients."""
         there = self.coefficients.orders[self.coefficients.amplitudes != 0].tolist()
         return [order for order in self._at(self._export_c) if order in there]
 
     @property
     def following(self) -> list[int]:
-        """Those whose share of this effect changes with the temperature, in the firmware too."""
+        """Return the orders whose share of this effect follows the temperature, also in
+        firmware."""
         thermal = self.coefficients.thermal
         cold = self._at(self._export_c)
         warm = self._at(self._export_c + THERMAL_SPAN_K)
@@ -223,7 +225,7 @@ class _LanesOf:
         return self.observations.reference_temperature_c if known is None else known
 
     def _at(self, celsius: float) -> dict[int, Float]:
-        """Cosine and sine of every order, arcseconds."""
+        """Return cosine and sine of every order, arcseconds."""
         found: dict[int, Float] = {}
         values = np.array(self.entry.coefficients)
         for lane in self.effect.lanes(values, self.entry.search, self.observations, celsius):
@@ -232,10 +234,10 @@ class _LanesOf:
         return found
 
     def correction_arcsec(self, rows: ReferenceRows) -> Float:
-        """What they take away at every row, (rows,), at the temperature of the row.
+        """Return the lanes' correction at every row, (rows,), at the temperature of the row.
 
         A lane that follows the temperature is a polynomial through three temperatures, as the
-        firmware works it out.
+        firmware computes it.
         """
         below, at, above = (
             self._at(self._export_c + step) for step in (-THERMAL_SPAN_K, 0.0, THERMAL_SPAN_K)
@@ -255,7 +257,7 @@ class _LanesOf:
 
 
 def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> Float:
-    """What lanes that follow a condition take away at every row, (rows,)."""
+    """Return the correction at every row, (rows,), by lanes that follow a condition."""
     speed = np.zeros(rows.run.size) if rows.speed_rad_s is None else rows.speed_rad_s
     direction = np.sign(speed) if rows.direction is None else rows.direction
     values = {"direction": direction, "speed": speed, "speed_squared": speed**2}
@@ -271,7 +273,7 @@ def _followed_arcsec(lanes: Sequence[ConditionedLane], rows: ReferenceRows) -> F
 
 
 def _real_arcsec(lanes: Sequence[RealLane], rows: ReferenceRows) -> Float:
-    """What lanes of real orders take away at every row, (rows,)."""
+    """Return the correction at every row, (rows,), by lanes of real orders."""
     total = np.zeros(rows.run.size)
     for lane in lanes:
         phase = lane.order * rows.angle_rad
@@ -280,7 +282,7 @@ def _real_arcsec(lanes: Sequence[RealLane], rows: ReferenceRows) -> Float:
 
 
 def _rms(values: Float | None) -> float:
-    """About the mean: a constant is where the zero is."""
+    """Return the RMS about the mean: a constant depends on the zero only."""
     return 0.0 if values is None or not values.size else float(values.std())
 
 
@@ -292,7 +294,7 @@ def _context(model: Model, effects: Mapping[str, type[Effect]]) -> FitContext:
 def _values(
     entry: ModelEffect, effect: Effect, rows: ReferenceRows | None, context: FitContext
 ) -> Float | None:
-    """What an effect adds to ε of head 1, (rows,), arcseconds; None: nothing."""
+    """Return the contribution of an effect to ε of head 1, (rows,), arcseconds; None: nothing."""
     if rows is None:
         return None
     columns = effect.reference_columns(rows, entry.search, context)
@@ -300,7 +302,7 @@ def _values(
 
 
 def _rows_of_head1(observations: Observations) -> ReferenceRows | None:
-    """Where the error of head 1 is asked for: at the rows of the capture, else of the reference."""
+    """Return rows for the error of head 1: those of the capture, else of the reference."""
     rows = observations.capture
     if rows is None:
         return observations.every_reference_row

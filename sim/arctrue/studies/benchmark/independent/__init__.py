@@ -1,6 +1,6 @@
 """A second generator of benchmark sets, written from the physics only.
 
 Its author has read neither the effects of the workbench nor the first generator (``arctrue.table``
-and ``arctrue.studies.simulate``), and it imports nothing of them. Every file in ``worlds`` is one
-world; ``independent_set`` of ``sets`` makes a set from the world, the content and a seed.
+and ``arctrue.studies.simulate``), and it imports neither. Every file in ``worlds`` is one world;
+``independent_set`` of ``sets`` makes a set from the world, the content and a seed.
 """

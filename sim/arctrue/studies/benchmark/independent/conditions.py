@@ -1,4 +1,4 @@
-"""Where the table is and under which conditions, row by row: sweeps and stations."""
+"""Position of the table and conditions in each row: sweeps and stations."""
 
 from __future__ import annotations
 
@@ -14,43 +14,44 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Conditions:
-    """Arrays (rows,) of what a cause may depend on."""
+    """Quantities on which a cause may depend, as arrays (rows,)."""
 
     time_s: Float
-    """Of the session."""
+    """Time since the start of the session."""
     turned_rad: Float
     """True angle of the table, unwrapped over the session."""
     speed_rad_s: Float
-    """With its sign; 0 at standstill."""
+    """Speed with its sign; 0 at standstill."""
     direction: Float
-    """+1 or −1: from where the angle is approached."""
+    """Direction of approach to the angle, +1 or −1."""
     warming_k: Float
-    """Temperature above that at which the table is right."""
+    """Temperature above that at which the table has no thermal error."""
     run: Integer
     station: Integer
-    """Number of the station, or −1 on the move."""
+    """Number of the station, or −1 for rows of a moving table."""
 
     @property
     def rows(self) -> int:
-        """How many."""
+        """Return the number of rows."""
         return self.time_s.size
 
     def moved(self, by_rad: Float) -> Conditions:
-        """The same with the table elsewhere by so much."""
+        """Return the same conditions with the table turned by ``by_rad``."""
         return replace(self, turned_rad=self.turned_rad + by_rad)
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """One run on the move: θ(t) = begin + ω·t + a·t²/2 + ripple, and a temperature in time."""
+    """One run of the moving table: θ(t) = begin + ω·t + a·t²/2 + ripple, and temperature in
+    time."""
 
     number: int
     begin_s: float
     begin_rad: float
     speed_rad_s: float
-    """Signed."""
+    """Speed with its sign."""
     time_s: Float
-    """Of the rows, from the run's start."""
+    """Times of the rows since the run's start."""
     acceleration_rad_s2: float = 0.0
     ripple_rad: float = 0.0
     ripple_hz: float = 0.0
@@ -58,7 +59,7 @@ class Sweep:
     warming_k_s: float = 0.0
 
     def conditions(self, time_s: Float) -> Conditions:
-        """The conditions at instants of the run."""
+        """Return the conditions at given times of the run."""
         beat = 2 * np.pi * self.ripple_hz
         turned = self.begin_rad + self.speed_rad_s * time_s
         turned = turned + self.acceleration_rad_s2 * time_s**2 / 2
@@ -77,19 +78,19 @@ class Sweep:
 
     @property
     def end_s(self) -> float:
-        """Of the session, one step after the last row."""
+        """Return the session time one step after the last row."""
         return self.begin_s + 2 * float(self.time_s[-1]) - float(self.time_s[-2])
 
     @property
     def end_rad(self) -> float:
-        """Where the table is then."""
+        """Return the table's angle at that time."""
         last = np.array([self.end_s - self.begin_s])
         return float(self.conditions(last).turned_rad[0])
 
 
 @dataclass(frozen=True)
 class Stations:
-    """Visits of stations at standstill, in the order of time."""
+    """Visits of stations at standstill, in time order."""
 
     at: Conditions
     cycle: Integer
@@ -98,9 +99,10 @@ class Stations:
 def sweeps(
     speeds_rad_s: list[float], rows: int, turns: float, warming_k: list[float] | None = None
 ) -> list[Sweep]:
-    """Runs one after another, each from where the one before has ended, a minute between them.
+    """Make consecutive runs; each starts where the previous one ended, one minute later.
 
-    Each has ``rows`` rows over ``turns`` turns. ``warming_k``: of each run, constant in it.
+    Each run has ``rows`` rows over ``turns`` turns. ``warming_k``: temperature above nominal in
+    each run, constant during the run.
     """
     found: list[Sweep] = []
     begin_s, begin_rad = 0.0, 0.1
@@ -127,9 +129,9 @@ def stations(
     seconds_a_station: float = 5.0,
     begin_s: float = 0.0,
 ) -> Stations:
-    """Every target in turn up, in every cycle; ``both_ways``: and down again.
+    """Visit all targets upwards in every cycle; with ``both_ways`` also downwards.
 
-    Each direction's pass is a run. The temperature is constant.
+    The pass in each direction is a run. The temperature is constant.
     """
     turned: list[Float] = []
     direction: list[Float] = []
@@ -139,7 +141,8 @@ def stations(
     for turn in range(cycles):
         for way in (1, -1) if both_ways else (1,):
             order = np.arange(targets_rad.size)[:: 1 if way > 0 else -1]
-            # Up and up again goes on over the turn; up and down comes back to where it began.
+            # Cycles in one direction continue over the turn; cycles both ways return to their
+            # start.
             over = 0.0 if both_ways else 2 * np.pi * turn
             turned.append(targets_rad[order] + over)
             direction.append(np.full(order.size, float(way)))

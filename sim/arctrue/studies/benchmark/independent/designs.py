@@ -1,4 +1,4 @@
-"""Designs that several worlds share, and one cause of the catalogue for each of them."""
+"""Designs that several worlds share, and one catalogue cause for each design."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ TURNS = 3.0
 
 
 def four_runs(rows: int) -> list[Sweep]:
-    """Up, down, three times as fast, and warm: three turns each."""
+    """Make four runs of three turns each: up, down, three times as fast, and warm."""
     speeds = [SLOW_RAD_S, -SLOW_RAD_S, FAST_RAD_S, SLOW_RAD_S]
     return sweeps(speeds, rows, TURNS, [0.0, 0.0, 0.0, WARM_K])
 
 
 def head_noise(random: Random, runs: list[Sweep]) -> StateNoise:
-    """0.03 to 0.2″ a head, of any kind."""
+    """Draw noise of any kind, 0.03 to 0.2″ in each head."""
     length_s = runs[-1].end_s
     step_s = float(runs[0].time_s[1] - runs[0].time_s[0])
     return any_noise(random, float(np.exp(random.uniform(np.log(0.03), np.log(0.2)))),
@@ -53,13 +53,13 @@ def head_noise(random: Random, runs: list[Sweep]) -> StateNoise:
 
 
 def polygon(cycles: int, both_ways: bool, faces: int = 24, begin_s: float = 0.0) -> Stations:
-    """Every face in every cycle."""
+    """Visit every face in every cycle."""
     targets = np.arange(faces) * (2 * np.pi / faces)
     return stations(targets, cycles, both_ways, 8.0, begin_s)
 
 
 def capture_cause(random: Random, runs: list[Sweep]) -> Cause:
-    """One cause of the catalogue that four runs of two heads show, each as often."""
+    """Draw one catalogue cause that four runs of two heads show, all with equal probability."""
     first = runs[0]
     step_s = max(float(run.time_s[1] - run.time_s[0]) for run in runs)
     run_s = float(first.time_s[-1])
@@ -80,7 +80,7 @@ def capture_cause(random: Random, runs: list[Sweep]) -> Cause:
 
 
 def slip(random: Random, runs: list[Sweep]) -> Slip:
-    """4 to 60 counts in the middle of a run."""
+    """Draw a slip of 4 to 60 counts in the middle of a run."""
     run = runs[int(random.integers(len(runs)))]
     size = int(random.integers(4, 61)) * int(random.choice([-1, 1]))
     instant_s = run.begin_s + float(run.time_s[-1]) * random.uniform(0.2, 0.8)
@@ -88,7 +88,7 @@ def slip(random: Random, runs: list[Sweep]) -> Slip:
 
 
 def reference_cause(random: Random, faces: int, length_s: float) -> Cause:
-    """One cause of the catalogue that a polygon beside a capture shows, each as often."""
+    """Draw one catalogue cause that a polygon with a capture shows, all with equal probability."""
     draws: list[Callable[[], Cause]] = [
         lambda: Faces.drawn(random, faces),
         lambda: FirstOrderOfReference.drawn(random),

@@ -1,10 +1,9 @@
-"""Plane geometry of a graduated disc under fixed read heads, and what a head reads at an instant.
+"""Plane geometry of a graduated disc under fixed read heads, and the reading of a head.
 
-Stator angles count in the sense in which the table turns while its readings rise; head 1 stands at
-0, head 2 at −α. The mark with the label ψ lies at the stator angle θ − ψ, seen from the centre of
-the disc. A head at β on the radius r sees, with the centre of the disc at c,
-
-    ψ = θ − arg(r·exp(jβ) − c),    reading = ψ + g(ψ).
+Stator angles count in the direction in which the table turns while its readings rise; head 1 stands
+at 0, head 2 at −α. The mark with the label ψ lies at the stator angle θ − ψ, seen from the centre
+of the disc. A head at the angle β and the radius r, with the centre of the disc at c, sees ψ = θ −
+arg(r·exp(jβ) − c) and reads ψ + g(ψ).
 """
 
 from __future__ import annotations
@@ -22,31 +21,31 @@ from arctrue.studies.benchmark.independent.conditions import Conditions, Sweep
 Float = NDArray[np.floating[Any]]
 Random = np.random.Generator
 SERVO_STEPS = 4
-"""Of the servo's fixed-point iteration; each shrinks what is left by ε′ < 10⁻², 10⁻¹¹ rad at most
-after four."""
+"""Number of fixed-point iterations of the servo; each reduces the remainder by a factor ε′ < 10⁻²,
+to 10⁻¹¹ rad at most after four."""
 
 
 @dataclass(frozen=True)
 class Disc:
-    """The disc and its heads without any cause: off centre, with long errors of its graduation."""
+    """The disc and its heads without any cause: eccentricity, and long-wave graduation errors."""
 
     radius_m: float = 0.107950 / 2
     lines: int = 16_384
     counts_per_rev: int = 1 << 24
     separation_rad: float = float(np.radians(33.0))
-    """Nominal; the heads stand so unless a cause turns a bracket."""
+    """Nominal separation; the heads have it unless a cause turns a bracket."""
     eccentricity_m: complex = 0j
-    """Of the disc's centre from the axis, in the disc's frame at θ = 0."""
+    """Eccentricity: the disc's centre relative to the axis, in the disc's frame at θ = 0."""
     orders: Float = field(default_factory=lambda: np.zeros(0, dtype=complex))
     """Graduation: g(ψ) = Re Σ orders[n − 1]·exp(jnψ), radians."""
 
     @property
     def arcsec_per_count(self) -> float:
-        """Of a reading."""
+        """Return the arcseconds in one count of a reading."""
         return 1_296_000 / self.counts_per_rev
 
     def graduation_rad(self, label_rad: Float) -> Float:
-        """Placement error of the mark of a label."""
+        """Return the placement error of the mark with a label."""
         found = np.zeros_like(label_rad)
         for order, size in enumerate(self.orders, start=1):
             found += (size * np.exp(1j * order * label_rad)).real
@@ -54,7 +53,7 @@ class Disc:
 
 
 def any_disc(random: Random, counts_per_rev: int = 1 << 24) -> Disc:
-    """A disc 5 to 40 µm off centre, with orders 2 to 12 that fall as 1/n² from 3 to 20″."""
+    """Draw a disc with 5 to 40 µm eccentricity; orders 2 to 12 fall as 1/n² from 3 to 20″."""
     off = np.exp(random.uniform(np.log(5e-6), np.log(40e-6)))
     number = np.arange(1, 13)
     sizes = np.radians(random.uniform(3, 20) / 3600) / number**2 * random.rayleigh(1.0, 12)
@@ -67,14 +66,14 @@ def any_disc(random: Random, counts_per_rev: int = 1 << 24) -> Disc:
 
 
 def head_reading_rad(disc: Disc, at: Conditions, head: int, causes: Sequence[Cause]) -> Float:
-    """What ``head`` (1 or 2) reads, continuous, in radians; not yet in counts."""
+    """Return the reading of ``head`` (1 or 2), continuous, in radians; not yet in counts."""
     turned = at.turned_rad - sum((cause.wound_rad(at) for cause in causes), np.zeros(at.rows))
     centre = disc.eccentricity_m * np.exp(1j * turned)
     for cause in causes:
         centre = centre + cause.centre_m(at)
     place = 0.0 if head == 1 else -disc.separation_rad
     bracket = sum((cause.bracket_rad(at, head) for cause in causes), np.zeros(at.rows))
-    # Seen from the nominal place of the head, so that the argument stays near zero.
+    # The angle is relative to the head's nominal place, so that the argument stays near zero.
     seen = disc.radius_m * np.exp(1j * bracket) - centre * np.exp(-1j * place)
     label = turned - place - np.angle(seen)
     reading = label + disc.graduation_rad(label)
@@ -94,13 +93,13 @@ def head_reading_rad(disc: Disc, at: Conditions, head: int, causes: Sequence[Cau
 
 
 def swept_reading_rad(disc: Disc, sweep: Sweep, head: int, causes: Sequence[Cause]) -> Float:
-    """What a head shows at each row of a sweep: the table as it was one delay earlier."""
+    """Return a head's readings at each row of a sweep: the table's angle one delay earlier."""
     delay = sum(cause.delay_s(head) for cause in causes)
     return head_reading_rad(disc, sweep.conditions(sweep.time_s - delay), head, causes)
 
 
 def servo_error_rad(disc: Disc, at: Conditions, causes: Sequence[Cause]) -> Float:
-    """Reading less true angle of head 1 where a servo holds its reading at ``at.turned_rad``."""
+    """Return reading minus true angle of head 1 if a servo holds the reading at ``turned_rad``."""
     error = np.zeros(at.rows)
     for _ in range(SERVO_STEPS):
         there = at.moved(-error)

@@ -1,4 +1,4 @@
-"""Scenes with nothing in them, and one cause of each effect to put into them at a given size."""
+"""Scenes without any cause, and for each effect one cause to inject at a given size."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ Random = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """Where an effect is looked for, and its cause."""
+    """The scene in which an effect is looked for, and its cause."""
 
     scene: Callable[[Random, int], Scene]
-    """Without any cause, from a random generator and the most rows of a run."""
+    """Makes a scene without any cause, from a random generator and the most rows of a run."""
     cause: Callable[[Random, Scene], Cause]
 
 
 def rms_arcsec(scene: Scene, cause: Cause) -> dict[str, float]:
-    """RMS of what the cause shows by channel; of the reference about its mean."""
+    """Return the RMS of the cause by channel; for the reference about its mean."""
     shown, without = scene.channels([cause]), scene.channels([])
     found = {}
     for channel, values in shown.items():
@@ -68,7 +68,7 @@ def _world(name: str) -> Callable[[Random, int], Scene]:
 
 
 def _geared(random: Random, rows: int) -> Scene:
-    """72 stations, not evenly spaced, both ways, and a drive of known teeth."""
+    """Draw 72 unevenly spaced stations, both ways, and a drive with a stated tooth count."""
     places = np.arange(72) + random.uniform(-0.3, 0.3, 72)
     at = stations(places * (2 * np.pi / 72), 4, True, 6.0)
     sigma = float(random.uniform(0.05, 0.4))
@@ -95,7 +95,7 @@ def _creep(random: Random, scene: Scene) -> Cause:
 
 
 def _defect(random: Random, scene: Scene) -> Cause:
-    """Narrow: of a bump of 2° the first 20 orders take about a seventh of the RMS."""
+    """Draw a narrow defect: the first 20 orders absorb about a seventh of the RMS of a 2° bump."""
     return Defect(1.0, _phase(random), float(np.radians(2.0)))
 
 
@@ -129,4 +129,4 @@ INJECTIONS = {
     "reference_drift": Injection(_BOTH, _creep),
     "periodic_error": Injection(_MOVING, _line),
 }
-"""By the name of the effect."""
+"""Injections by the name of the effect."""

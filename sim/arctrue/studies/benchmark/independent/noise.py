@@ -1,4 +1,4 @@
-"""Noise processes of the second generator: each draws itself, and whitens columns exactly.
+"""Noise processes of the second generator: each draws noise, and whitens columns exactly.
 
 A process is either a sum of white noise and linear Gaussian states (:class:`StateNoise`), whitened
 by a Kalman filter, or a fractional difference (:class:`FlickerNoise`), whitened by its inverse.
@@ -21,23 +21,23 @@ class NoiseProcess(Protocol):
     """Noise of one channel in one run."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
-        """Noise in arcseconds at the times, (n,)."""
+        """Draw noise in arcseconds at the given times, (n,)."""
 
     def whiten(self, columns: Float, time_s: Float) -> Float:
-        """Innovations of columns (n, c) in units of their standard deviation."""
+        """Return the innovations of columns (n, c) in units of their standard deviation."""
 
     def scaled(self, factor: float) -> NoiseProcess:
-        """The same process, its standard deviation multiplied by ``factor``."""
+        """Return the same process with its standard deviation multiplied by ``factor``."""
 
     def with_white(self, sigma_arcsec: float) -> NoiseProcess:
-        """The same process and independent white noise (rounding), for whitening only."""
+        """Add independent white noise (rounding) to the process, for whitening only."""
 
     def rms_arcsec(self, time_s: Float) -> float:
-        """The standard deviation of one row about the mean of the run, in expectation."""
+        """Return the expected standard deviation of one row about the mean of the run."""
 
     @property
     def oscillators(self) -> tuple[DrivenOscillator, ...]:
-        """Its damped oscillators that noise drives."""
+        """Return the damped oscillators in the process, which noise drives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +48,11 @@ class Relaxation:
     time_constant_s: float
 
     def start(self) -> Float:
-        """Covariance of the state at the first row, (1, 1)."""
+        """Return the covariance of the state at the first row, (1, 1)."""
         return np.array([[self.sigma_arcsec**2]])
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Transition and covariance of what is added, both (1, 1)."""
+        """Return the transition and the covariance of the added noise, both (1, 1)."""
         decay = float(np.exp(-seconds / self.time_constant_s))
         return np.array([[decay]]), np.array([[self.sigma_arcsec**2 * (1.0 - decay**2)]])
 
@@ -64,11 +64,11 @@ class RandomWalk:
     sigma_arcsec_per_root_s: float
 
     def start(self) -> Float:
-        """Covariance of the state at the first row, (1, 1)."""
+        """Return the covariance of the state at the first row, (1, 1)."""
         return np.zeros((1, 1))
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Transition and covariance of what is added, both (1, 1)."""
+        """Return the transition and the covariance of the added noise, both (1, 1)."""
         return np.eye(1), np.array([[self.sigma_arcsec_per_root_s**2 * seconds]])
 
 
@@ -84,16 +84,17 @@ class DrivenOscillator:
     quality: float
 
     def start(self) -> Float:
-        """Stationary covariance, (2, 2)."""
+        """Return the stationary covariance, (2, 2)."""
         return np.diag([self.sigma_arcsec**2, (self.sigma_arcsec * 2 * np.pi * self.hz) ** 2])
 
     @property
     def half_width_hz(self) -> float:
-        """From the frequency to half of the power: γ/(2π)."""
+        """Return the half width at half power, γ/(2π)."""
         return self.hz / (2 * self.quality)
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Matrix exponential of the oscillator, and covariance of what is added, both (2, 2)."""
+        """Return the oscillator's matrix exponential and the covariance of added noise, both (2,
+        2)."""
         natural = 2 * np.pi * self.hz
         damping = natural / (2 * self.quality)
         rate = float(np.sqrt(natural**2 - damping**2))
@@ -110,15 +111,16 @@ State = Relaxation | RandomWalk | DrivenOscillator
 
 @dataclass(frozen=True)
 class StateNoise:
-    """White noise, normal or of Student's t, and any states on top."""
+    """White noise, normal or of Student's t, plus any states."""
 
     white_arcsec: float
     states: tuple[State, ...] = ()
     freedom: float = float("inf")
-    """Of Student's t whose standard deviation is ``white_arcsec``; above 2, infinite: normal."""
+    """Degrees of freedom of Student's t, above 2, whose standard deviation is ``white_arcsec``;
+    infinite: normal."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
-        """White noise and the states, each driven on its own, (n,)."""
+        """Draw white noise and the states, each with its own noise, (n,)."""
         if np.isinf(self.freedom):
             found = self.white_arcsec * random.standard_normal(time_s.size)
         else:
@@ -129,10 +131,10 @@ class StateNoise:
         return found
 
     def whiten(self, columns: Float, time_s: Float) -> Float:
-        """Innovations of a Kalman filter over the rows.
+        """Return the innovations of a Kalman filter over the rows.
 
-        White noise of Student's t counts with the variance whose Fisher information of a shift is
-        the same: scale²·(ν + 3)/(ν + 1).
+        White noise of Student's t counts with the variance of the normal noise that has the same
+        Fisher information of a shift: scale²·(ν + 3)/(ν + 1).
         """
         white = self.white_arcsec**2
         if np.isfinite(self.freedom):
@@ -143,7 +145,7 @@ class StateNoise:
         return _innovations(columns, time_s, self.states, white)
 
     def scaled(self, factor: float) -> StateNoise:
-        """Every part multiplied by ``factor``."""
+        """Return the process with every part multiplied by ``factor``."""
         return StateNoise(
             self.white_arcsec * factor,
             tuple(_scaled(state, factor) for state in self.states),
@@ -151,11 +153,14 @@ class StateNoise:
         )
 
     def with_white(self, sigma_arcsec: float) -> StateNoise:
-        """The white part with more variance."""
+        """Return the process with more variance in the white part."""
         return replace(self, white_arcsec=float(np.hypot(self.white_arcsec, sigma_arcsec)))
 
     def rms_arcsec(self, time_s: Float) -> float:
-        """From the covariances of the parts; of a random walk over T: σ²·T/6 about its mean."""
+        """Compute the RMS from the covariances of the parts.
+
+        A random walk over T counts with σ²·T/6, its variance about its mean.
+        """
         variance = self.white_arcsec**2
         for state in self.states:
             if isinstance(state, RandomWalk):
@@ -166,7 +171,7 @@ class StateNoise:
 
     @property
     def oscillators(self) -> tuple[DrivenOscillator, ...]:
-        """Of its states."""
+        """Return the damped oscillators among the states."""
         return tuple(state for state in self.states if isinstance(state, DrivenOscillator))
 
     def mean_periodogram(self, rows: int, step_s: float) -> Float:
@@ -191,25 +196,25 @@ class StateNoise:
 
 @dataclass(frozen=True)
 class FlickerNoise:
-    """1/f^a noise by fractional integration of white noise (Kasdin 1995), 0 < a ≤ 1, by rows."""
+    """1/f^a noise by fractional integration of white noise (Kasdin 1995), 0 < a ≤ 1; f per row."""
 
     innovation_arcsec: float
     exponent: float
     white_arcsec: float = 0.0
-    """Rounding; added to the innovation, which makes the oracle see less than it could."""
+    """Rounding noise; added to the innovation, so that the oracle sees less than it could."""
 
     def draw(self, random: Random, time_s: Float) -> Float:
-        """White noise through (1 − z⁻¹)^(−a/2), (n,)."""
+        """Filter white noise with (1 − z⁻¹)^(−a/2), (n,)."""
         white = self.innovation_arcsec * random.standard_normal((time_s.size, 1))
         return _filtered(white, self.exponent / 2)[:, 0]
 
     def whiten(self, columns: Float, time_s: Float) -> Float:
-        """Columns through (1 − z⁻¹)^(a/2)."""
+        """Filter the columns with (1 − z⁻¹)^(a/2)."""
         sigma = float(np.hypot(self.innovation_arcsec, self.white_arcsec))
         return _filtered(columns, -self.exponent / 2) / sigma
 
     def scaled(self, factor: float) -> FlickerNoise:
-        """The innovations multiplied by ``factor``."""
+        """Return the process with its innovations multiplied by ``factor``."""
         return replace(
             self,
             innovation_arcsec=self.innovation_arcsec * factor,
@@ -217,23 +222,23 @@ class FlickerNoise:
         )
 
     def with_white(self, sigma_arcsec: float) -> FlickerNoise:
-        """With rounding."""
+        """Return the process with rounding noise."""
         return replace(self, white_arcsec=float(np.hypot(self.white_arcsec, sigma_arcsec)))
 
     def rms_arcsec(self, time_s: Float) -> float:
-        """From the squares of the impulse response, averaged over the rows."""
+        """Compute the RMS from the squares of the impulse response, averaged over the rows."""
         response = _response(time_s.size, self.exponent / 2)
         grown = np.cumsum(response**2)
         return float(np.hypot(self.innovation_arcsec * np.sqrt(grown.mean()), self.white_arcsec))
 
     @property
     def oscillators(self) -> tuple[DrivenOscillator, ...]:
-        """None: it has no time constant."""
+        """Return no oscillators: the process has no time constant."""
         return ()
 
 
 def any_noise(random: Random, sigma_arcsec: float, length_s: float, step_s: float) -> StateNoise:
-    """White noise, and in most draws a relaxation, a random walk, heavy tails or two of them."""
+    """Draw white noise and, mostly, a relaxation, a random walk, heavy tails or two of them."""
     kind = int(random.integers(5))
     tau_s = float(np.exp(random.uniform(np.log(5 * step_s), np.log(length_s / 5))))
     relaxation = Relaxation(sigma_arcsec * random.uniform(0.3, 1.0), tau_s)
@@ -295,7 +300,7 @@ def _innovations(
 
 
 def _seconds(time_s: Float) -> list[float]:
-    """Seconds before each row to the nanosecond, so that even steps share one transition."""
+    """Return the seconds before each row, to the nanosecond: even steps share a transition."""
     steps: list[float] = np.round(np.diff(time_s, prepend=time_s[:1]), 9).tolist()
     return steps
 

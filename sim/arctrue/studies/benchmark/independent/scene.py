@@ -1,4 +1,4 @@
-"""One experiment with what is hidden in it, made into a measurement set with its truth."""
+"""One experiment with its hidden causes, made into a measurement set with its truth."""
 
 from __future__ import annotations
 
@@ -29,35 +29,35 @@ SENSOR_NOISE_K = 0.005
 
 @dataclass(frozen=True)
 class Accepted:
-    """Which answers are right besides the names of the known causes that are hidden."""
+    """Further right answers, besides the names of the known hidden causes."""
 
     names: tuple[str, ...] = ()
-    """Right where they are put first: the same thing by another name."""
+    """Names that are right if put first: other names of the same thing."""
     alike: tuple[str, ...] = ()
-    """Not right and not false: a name that holds only a part of what is there."""
+    """Names that are neither right nor false: they describe only a part of the hidden cause."""
     verdicts: tuple[str, ...] = ()
     """Verdicts that are right for this design whatever the oracle sees."""
 
 
 @dataclass
 class Scene:
-    """What is measured, with what, and what is hidden."""
+    """The experiment, its instruments, and the hidden causes."""
 
     disc: Disc
     causes: Sequence[Cause] = ()
     runs: Sequence[Sweep] = ()
-    """Of the capture; none: no capture."""
+    """Runs of the capture; empty: no capture."""
     stations: Stations | None = None
-    """Of a reference at standstill."""
+    """Stations of a reference at standstill."""
     passes: Sequence[Sweep] = ()
-    """Of a reference on the move, in place of stations."""
+    """Passes of a moving reference, in place of stations."""
     head_noise: NoiseProcess = field(default_factory=lambda: StateNoise(0.1))
-    """Of each head."""
+    """Noise of each head."""
     reference_noise: NoiseProcess = field(default_factory=lambda: StateNoise(0.15))
     index_counts: int = 0
-    """An index mark shifts by whole counts from run to run, evenly within ± so many."""
+    """Largest random shift of an index mark from run to run, in whole counts."""
     display_arcsec: float = 0.0
-    """Step of what the reference shows; 0: none."""
+    """Resolution of the reference's display; 0: continuous."""
     table: dict[str, Any] = field(default_factory=dict)
     """Further keys of the description."""
     reference: dict[str, Any] = field(default_factory=dict)
@@ -69,10 +69,10 @@ class Scene:
     """Share of the rows that are missing, at random."""
     accepted: Accepted = Accepted()
     told: tuple[str, ...] = ()
-    """What is bad in this set, in words."""
+    """Descriptions of the bad data in this set."""
 
     def channels(self, causes: Sequence[Cause]) -> dict[str, Float]:
-        """What the channels show without noise and rounding, arcseconds."""
+        """Return the signals of the channels without noise and rounding, arcseconds."""
         found: dict[str, Float] = {}
         if self.runs:
             first, second = (self._heads_rad(head, causes) for head in (1, 2))
@@ -87,7 +87,7 @@ class Scene:
         )
 
     def _reference_rad(self, causes: Sequence[Cause]) -> Float:
-        """Error of indication: reading of head 1 less the angle by the reference."""
+        """Return the error of indication: reading of head 1 minus the reference angle."""
         at = self.reference_at()
         if self.stations is not None:
             error = servo_error_rad(self.disc, at, causes)
@@ -100,12 +100,12 @@ class Scene:
         return found
 
     def reference_at(self) -> Conditions:
-        """Conditions of the reference rows; the stations are where the reading is held."""
+        """Return the conditions of the reference rows; at a station the reading is held."""
         return self.stations.at if self.stations is not None else _joined(self.passes)
 
 
 def made(scene: Scene, random: Random) -> tuple[MeasurementSet, dict[str, Any]]:
-    """The set, and the truth: causes with what the oracle sees of them, accepted answers, floor."""
+    """Make the set and its truth: causes with oracle results, accepted answers, noise floor."""
     shown = scene.channels(scene.causes)
     alone = [_alone(scene, number, shown) for number in range(len(scene.causes))]
     channels: list[Channel] = []
@@ -138,7 +138,7 @@ def made(scene: Scene, random: Random) -> tuple[MeasurementSet, dict[str, Any]]:
         "disc_diameter_mm": 2000 * scene.disc.radius_m,
     }
     if capture is None:
-        # A reference alone says of the disc only what its world states.
+        # With a reference alone, only the scene's own keys describe the disc.
         stated = {}
     table = Table(**{**stated, **scene.table})
     measurement = MeasurementSet(table, capture, reference, title="benchmark")
@@ -146,7 +146,7 @@ def made(scene: Scene, random: Random) -> tuple[MeasurementSet, dict[str, Any]]:
 
 
 def _alone(scene: Scene, number: int, shown: dict[str, Float]) -> dict[str, Float]:
-    """What one cause adds to what all the others show."""
+    """Return the difference that one cause makes, if all other causes act."""
     others = [cause for place, cause in enumerate(scene.causes) if place != number]
     without = scene.channels(others)
     return {channel: whole - without[channel] for channel, whole in shown.items()}
@@ -198,7 +198,7 @@ def _reference(
     }
     if scene.temperature:
         chosen["temperature_c"] = sensor[kept]
-    # Stations are named within a turn; a log on the move goes on.
+    # Stations are angles within a turn; a log of a moving table continues over turns.
     target = np.degrees(at.turned_rad)
     if scene.stations is not None:
         target = np.round(np.mod(np.round(target, 9), 360.0), 9)
@@ -209,7 +209,7 @@ def _reference(
 
 
 def _kept(scene: Scene, rows: int, random: Random) -> NDArray[np.int64]:
-    """Rows that are not lost; the first and the last row of the file stay."""
+    """Return the rows that are not lost; the first and the last row of the file stay."""
     lost = random.random(rows) < scene.lost
     lost[[0, -1]] = False
     return np.flatnonzero(~lost)
@@ -257,7 +257,7 @@ def _truth(scene: Scene, sights: Sequence[Sight], channels: Sequence[Channel]) -
 
 
 def _oscillations(channel: Channel) -> list[dict[str, Any]]:
-    """Damped oscillators that noise drives: a cause that the catalogue does not have."""
+    """Describe the damped oscillators in the noise: a cause that the catalogue does not have."""
     seen = look_at_oscillators(channel)
     if seen is None:
         return []
@@ -278,7 +278,10 @@ def _oscillations(channel: Channel) -> list[dict[str, Any]]:
 
 
 def _resolution(channels: Sequence[Channel]) -> dict[str, float]:
-    """How near two lines may be: one over the turns and over the time of the longest run or log."""
+    """Return the smallest resolved distance of two lines, in order and in frequency.
+
+    It is one over the longest run or log in turns, and in seconds.
+    """
     turned, lasted = 0.0, 0.0
     for channel in channels:
         runs = np.zeros(channel.time_s.size, np.int64) if channel.run is None else channel.run

@@ -14,7 +14,7 @@ from arctrue.studies.benchmark.independent.world import HIDDEN, independent_worl
 def independent_set(
     world: str, content: str, seed: int, samples: int
 ) -> tuple[MeasurementSet, dict[str, Any]]:
-    """The measurement set and its truth; ``samples``: the most rows of a run or a log.
+    """Make the measurement set and its truth; ``samples``: the most rows of a run or a log.
 
     Raises KeyError for an unknown world, ValueError for a content that the world does not have.
     """

@@ -1,8 +1,8 @@
-"""What an oracle sees of a cause: its projected error over the noise by which rows were drawn.
+"""The oracle's view of a cause: its projected error over the noise by which rows were drawn.
 
 The oracle knows each cause's exact form and all others, the noise process and the index's scatter.
-Beside them it fits 20 orders of the disc, an offset a run and a zero of the reference, and pays
-for its search of an order, a frequency or an instant.
+It also fits 20 orders of the disc, an offset for each run and a zero of the reference, and its
+threshold includes the look-elsewhere effect of an order, a frequency or an instant.
 """
 
 from __future__ import annotations
@@ -23,32 +23,32 @@ from arctrue.studies.benchmark.independent.noise import NoiseProcess, StateNoise
 Float = NDArray[np.floating[Any]]
 BASE_ORDERS = 20
 FALSE_ALARM, POWER = 0.01, 0.95
-"""As the benchmark states them for every generator."""
+"""Values that the benchmark states for every generator."""
 DEPENDENT = 1e-8
-"""Singular values of the scaled base below this share of the largest are no column of their own."""
+"""Singular values of the scaled base below this share of the largest count as zero."""
 OSCILLATOR_PARAMETERS = 3
-"""Of a damped oscillator: size, frequency and quality."""
+"""Number of parameters of a damped oscillator: size, frequency and quality."""
 EXACT_INDEX_ARCSEC = 1e-6
-"""An index that repeats exactly holds the offset of a run at zero."""
+"""Standard deviation of an exactly repeating index, which holds the offset of a run at zero."""
 
 
 @dataclass(frozen=True)
 class Channel:
-    """Rows of one file as the oracle takes them."""
+    """The rows of one file as the oracle uses them."""
 
     name: str
     angle_rad: Float
-    """Of head 1, or the target."""
+    """Angle of head 1, or the target."""
     time_s: Float
     noise: NoiseProcess
     run: NDArray[np.int64] | None
-    """Of a capture; None: a reference."""
+    """Run of each row of a capture; None: a reference."""
     kept: NDArray[np.int64]
-    """Which rows of the exact signal were kept."""
+    """Indices of the kept rows of the exact signal."""
     separation_rad: float = 0.0
 
     def base(self) -> Float:
-        """Orders 1 to 20 as this channel shows them, (n, 40)."""
+        """Return orders 1 to 20 as this channel shows them, (n, 40)."""
         here = _waves(self.angle_rad)
         if self.run is None:
             return here
@@ -57,19 +57,19 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """What the oracle makes of one cause."""
+    """The oracle's result for one cause."""
 
     noncentrality: float
-    """Square of what no base column and no other cause absorbs, over the noise."""
+    """Square of the signal that no base column and no other cause absorbs, over the noise."""
     needed: float
-    """At which the cause is found in 95 % of such sets at a false alarm of 1 %."""
+    """Noncentrality at which the cause is found in 95 % of such sets at a false alarm of 1 %."""
     rms_arcsec: float
-    """The largest channel's RMS of what the base leaves of it; offsets of runs included."""
+    """Largest RMS, over the channels, of the residual after the base; includes offsets of runs."""
 
 
 @cache
 def needed_noncentrality(columns: int, places: int) -> float:
-    """λ at which a noncentral χ² with ``columns`` passes the threshold with POWER."""
+    """Return λ at which a noncentral χ² with ``columns`` exceeds the threshold with POWER."""
     threshold = chi2.isf(FALSE_ALARM / places, columns)
     return float(brentq(lambda value: ncx2.sf(threshold, columns, value) - POWER, 1e-3, 1e5))
 
@@ -80,7 +80,7 @@ def look(
     causes: Sequence[Cause],
     index_arcsec: float,
 ) -> list[Sight]:
-    """A sight of each cause; ``alone``: what it shows by channel."""
+    """Return a sight of each cause; ``alone``: the cause's own signal by channel."""
     if not causes:
         return []
     bases = [_base(channel, channels) for channel in channels]
@@ -121,11 +121,11 @@ def look(
 
 
 def look_at_oscillators(channel: Channel) -> Sight | None:
-    """What the oracle sees of the damped oscillators in the noise of a channel with even rows.
+    """Return the oracle's sight of the damped oscillators in the noise of a channel with even rows.
 
-    It knows the spectrum of the noise, and compares it with the nearest one that never rises with
-    frequency, as that of white noise and relaxations: twice the mean log likelihood ratio (Whittle)
-    over all runs counts as the noncentrality. None without an oscillator.
+    The oracle knows the spectrum of the noise and compares it with the nearest spectrum that never
+    rises with frequency, like that of white noise and relaxations. The noncentrality is twice the
+    mean log likelihood ratio (Whittle) over all runs. None without an oscillator.
     """
     noise = channel.noise
     if not noise.oscillators:
@@ -136,7 +136,7 @@ def look_at_oscillators(channel: Channel) -> Sight | None:
     for run in np.unique(runs):
         time_s = channel.time_s[runs == run]
         power = noise.mean_periodogram(time_s.size, float(np.median(np.diff(time_s))))
-        # The nearest in likelihood is the isotonic regression of the spectrum (Barlow and Brunk).
+        # The nearest spectrum in likelihood is the isotonic regression (Barlow and Brunk).
         falling = isotonic_regression(power, increasing=False).x
         noncentrality += 2.0 * float(np.sum(np.log(falling / power)))
         places = max(places, power.size)
@@ -149,7 +149,7 @@ def _runs(channels: Sequence[Channel]) -> int:
 
 
 def _base(channel: Channel, channels: Sequence[Channel]) -> Float:
-    """Orders, offset of each run, zero of the reference: (n, 40 + runs + 1)."""
+    """Return orders, offset of each run, zero of the reference: (n, 40 + runs + 1)."""
     runs, rows = _runs(channels), channel.angle_rad.size
     offsets = np.zeros((rows, runs + 1))
     if channel.run is None:

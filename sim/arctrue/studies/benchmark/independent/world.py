@@ -23,16 +23,17 @@ class World:
 
     name: str
     told: str
-    """What is measured in it, and what may be hidden: the first paragraph of its file."""
+    """What is measured, and what may be hidden: the first paragraph of the world's file."""
     draw: Draw
-    """From a random generator, whether anything is hidden, and the most rows a run or a log."""
+    """Draws a scene from a random generator, whether anything is hidden, and the most rows of a run
+    or a log."""
     contents: tuple[str, ...]
-    """Which contents it has."""
+    """Contents that the world has."""
 
 
 @cache
 def independent_worlds() -> dict[str, World]:
-    """Every world by the name of its file, in alphabetical order."""
+    """Return every world by the name of its file, in alphabetical order."""
     found = {}
     for item in pkgutil.iter_modules(folder.__path__):
         module = importlib.import_module(f"{folder.__name__}.{item.name}")

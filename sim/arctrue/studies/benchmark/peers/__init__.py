@@ -1,4 +1,4 @@
-"""Simple rivals of the diagnosis, so that its figures have something to stand beside.
+"""Simple rivals of the diagnosis, for comparison with its figures.
 
 They read the same folders, and share no code with the workbench.
 """

@@ -1,6 +1,7 @@
 """A Gaussian process over the conditions: is there a discrepancy that noise does not explain?
 
-The discrepancy of Kennedy and O'Hagan (2001): a smooth function of the conditions beside the model.
+The discrepancy of Kennedy and O'Hagan (2001) is a smooth function of the conditions, added to the
+model.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ CYCLES_TOGETHER = 2
 
 
 def gaussian_process(folder: Path) -> dict[str, Any]:
-    """``unknown`` where a smooth function beats white noise by its BIC: it has no names.
+    """Answer ``unknown`` if a smooth function has a lower BIC than white noise; it knows no names.
 
-    The likelihood grows with the cube of the rows, so a run is averaged over 48 stretches, and the
-    reference over two cycles.
+    The computing time grows with the cube of the number of rows, so a run is averaged over 48
+    stretches, and the reference over two cycles.
     """
     fit = Fit(problem(folder))
     left = fit.left()
@@ -38,14 +39,14 @@ def gaussian_process(folder: Path) -> dict[str, Any]:
         _capture(fit.given, left[fit.part(0)]),
         _reference(fit.given, left[fit.part(1)]),
     )
-    # The capture is asked first; what it shows need not be shown by the reference too.
+    # The capture comes first; the reference need not show the same effect.
     sees = any(_beats_noise(*channel) for channel in channels if channel[1].size > 4)
     verdict = "unknown" if sees else "adequate"
     return {"verdict": verdict, "named": None, "class": [], "beside": []}
 
 
 def _capture(given: Problem, left: Float) -> tuple[Float, Float]:
-    """Means over stretches of each run: conditions ``(n, c)`` and residual ``(n,)``."""
+    """Average each run over stretches: conditions ``(n, c)`` and residual ``(n,)``."""
     if not left.size:
         return np.zeros((0, 4)), left
     order = np.zeros(left.size, dtype=np.int64)
@@ -60,12 +61,12 @@ def _capture(given: Problem, left: Float) -> tuple[Float, Float]:
 
 
 def _reference(given: Problem, left: Float) -> tuple[Float, Float]:
-    """Means of a station's rows from one side over neighbouring cycles."""
+    """Average a station's rows, approached from one side, over neighbouring cycles."""
     if not left.size:
         return np.zeros((0, 4)), left
     station = np.unique(np.round(np.degrees(given.target), 6), return_inverse=True)[1]
     side = station * 2 + (given.direction > 0)
-    # The k-th visit to a station from a side stands for its cycle.
+    # The k-th visit to a station from one side counts as cycle k.
     order = np.argsort(side, kind="stable")
     begins = np.flatnonzero(np.diff(side[order], prepend=-1))
     visit = np.empty(side.size, dtype=np.int64)
@@ -91,11 +92,11 @@ def _beats_noise(conditions: Float, values: Float) -> bool:
         warnings.simplefilter("ignore", ConvergenceWarning)
         found = GaussianProcessRegressor(smooth, random_state=0).fit(inputs, outputs)
     gain = float(found.log_marginal_likelihood_value_) - _white_log_likelihood(outputs)
-    # An amplitude and a length for each condition more than white noise has.
+    # The process has one amplitude and one length per condition more than white noise.
     return gain > 0.5 * (1 + lengths.size) * float(np.log(values.size))
 
 
 def _white_log_likelihood(values: Float) -> float:
-    """Of the variance that fits best."""
+    """Return the log likelihood of white noise with the variance that fits best."""
     variance = float(np.mean(values**2))
     return -0.5 * values.size * (float(np.log(2 * np.pi * variance)) + 1.0)

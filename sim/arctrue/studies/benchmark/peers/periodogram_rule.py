@@ -1,4 +1,4 @@
-"""The rule of thumb: the strongest line of the residual, by where it lies, names the effect."""
+"""The rule of thumb: the order or frequency of the residual's strongest line names the effect."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HIGHEST_ORDER = 400
 
 
 def periodogram_rule(folder: Path) -> dict[str, Any]:
-    """A line in angle or in time at a false alarm of 1 % in white noise; else adequate."""
+    """Name a line in angle or in time at a false alarm of 1 % in white noise; else ``adequate``."""
     fit = Fit(problem(folder))
     given, left = fit.given, fit.left()[fit.part(0)]
     if not left.size:
@@ -35,7 +35,7 @@ def periodogram_rule(folder: Path) -> dict[str, Any]:
 
 
 def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:
-    """The strongest of the evenly spaced orders and its false-alarm probability."""
+    """Return the strongest of the evenly spaced orders and its false-alarm probability."""
     values = left - left.mean()
     turned = values * np.exp(-1j * orders[0] * angle)
     step = np.exp(-1j * (orders[1] - orders[0]) * angle)
@@ -47,7 +47,7 @@ def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:
 
 
 def _in_time(given: Problem, left: Float) -> float:
-    """The smallest false-alarm probability of the runs' strongest lines."""
+    """Return the smallest false-alarm probability of the runs' strongest lines."""
     best = 1.0
     for number in given.runs:
         values = left[given.run == number]
@@ -58,6 +58,9 @@ def _in_time(given: Problem, left: Float) -> float:
 
 
 def _chance(power: float, values: Float, places: int) -> float:
-    """Of white noise to have such a line at one of so many places: exp(−power/σ²) at each."""
+    """Return the probability that white noise has such a line at any of so many places.
+
+    The probability at each place is exp(−power/σ²).
+    """
     ratio = power / max(float(values.var()), 1e-30)
     return float(-np.expm1(places * np.log1p(-np.exp(-min(max(ratio, 1e-12), 700.0)))))

@@ -20,18 +20,18 @@ from arctrue.studies.benchmark.peers.textbook import (
 MOST_STEPS = 3
 THINNED, MANY_ROWS = 4, 12_000
 INDEPENDENT = 0.02
-"""Of its length: the least part of a column that the model may leave over, so that an order that
-the samples fold onto another one is not taken for it."""
+"""Smallest part of a column, as a share of its length, that the model may leave unexplained; an
+order that the samples fold onto another one is thus not mistaken for it."""
 
 
 def stepwise_bic(folder: Path) -> dict[str, Any]:
-    """Answer by the order in which the effects are added; it knows no class and no stranger.
+    """Add effects one by one and answer by their order; this rival knows no class and no stranger.
 
-    Noise is taken for white. A search pays with 2·ln(places) beside its coefficients.
+    It assumes white noise. A search costs 2·ln(places) in addition to its coefficients.
     """
     given = problem(folder)
     fit = Fit(given)
-    # Places are searched in a part of the rows, which still shows every order; all rows decide.
+    # Places are searched in a subset of rows that still shows every order; all rows decide.
     coarse = Fit(given.thinned(THINNED)) if given.theta.size > MANY_ROWS else fit
     names: list[str] = []
     for _ in range(MOST_STEPS):
@@ -49,7 +49,7 @@ def stepwise_bic(folder: Path) -> dict[str, Any]:
 
 
 def _best(fit: Fit, coarse: Fit) -> tuple[str, Float, Float] | None:
-    """The effect whose BIC falls most, its columns in both; None where none falls."""
+    """Return the effect whose BIC falls most, its columns in both; None if no BIC falls."""
     left, coarse_left = fit.scaled_left, coarse.scaled_left
     square, rows = float(left @ left), left.size
     best: tuple[float, str, Float, Float] | None = None
@@ -65,7 +65,7 @@ def _best(fit: Fit, coarse: Fit) -> tuple[str, Float, Float] | None:
 
 
 def _place(fit: Fit, effect: TextbookEffect, left: Float) -> tuple[int, Float]:
-    """The place with the largest gain, and its columns."""
+    """Return the place with the largest gain, and its columns."""
     best: tuple[float, int, Float] | None = None
     for begin, columns in _chunks(fit, effect):
         gains, _ = _gains(fit, columns, left)
@@ -77,16 +77,16 @@ def _place(fit: Fit, effect: TextbookEffect, left: Float) -> tuple[int, Float]:
 
 
 def _chunks(fit: Fit, effect: TextbookEffect) -> Iterator[tuple[int, Float]]:
-    """Columns at some places at a time, with the number of the first."""
+    """Yield the columns at some places at a time, with the number of the first place."""
     for begin in range(0, effect.places.size, CHUNK):
         yield begin, fit.whole(effect.columns(effect.places[begin : begin + CHUNK]))
 
 
 def _gains(fit: Fit, columns: Float, left: Float) -> tuple[Float, Float]:
-    """By how much each place lowers the sum of squares, and with how many coefficients."""
+    """Return how much each place lowers the sum of squares, and its number of coefficients."""
     rows, places, width = columns.shape
     flat = columns.reshape(rows, places * width)
-    # What is left is orthogonal to the model, so only the columns' own part need be taken off.
+    # The residual is orthogonal to the model, so that only the columns need the projection.
     inside = (fit.basis.T @ flat).reshape(-1, places, width)
     moment = (flat.T @ left).reshape(places, width)
     by_place = np.ascontiguousarray(columns.transpose(1, 2, 0))

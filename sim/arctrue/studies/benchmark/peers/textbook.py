@@ -38,14 +38,14 @@ class Problem:
     speed: Float
     """Mean of the run, radians a second."""
     warmth_k: Float
-    """Above the median; empty without a temperature."""
+    """Temperature above the median; empty without a temperature."""
     phases: tuple[Float, Float]
     """Electrical phase of each head, radians."""
     error: Float
     target: Float
     reference_s: Float
     reference_speed: Float
-    """0 where the table stands."""
+    """Mean speed; 0 if the table stands still."""
     direction: Float
     face: Whole
     faces: int
@@ -60,7 +60,7 @@ class Problem:
         return np.unique(self.run)
 
     def thinned(self, every: int) -> Problem:
-        """The same with fewer rows of the capture."""
+        """Return the same problem with fewer rows of the capture."""
         kept = slice(None, None, every)
         return replace(
             self,
@@ -74,13 +74,16 @@ class Problem:
         )
 
     def on_disc(self, orders: Float | Whole) -> tuple[Float, Float]:
-        """Cosines and sines fixed to the disc, ``(n, orders, 2)``: head 2 sees them α ahead."""
+        """Return cosines and sines fixed to the disc, ``(n, orders, 2)``.
+
+        Head 2 sees them α ahead.
+        """
         ahead = waves(self.theta + self.alpha, orders)
         return ahead - waves(self.theta, orders), waves(self.target, orders)
 
 
 def waves(angle: Float, orders: Float | Whole) -> Float:
-    """Cosine and sine of each of the evenly spaced orders, ``(n, orders, 2)``."""
+    """Return cosine and sine of each of the evenly spaced orders, ``(n, orders, 2)``."""
     found = np.empty((angle.size, orders.size, 2))
     running = np.exp(1j * orders[0] * angle)
     step = np.exp(1j * (orders[1] - orders[0]) * angle) if orders.size > 1 else running
@@ -96,7 +99,7 @@ def problem(folder: Path) -> Problem:
     facts = measured.table
     counts = float(facts.counts_per_rev or 1)
     repeats = facts.index_repeatability_counts
-    # Without a statement: within one count, a rectangular distribution.
+    # Default without a statement: within one count, a rectangular distribution.
     repeats = 1.0 / math.sqrt(3.0) if repeats is None else repeats
     return Problem(
         **_of_capture(measured.capture, facts),
@@ -215,12 +218,12 @@ class Fit:
         self._take(base / self.scale[:, None])
 
     def part(self, number: int) -> slice:
-        """Rows of the capture (0), of the reference (1), of the index (2)."""
+        """Return the rows of the capture (0), of the reference (1), of the index (2)."""
         begin = sum(self.rows[:number])
         return slice(begin, begin + self.rows[number])
 
     def whole(self, block: tuple[Float | None, Float | None]) -> Float:
-        """Columns of both channels in units of their noise, ``(rows, places, rank)``."""
+        """Scale the columns of both channels to units of their noise, ``(rows, places, rank)``."""
         capture, reference = block
         shape = next(part.shape[1:] for part in block if part is not None)
         found = np.zeros((self.data.size, *shape))
@@ -241,12 +244,12 @@ class Fit:
 
     @property
     def scaled_left(self) -> Float:
-        """Residuals in units of the noise, ``(rows,)``."""
+        """Return the residuals in units of the noise, ``(rows,)``."""
         scaled = self.data / self.scale
         return np.asarray(scaled - self.basis @ (self.basis.T @ scaled))
 
     def left(self) -> Float:
-        """Residuals in arcseconds, ``(rows,)``."""
+        """Return the residuals in arcseconds, ``(rows,)``."""
         return self.scaled_left * self.scale
 
 
@@ -271,7 +274,7 @@ class TextbookEffect:
 
 
 def effects_of(fit: Fit) -> Iterator[TextbookEffect]:
-    """Every effect of the catalogue that the set has the rows and facts for."""
+    """Yield every effect of the catalogue for which the set has the rows and facts."""
     given = fit.given
     if given.theta.size:
         yield from _of_heads(fit)
@@ -283,7 +286,7 @@ def effects_of(fit: Fit) -> Iterator[TextbookEffect]:
 def _once(
     name: str, capture: Float | None = None, reference: Float | None = None
 ) -> TextbookEffect:
-    """An effect without a search, from its columns ``(n,)`` or ``(n, rank)``."""
+    """Make an effect without a search, from its columns ``(n,)`` or ``(n, rank)``."""
     parts = [
         None if part is None else part.reshape(part.shape[0], 1, -1)
         for part in (capture, reference)
@@ -348,7 +351,7 @@ def _ends(values: Float) -> tuple[float, float]:
 
 
 def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
-    """Both directions of the axis: the capture sees one mixture, the reference another."""
+    """Return both directions of axis motion; each channel sees another combination of them."""
     seen, read = waves(given.theta, orders), waves(given.target, orders)
     return (
         np.concatenate([seen, np.zeros_like(seen)], axis=2),
@@ -376,7 +379,7 @@ def _bells(angle: Float, places: Places) -> Float:
 
 
 def _strongest_line_hz(given: Problem, left: Float) -> tuple[float, float]:
-    """Frequency of the strongest line of any run above 2 Hz, and the number of candidates."""
+    """Return the frequency of any run's strongest line above 2 Hz, and the number of candidates."""
     best, where, searched = 0.0, 3.0, 1.0
     for number in given.runs:
         inside = given.run == number

@@ -27,9 +27,9 @@ from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 TOLD_APART_SIGMA = 5.5
-"""σ by which the order must be away from whole and half ones: χ² of 30, as the search asks."""
+"""Distance in σ of the order from whole and half ones: χ² of 30, as the search requires."""
 LEAST_TURNS = 1.98
-"""Two turns, less the step after the last sample."""
+"""Two turns, minus the step after the last sample."""
 
 
 class BearingBallPass(Effect):
@@ -96,15 +96,15 @@ class BearingBallPass(Effect):
     def search_contradiction(
         self, found: Mapping[str, Parameter], observations: Observations
     ) -> str | None:
-        """An order that cannot be told from a whole or half one is of no rolling element.
+        """Refuse an order that cannot be distinguished from a whole or half one.
 
-        Balls and cage go round at no simple rate; what closes after one or two turns does (a belt,
-        a gear of two to one), and that is the simpler statement. One place of so narrow a width
-        has so small a share of all orders that it is left for odds of 10⁶ only (Occam's factor).
+        Balls and cage do not turn at simple rates; a motion that repeats after one or two turns (a
+        belt, a gear of two to one) does, and is the simpler statement. So narrow an interval holds
+        so small a share of all orders that only odds of 10⁶ would justify it (Occam's factor).
         """
         order = found["order"]
         half = round(2.0 * order.value) / 2.0
-        # A σ that the data do not tell is no support for an order of its own.
+        # If σ is undetermined, the order is not shown to differ from a whole or half one.
         if not abs(order.value - half) <= TOLD_APART_SIGMA * order.sigma:
             return None
         turns = "every turn" if half == round(half) else "every two turns"
@@ -119,7 +119,7 @@ class BearingBallPass(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[RealLane]:
-        """Head 1 sees y, which two heads alone do not tell from x."""
+        """Return the lane of y, which head 1 sees; two heads alone cannot separate it from x."""
         if observations.reference is None and observations.heads < SEPARATING_HEADS:
             return []
         return paired_real_lanes([nonlinear["order"]], coefficients[2:])
@@ -132,7 +132,7 @@ class BearingBallPass(Effect):
         observations: Observations,
     ) -> dict[str, Parameter]:
         alpha = observations.head_separation_rad
-        # Of two heads x and y are not separable: what head 1 and the difference show is.
+        # Two heads cannot separate x and y, but head 1 and the difference determine what they show.
         mixing = np.array(
             [
                 [np.sin(alpha), 0.0, np.cos(alpha) - 1.0, 0.0],

@@ -52,7 +52,7 @@ class CountSlip(Effect):
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         run = round(nonlinear["run"])
-        # Of head 1 all other heads show the step, and its run is counted −1, −2, …
+        # A step of head 1 appears in all other heads; its run is numbered −1, −2, …
         of_run = rows.run == run if run >= 0 else rows.run // (rows.heads - 1) == -run - 1
         after = of_run & (rows.time_s >= nonlinear["instant"])
         return np.asarray(after, dtype=np.float64)[:, np.newaxis]
@@ -64,7 +64,7 @@ class CountSlip(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """A counter loses whole counts: a step of 7.4 ± 0.1 counts is none of its own."""
+        """Refuse a step that is not a whole number of counts, such as 7.4 ± 0.1."""
         count = observations.count_arcsec
         if count is None:
             return None

@@ -25,23 +25,26 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 HIGHEST_MULTIPLE = 3
 WHOLE_TURN = 0.9
-"""Share of a turn that the stations must go round to show lines one order apart."""
+"""Share of a turn that the stations must cover to separate lines one order apart."""
 LEAST_VARIANCE = 0.1
-"""Of cos and sin of a line over the stations; 1 where the stations show it whole."""
+"""Smallest variance of cos plus sin of a line over the stations; 1 if the stations resolve it
+fully."""
 AS_GOOD = 6.0
-"""Gain by which a line must be ahead of a lower one: odds of 20 to 1."""
+"""Gain that a line needs beyond a lower one to replace it: odds of 20 to 1."""
 LISTS = {"multiples": 0, "below": -1, "above": 1}
-"""Settings that list multiples of the tooth count, and how many orders beside them they lie."""
+"""Settings that list multiples of the tooth count, and the offset of their orders from the
+multiples."""
 
 Line = tuple[int, int]
-"""A multiple of the tooth count, and the orders beside it."""
+"""A multiple of the tooth count, and the offset of the order from it."""
 
 USUAL: list[list[Line]] = [
     [(multiple, away) for away in beside for multiple in range(1, highest + 1)]
     for highest in range(1, HIGHEST_MULTIPLE + 1)
     for beside in ((0,), tuple(LISTS.values()))
 ]
-"""The teeth's wave with its multiples from the first on, of a gear on its centre or off it."""
+"""The usual forms: the wave of the teeth with its multiples from the first on, for a centred or an
+eccentric gear."""
 
 
 class DriveGearError(Effect):
@@ -119,10 +122,10 @@ class DriveGearError(Effect):
         return [teeth * multiple + away for multiple, away in self._lines]
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """With the lines that are there, each worth its two columns; the first by itself if none.
+        """Keep the lines whose gain exceeds the BIC penalty of their two columns.
 
-        The multiples of the tooth count and, where the stations go round the turn, what a gear
-        off its centre puts beside them.
+        If no line does, the first one stays. Candidates are the multiples of the tooth count and,
+        if the stations cover the turn, the sidebands of an eccentric gear.
         """
         reference = residuals.observations.reference
         assert reference is not None
@@ -140,7 +143,8 @@ class DriveGearError(Effect):
             found = [self._gain(residuals, [*kept, line]) for line in waiting]
             if max(found) < gain + worth:
                 break
-            # Lines may be aliases of each other at the faces: the first that is about the best.
+            # Lines may be aliases of each other at the faces: take the first that is about the
+            # best.
             place = next(at for at, value in enumerate(found) if value > max(found) - AS_GOOD)
             kept.append(waiting[place])
             gain = found[place]
@@ -149,12 +153,12 @@ class DriveGearError(Effect):
         trials = comb(len(lines), len(kept))
         usual = [self._shown(form, lines, reference) for form in USUAL]
         if set(kept) in usual:
-            # What a gear would be expected to show is no choice among all sets of lines.
+            # The usual form of a gear is not a choice among all sets of lines.
             trials = min(trials, len(USUAL))
         return self._of(kept), float(trials)
 
     def _shown(self, form: list[Line], lines: list[Line], reference: ReferenceRows) -> set[Line]:
-        """Of the lines of a form those that the stations show, each once."""
+        """Return the lines of a form that the stations can separate, each once."""
         shown: list[Line] = []
         for line in form:
             if line in lines and self._is_another(line, shown, reference):
@@ -162,12 +166,12 @@ class DriveGearError(Effect):
         return set(shown)
 
     def _varies(self, line: Line, reference: ReferenceRows) -> bool:
-        """It is no constant at the stations, as one that the faces divide is."""
+        """Tell whether the line varies over the stations; aliases of a constant do not."""
         columns = self._of([line]).reference_columns(reference, {}, FitContext())
         return columns is not None and float(np.var(columns, axis=0).sum()) > LEAST_VARIANCE
 
     def _is_another(self, line: Line, kept: list[Line], reference: ReferenceRows) -> bool:
-        """The stations tell it from the lines that are kept: it is no alias of theirs."""
+        """Tell whether the stations separate the line from the kept lines: it is no alias."""
         if not kept:
             return True
         columns, others = (

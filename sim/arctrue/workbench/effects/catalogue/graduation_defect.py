@@ -18,14 +18,14 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 def bump(angle_rad: NDArray[np.float64], nonlinear: Nonlinear) -> NDArray[np.float64]:
-    """A bell of height 1 at ``place`` (degrees), ``width`` (degrees, standard deviation)."""
+    """Return a bell of height 1 at ``place`` (degrees), ``width`` (degrees, standard deviation)."""
     away = angle_rad - np.radians(nonlinear["place"])
     away = (away + np.pi) % (2.0 * np.pi) - np.pi
     return np.asarray(np.exp(-0.5 * (away / np.radians(nonlinear["width"])) ** 2))
 
 
 FAR_WIDTHS = 5.0
-"""Standard deviations at which the bell is below 4·10⁻⁶ of its height."""
+"""Number of standard deviations at which the bell is below 4·10⁻⁶ of its height."""
 
 
 class GraduationDefect(Effect):

@@ -49,7 +49,7 @@ class HighOrderGraduation(Effect):
         return (round(nonlinear["order"]),)
 
     def missing(self, observations: Observations) -> list[str]:
-        # One head cannot tell a line of the disc from a motor's cogging or a gear.
+        # With one head, a line of the disc looks the same as a motor's cogging or a gear.
         return [] if observations.capture is not None else ["a capture of both heads"]
 
     @property

@@ -10,7 +10,8 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_REVERSALS = 2
-"""With one alone, up and down are also before and after: any step or drift in time looks so."""
+"""Smallest number of reversals: with one alone, up and down also mean before and after, so that any
+step or drift in time looks the same."""
 
 
 class Hysteresis(ScalarEffect):

@@ -11,7 +11,7 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_DELAY_US = 1e-3
-"""A delay below this is taken for it: the columns are those of a very small one."""
+"""Smallest delay of the columns: a smaller delay is replaced by it."""
 
 
 class Latency(ScalarEffect):
@@ -46,7 +46,7 @@ class Latency(ScalarEffect):
             return ["a reference run"]
         if rows.speed_rad_s is None:
             return ["a reference run on the move (this one stands still at its stations)"]
-        # There and back at one speed, a delay is a reversal error.
+        # For both directions at one speed, a delay looks the same as a reversal error.
         if np.unique(np.round(np.abs(rows.speed_rad_s), 6)).size < 2:
             return ["a reference run at more than one speed"]
         return []
@@ -57,7 +57,7 @@ class Latency(ScalarEffect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> list[ConditionedLane]:
-        # The error function is looked up at the old reading, where it belongs; ωτ alone is left.
+        # The error function is evaluated at the old reading, as it should be; only ωτ remains.
         behind_arcsec = float(coefficients[0]) * 1e-6 * ARCSEC_PER_RAD
         return [ConditionedLane("speed", Lane(0, -behind_arcsec, 0.0))]
 
@@ -66,7 +66,7 @@ class Latency(ScalarEffect):
     ) -> Columns | None:
         if rows.speed_rad_s is None:
             return None
-        # The chord from no delay to the one that was found: times it, the column is exact.
+        # The column is the chord from no delay to the found delay: exact for the found delay.
         known = context.coefficients.get(self.name)
         delay_us = LEAST_DELAY_US if known is None else float(known[0])
         if abs(delay_us) < LEAST_DELAY_US:

@@ -29,21 +29,23 @@ from arctrue.workbench.observations.one_speed import speed_turns_s
 
 LEAST_ROWS = 16
 WHOLE = 0.01
-"""An order as near as this to a whole one is off by 4° of its phase at most, in half a turn."""
+"""Largest distance of an order from a whole one that counts as whole: its phase is wrong by 4° at
+most, in half a turn."""
 OF_THE_DRIVE = 0.02
-"""Of the tooth count: an order nearer than this to a multiple of it is the drive's; one in 25 is
-so by chance."""
+"""Largest distance of an order from a multiple of the tooth count, as a share of the tooth count,
+that assigns the line to the drive; one order in 25 is as near by chance."""
 
 OF_THE_SCHEDULE = 0.25
-"""Of the frequency that the length of the run resolves (1/length): a line nearer than this to a
-multiple of the frequency of the visits is at it. With ten visits of a station one line in time of
-20 is so by chance."""
+"""Largest distance of a line in time from a multiple of the frequency of the visits that assigns it
+to the schedule, in units of the frequency resolution of the run (1/length). With ten visits of a
+station one line in time of 20 is as near by chance."""
 REGULAR = 0.05
-"""Visits of a station follow each other at times alike to this share, or there is no schedule."""
+"""Largest relative spread of the times between visits of a station; with a larger one there is no
+schedule."""
 SAME_STATION_RAD = 1e-6
 TELLS_DIRECTIONS = 6.0
-"""BIC by which a whole order with a size and a phase for each direction must be ahead of one line
-of any order: odds of 20 to 1. It has one parameter more: four coefficients, not two and the
+"""BIC advantage that a whole order with a size and a phase for each direction needs over one line
+of any order: odds of 20 to 1. It has one parameter more: four coefficients instead of two and the
 order."""
 
 
@@ -94,7 +96,7 @@ class PeriodicError(Effect):
     )
 
     def __init__(self, **settings: object) -> None:
-        """By direction the order is a whole number, and no lane compensates it."""
+        """Make the effect; with ``by_direction`` the order is whole, and no lane compensates it."""
         super().__init__(**settings)
         if self._by_direction:
             self.search = tuple(  # type: ignore[misc, assignment]
@@ -141,7 +143,7 @@ class PeriodicError(Effect):
         if wave is None:
             return None
         if not self._by_direction:
-            # Head 1 alone is in the reference: the further heads have no part in it.
+            # The reference contains head 1 only: the columns of further heads are 0.
             return np.hstack([wave, *[np.zeros_like(wave)] * (rows.heads - 2)])
         if rows.direction is None:
             return None
@@ -151,7 +153,7 @@ class PeriodicError(Effect):
     def at_place(
         self, residuals: Leftover, nonlinear: Nonlinear
     ) -> tuple[Effect, dict[str, float]]:
-        """A whole order near a line of the reference, where each direction has its own wave."""
+        """Return the whole order near a reference line, if each direction has its own wave."""
         rows = residuals.observations.reference
         order = float(round(nonlinear["order"]))
         same = self, dict(nonlinear)
@@ -200,8 +202,9 @@ class PeriodicError(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """A line in time keeps to no schedule: at the frequency at which the stations are visited
-        it is a function of place and direction of approach.
+        """Refuse a line in time at the frequency of the visits to the stations.
+
+        There it is a function of place and direction of approach.
         """
         rows = observations.reference
         if not nonlinear["in_time"] or nonlinear["in_capture"] or rows is None:
@@ -294,7 +297,7 @@ class PeriodicError(Effect):
         return paired_real_lanes([order], coefficients[:2])
 
     def _of_the_angle(self, nonlinear: Nonlinear) -> bool:
-        """One line of the reference that is fixed to the angle."""
+        """Tell whether it is one line of the reference that is fixed to the angle."""
         return not (self._by_direction or nonlinear["in_time"] or nonlinear["in_capture"])
 
 
@@ -309,7 +312,7 @@ def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | 
 
 
 def _visits_s(rows: ReferenceRows) -> float | None:
-    """Time from one visit of a station, from the same side, to the next; None without a rule."""
+    """Return the time between visits of a station from the same side; None if it is irregular."""
     if rows.time_s is None:
         return None
     station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) / SAME_STATION_RAD)
@@ -325,7 +328,7 @@ def _visits_s(rows: ReferenceRows) -> float | None:
 
 
 def _inverse(parameter: Parameter, factor: float, unit: str) -> Parameter:
-    """factor/value, with the same relative standard uncertainty."""
+    """Return factor/value, with the same relative standard uncertainty."""
     value = factor / parameter.value
     return replace(
         parameter, value=value, sigma=value * parameter.sigma / parameter.value, unit=unit

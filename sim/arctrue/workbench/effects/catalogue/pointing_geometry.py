@@ -11,7 +11,7 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 HEIGHTS = ("elevation_deg", "declination_deg")
 """Angle of the target above the plane in which this axis turns: alt-azimuth, equatorial mount."""
 AZIMUTH = "azimuth_deg"
-"""Angle of the other axis, where the axis under test is the one that looks up."""
+"""Angle of the other axis, if the axis under test is the elevation axis."""
 LEAST_SPAN_DEG = 20.0
 """Over a smaller span of elevations tan E and sec E differ from straight lines by less than 2 %."""
 LEAST_AZIMUTH_SPAN_DEG = 90.0
@@ -103,7 +103,7 @@ class PointingGeometry(Effect):
 
 
 def _height_deg(rows: ReferenceRows) -> NDArray[np.float64] | None:
-    """The recorded angle above the plane of the first axis, degrees; None: not recorded."""
+    """Return the recorded angle above the plane of the first axis, degrees; None: not recorded."""
     for name in HEIGHTS:
         if name in rows.conditions:
             return rows.conditions[name]

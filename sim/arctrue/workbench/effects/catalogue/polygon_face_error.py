@@ -17,12 +17,13 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_FACES = 8
-"""With fewer a wave and independent faces look alike."""
+"""Smallest number of faces: with fewer, a wave and independent face errors look alike."""
 WIDEST_PLACE = 3
-"""Neighbouring faces that a place of the table may take: an eighth of a turn of 24."""
+"""Largest number of neighbouring faces in one place of the table: an eighth of a turn for 24
+faces."""
 MAGNIFIED = 0.25
-"""|e^{jnα} − 1| below this: the graduation takes an order of the heads' difference four times and
-more as large, and gives it back in the reference."""
+"""Limit of |e^{jnα} − 1|. Below it the fit assigns to the graduation an order at least four times
+as large as in the heads' difference, which then appears in the reference with the opposite sign."""
 
 
 class PolygonFaceError(Effect):
@@ -75,12 +76,12 @@ class PolygonFaceError(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> str | None:
-        """Faces are lapped one by one: their errors are draws without an order.
+        """Refuse face errors with a pattern: faces are lapped one by one, without an order.
 
-        A wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125 (1929) 54),
-        one or some neighbouring faces that are off alone among the others (Grubbs, Ann. Math. Stat.
-        21 (1950) 27), or a shape that comes again several times a turn (analysis of variance), is
-        of the table's own motion, which a polygon on the table shows as well.
+        Patterns are a wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125
+        (1929) 54), one or some neighbouring faces as outliers among the others (Grubbs, Ann. Math.
+        Stat. 21 (1950) 27), or a shape that repeats several times a turn (analysis of variance).
+        They come from the table's own motion, which a polygon on the table shows as well.
         """
         values = coefficients - coefficients.mean()
         size, level = values.size, CONTRADICTED_P
@@ -132,11 +133,11 @@ class PolygonFaceError(Effect):
 
 
 def _place(values: NDArray[np.float64], separation_rad: float) -> tuple[int, int, float]:
-    """First face and number of the neighbours that are off most, with the p value of that.
+    """Return first face, number and p value of the neighbouring faces with the largest deviation.
 
-    What they take of the sum of squares has a beta distribution; Bonferroni over all places and
-    widths. A motion of the axis at one place comes back over the whole turn in the orders that
-    the two heads magnify: these are taken out.
+    Their share of the sum of squares has a beta distribution; Bonferroni over all places and
+    widths. A motion of the axis at one place appears over the whole turn in the orders that the two
+    heads magnify: these orders are removed.
     """
     size = values.size
     orders = np.arange(1, (size + 1) // 2)
@@ -162,10 +163,10 @@ def _place(values: NDArray[np.float64], separation_rad: float) -> tuple[int, int
 
 
 def _comes_again(values: NDArray[np.float64]) -> tuple[int, float]:
-    """How often a turn the faces' errors repeat, if they do, and the p value of that.
+    """Return the number of repetitions of the face errors per turn, and its p value.
 
-    For each number of equal parts of a turn: the variance of the mean part over that within, by
-    the F distribution, for all numbers together after Bonferroni.
+    For each number of equal parts of a turn, the variance of the mean part is compared with the
+    variance within the parts by the F distribution; Bonferroni over all numbers.
     """
     size = values.size
     found = [(1, 1.0)]

@@ -83,7 +83,7 @@ class RadialErrorMotion(Effect):
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Keep the orders whose gain exceeds the BIC penalty of their columns."""
         observations = residuals.observations
-        # Two heads and a reference cannot tell order 1 from the disc's.
+        # With two heads and a reference, order 1 looks the same as the disc's.
         first = (1,) if observations.heads >= SEPARATING_HEADS else ()
         orders = tuple(sorted({*first, *self.integers("orders")}))
         gains = {

@@ -24,7 +24,8 @@ from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 WORTH_P = 0.01
-"""A multiple counts when its columns, two a head, take more than this chance gives."""
+"""Largest chance of the gain of a multiple's columns, two per head, at which the multiple is
+kept."""
 
 
 class SubdivisionError(Effect):
@@ -91,17 +92,17 @@ class SubdivisionError(Effect):
         return float(max(self.integers("multiples")) * (observations.grating_lines or 0))
 
     def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
-        """The sum of all amplitudes.
+        """Return the sum of all amplitudes.
 
-        Sine and cosine that are not at right angles, by ψ, make ψ/2·(1 ± cos 2φ), of which the
-        columns have the wave; and a counter that is set to zero at the index takes the whole error
-        of that place with it.
+        Sine and cosine that deviate from quadrature by ψ cause ψ/2·(1 ± cos 2φ), of which the
+        columns have only the wave; and a counter that is zeroed at the index keeps the whole error
+        of that place as an offset.
         """
         pairs = coefficients.reshape(-1, 2)
         return float(np.sum(np.hypot(pairs[:, 0], pairs[:, 1])))
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
-        """With the multiples that are there, the third too: large distortions mix."""
+        """Keep the multiples that are significant, the third included: large distortions mix."""
         tried = sorted({*self.integers("multiples"), 3})
         least = float(chdtri(2 * residuals.observations.heads, WORTH_P))
         kept = [

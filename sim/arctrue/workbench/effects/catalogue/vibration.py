@@ -68,7 +68,7 @@ class Vibration(Effect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        # From the start of its run: the phase is the run's own anyway.
+        # The time counts from the start of the run: each run has its own phase anyway.
         since_s = rows.time_s - rows.run_start_s
         phase = 2.0 * np.pi * nonlinear["frequency"] * since_s
         columns = np.zeros((phase.size, 2 * (rows.runs + rows.reference_in_time)))

@@ -1,4 +1,4 @@
-"""A cause: where it enters the way from the table's angle to a recorded row."""
+"""A cause: a disturbance at one point of the path from the table's angle to a recorded row."""
 
 from __future__ import annotations
 
@@ -18,67 +18,67 @@ MICROMETRE = 1e-6
 
 
 def log_uniform(random: Random, low: float, high: float) -> float:
-    """Drawn evenly in the logarithm."""
+    """Draw a value evenly distributed in the logarithm."""
     return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
 
 class Cause:
-    """Does nothing; a cause replaces the methods where it acts."""
+    """A cause without effect; subclasses override the methods where they act."""
 
     name = ""
-    """Of the catalogue where ``known``, else a word of ours."""
+    """Name in the catalogue if ``known``, else a word of this generator."""
     known = True
-    """The catalogue has it."""
+    """Whether the catalogue has the cause."""
     columns = 1
-    """Free coefficients of its exact form, for the oracle."""
+    """Number of free coefficients of its exact form, for the oracle."""
     places = 1
-    """What its search looks through, independent places, for the oracle."""
+    """Number of independent places that its search examines, for the oracle."""
     unit = "arcsec"
 
     def __init__(self, size: float) -> None:
-        """``size`` in ``unit``."""
+        """Set the ``size``, in ``unit``."""
         self.size = size
 
     def scaled(self, factor: float) -> Self:
-        """The same cause, so many times as large."""
+        """Return the same cause with its size multiplied by ``factor``."""
         found = copy(self)
         found.size = self.size * factor
         return found
 
     def wound_rad(self, at: Conditions) -> Float | float:
-        """By how much the disc lags behind the table."""
+        """Return the angle by which the disc lags behind the table."""
         return 0.0
 
     def centre_m(self, at: Conditions) -> Complex | complex:
-        """Where the disc's centre moves to in the stator's frame, x + jy."""
+        """Return the displacement of the disc's centre in the stator's frame, x + jy."""
         return 0j
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """By how much the bracket of a head is turned about the axis, in the sense of β."""
+        """Return the angle by which a head's bracket is turned about the axis, in the β sense."""
         return 0.0
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float | float:
-        """Placement error of the marks."""
+        """Return the placement error of the marks."""
         return 0.0
 
     def signals(
         self, sine: Float, cosine: Float, head: int, label_rad: Float
     ) -> tuple[Float, Float]:
-        """The head's two signals, which are sin and cos of the phase without a cause."""
+        """Return the head's two signals; without a cause they are sin and cos of the phase."""
         return sine, cosine
 
     def delay_s(self, head: int) -> float:
-        """How old a reading of the head is."""
+        """Return the age of a reading of the head."""
         return 0.0
 
     def slipped_counts(self, at: Conditions, head: int) -> Float | float:
-        """Counts that the head's counter has gained."""
+        """Return the counts that the head's counter has gained."""
         return 0.0
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float | float:
-        """What the reference adds to the error that it is shown."""
+        """Return the error that the reference adds to ``error_rad``, the error that it measures."""
         return 0.0
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """What a search should find: ``order`` (a turn) or ``hz``, any of those listed."""
+        """Return the values that a search should find, any of ``order`` (per turn) or ``hz``."""
         return {}

@@ -31,7 +31,7 @@ class HighOrder(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> HighOrder:
-        """An order from 23 to 180 that two heads at 33° see: not near a multiple of 120/11."""
+        """Draw an order from 23 to 180 that two heads at 33° see: not near a multiple of 120/11."""
         seen = [n for n in range(23, 181) if abs(np.sin(n * np.radians(33.0) / 2)) > 0.5]
         return cls(
             log_uniform(random, 0.1, 2.0), int(random.choice(seen)), random.uniform(0, 2 * np.pi)
@@ -43,24 +43,24 @@ class HighOrder(Cause):
         return wave
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """The order."""
+        """Return the order."""
         return {"order": (float(self.order),)}
 
 
 class Defect(Cause):
-    """Dirt or a scratch: the marks of a few degrees are off, as a raised cosine."""
+    """Dirt or a scratch: a raised-cosine error of the marks over a few degrees."""
 
     name = "graduation_defect"
     columns, places = 1, 400
 
     def __init__(self, size: float, place_rad: float, half_width_rad: float) -> None:
-        """``size``: the highest error."""
+        """``size``: the largest error."""
         super().__init__(size)
         self.place_rad, self.half_width_rad = place_rad, half_width_rad
 
     @classmethod
     def drawn(cls, random: Random) -> Defect:
-        """0.5 to 5″ over 1.5 to 6° at half height."""
+        """Draw 0.5 to 5″ over 1.5 to 6° full width at half maximum."""
         size = log_uniform(random, 0.5, 5.0) * float(random.choice([-1, 1]))
         return cls(size, random.uniform(0, 2 * np.pi), np.radians(random.uniform(1.5, 6.0)))
 
@@ -88,7 +88,7 @@ class AxisMotion(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> AxisMotion:
-        """One to three of the orders 2 to 5 and 7."""
+        """Draw one to three of the orders 2 to 5 and 7."""
         orders = [int(k) for k in random.choice([2, 3, 4, 5, 7], random.integers(1, 4), False)]
         x = random.rayleigh(1.0, len(orders)) * np.exp(2j * np.pi * random.random(len(orders)))
         y = random.rayleigh(1.0, len(orders)) * np.exp(2j * np.pi * random.random(len(orders)))
@@ -117,7 +117,7 @@ class BallPass(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> BallPass:
-        """Contact angle and balls drawn; the outer race's pass n/2·(1 − d/D·cos) or the cage's."""
+        """Draw contact angle and balls; outer race order n/2·(1 − d/D·cos), or that of the cage."""
         share = random.uniform(0.06, 0.25)
         cage = 0.5 * (1 - share)
         order = cage * int(random.integers(8, 22)) if random.random() < 0.6 else cage
@@ -127,35 +127,35 @@ class BallPass(Cause):
         return cls(size, float(order), random.uniform(0, 2 * np.pi), random.uniform(-1, 1))
 
     def centre_m(self, at: Conditions) -> Complex:
-        """The phase goes on over all turns of the session."""
+        """Return an ellipse whose phase continues over all turns of the session."""
         angle = self.order * at.turned_rad + self.phase_rad
         found: Complex = self.size * MICROMETRE * (np.cos(angle) + 1j * self.ratio * np.sin(angle))
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """The order."""
+        """Return the order."""
         return {"order": (self.order,)}
 
 
 class WarmCentre(Cause):
-    """The disc's centre wanders off the axis as it grows warm."""
+    """The disc's centre moves off the axis with rising temperature."""
 
     name = "thermal_eccentricity"
     unit = "um/K"
     columns = 2
 
     def __init__(self, size: float, place_rad: float) -> None:
-        """``place_rad``: in which sense, in the disc's frame."""
+        """``place_rad``: direction of the motion, in the disc's frame."""
         super().__init__(size)
         self.place_rad = place_rad
 
     @classmethod
     def drawn(cls, random: Random) -> WarmCentre:
-        """0.1 to 1 µm/K."""
+        """Draw 0.1 to 1 µm/K."""
         return cls(log_uniform(random, 0.1, 1.0), random.uniform(0, 2 * np.pi))
 
     def centre_m(self, at: Conditions) -> Complex:
-        """In proportion to the warming, turning with the disc."""
+        """Return a displacement proportional to the warming, which turns with the disc."""
         found: Complex = (
             self.size * MICROMETRE * at.warming_k * np.exp(1j * (at.turned_rad + self.place_rad))
         )
@@ -163,22 +163,22 @@ class WarmCentre(Cause):
 
 
 class Backlash(Cause):
-    """The disc lags behind the table by half the play in either sense."""
+    """The disc lags behind the table by half the play in either direction."""
 
     name = "hysteresis"
 
     def __init__(self, size: float, share: float = 0.0, phase_rad: float = 0.0) -> None:
-        """``size``: the whole play; ``share``: by which it differs around the turn."""
+        """``size``: the whole play; ``share``: its relative variation around the turn."""
         super().__init__(size)
         self.share, self.phase_rad = share, phase_rad
 
     @classmethod
     def drawn(cls, random: Random) -> Backlash:
-        """0.2 to 5″."""
+        """Draw 0.2 to 5″."""
         return cls(log_uniform(random, 0.2, 5.0))
 
     def wound_rad(self, at: Conditions) -> Float:
-        """Half the play times the direction, (1 + share·cos(θ + φ)) times as much."""
+        """Return half the play times the direction, times (1 + share·cos(θ + φ))."""
         around = 1 + self.share * np.cos(at.turned_rad + self.phase_rad)
         lag: Float = 0.5 * self.size * ARCSEC * at.direction * around
         return lag

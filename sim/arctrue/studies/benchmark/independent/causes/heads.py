@@ -23,16 +23,16 @@ class HeadStandsOff(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> HeadStandsOff:
-        """1 to 40″ either way."""
+        """Draw 1 to 40″ with either sign."""
         return cls(log_uniform(random, 1.0, 40.0) * float(random.choice([-1, 1])))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """α grows: head 2 is turned the other way."""
+        """Return −size for head 2: α grows if head 2 is turned backwards."""
         return -self.size * ARCSEC if head == 2 else 0.0
 
 
 class SubdivisionError(Cause):
-    """The two signals of one head have an offset, another gain and a phase error."""
+    """The two signals of one head have offsets, unequal gains and a phase error."""
 
     name = "subdivision_error"
     columns = 4
@@ -47,15 +47,17 @@ class SubdivisionError(Cause):
         uneven: float = 0.0,
         at_rad: float = 0.0,
     ) -> None:
-        """``size``: amplitude that the offset alone has, for 16,384 lines; ``uneven``: share by
-        which all of it differs around the disc."""
+        """``size``: amplitude due to the offset alone, for 16,384 lines.
+
+        ``uneven``: share by which the whole error varies around the disc.
+        """
         super().__init__(size)
         self.head, self.offset, self.gain, self.phase_rad = head, offset, gain, phase_rad
         self.uneven, self.at_rad = uneven, at_rad
 
     @classmethod
     def drawn(cls, random: Random, uneven: float = 0.0) -> SubdivisionError:
-        """0.06 to 2.4″ by the offset; gain and phase of about the same size."""
+        """Draw 0.06 to 2.4″ due to the offset; gain and phase have about the same effect."""
         size = log_uniform(random, 0.06, 2.4)
         share = size * ARCSEC * 16_384
         return cls(
@@ -69,7 +71,7 @@ class SubdivisionError(Cause):
         )
 
     def scaled(self, factor: float) -> Self:
-        """Offset, gain and phase together."""
+        """Scale offset, gain and phase together."""
         found = super().scaled(factor)
         found.offset, found.gain = self.offset * factor, self.gain * factor
         found.phase_rad = self.phase_rad * factor
@@ -91,7 +93,7 @@ class SubdivisionError(Cause):
 
 
 class Shaking(Cause):
-    """The bracket of a head shakes at one frequency, its phase another in each run."""
+    """The bracket of a head shakes at one frequency, with another phase in each run."""
 
     name = "vibration"
     columns, places = 8, 1000
@@ -104,13 +106,13 @@ class Shaking(Cause):
 
     @classmethod
     def drawn(cls, random: Random, runs: int, step_s: float, run_s: float) -> Shaking:
-        """0.1 to 2″, from ten periods a run to a third of the sampling rate."""
+        """Draw 0.1 to 2″, from ten periods a run to a third of the sampling rate."""
         hz = log_uniform(random, 10 / run_s, 1 / (3 * step_s))
         phases = random.uniform(0, 2 * np.pi, runs)
         return cls(log_uniform(random, 0.1, 2.0), int(random.integers(1, 3)), hz, phases)
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """a·sin(2πft + φ of the run); more runs than phases take these in turn."""
+        """Return a·sin(2πft + φ of the run); the phases repeat if there are more runs."""
         if head != self.head:
             return 0.0
         phase = 2 * np.pi * self.hz * at.time_s + self.phases_rad[at.run % self.phases_rad.size]
@@ -118,7 +120,7 @@ class Shaking(Cause):
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """The frequency."""
+        """Return the frequency."""
         return {"hz": (self.hz,)}
 
 
@@ -130,11 +132,11 @@ class LateHead(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> LateHead:
-        """1 to 60 µs either way."""
+        """Draw 1 to 60 µs with either sign."""
         return cls(log_uniform(random, 1.0, 60.0) * float(random.choice([-1, 1])))
 
     def delay_s(self, head: int) -> float:
-        """Of head 2."""
+        """Return the delay for head 2, 0 for head 1."""
         return self.size * 1e-6 if head == 2 else 0.0
 
 
@@ -146,27 +148,27 @@ class OldReading(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> OldReading:
-        """5 to 300 µs."""
+        """Draw 5 to 300 µs."""
         return cls(log_uniform(random, 5.0, 300.0))
 
     def delay_s(self, head: int) -> float:
-        """Of either head."""
+        """Return the same delay for either head."""
         return self.size * 1e-6
 
 
 class WarmBracket(Cause):
-    """The bracket of head 2 grows as it grows warm."""
+    """The bracket of head 2 expands with rising temperature."""
 
     name = "thermal_head_drift"
     unit = "arcsec/K"
 
     @classmethod
     def drawn(cls, random: Random) -> WarmBracket:
-        """0.1 to 3″/K either way."""
+        """Draw 0.1 to 3″/K with either sign."""
         return cls(log_uniform(random, 0.1, 3.0) * float(random.choice([-1, 1])))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """In proportion to the warming."""
+        """Return an angle proportional to the warming."""
         return self.size * ARCSEC * at.warming_k if head == 2 else 0.0
 
 
@@ -178,18 +180,18 @@ class Slip(Cause):
     places = 2000
 
     def __init__(self, size: int, head: int, run: int, instant_s: float) -> None:
-        """``instant_s`` of the session; the next run begins from the index again."""
+        """``instant_s``: time in the session; the next run starts from the index again."""
         super().__init__(float(size))
         self.head, self.run, self.instant_s = head, run, instant_s
 
     def scaled(self, factor: float) -> Self:
-        """Whole counts, one at least."""
+        """Return a slip of a whole number of counts, at least one."""
         found = super().scaled(factor)
         found.size = float(np.sign(found.size) * max(1.0, np.ceil(abs(found.size))))
         return found
 
     def slipped_counts(self, at: Conditions, head: int) -> Float | float:
-        """From the instant to the end of the run."""
+        """Return the slip from its instant to the end of the run."""
         if head != self.head:
             return 0.0
         found: Float = self.size * ((at.run == self.run) & (at.time_s >= self.instant_s))

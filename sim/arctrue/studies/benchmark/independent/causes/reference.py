@@ -1,4 +1,4 @@
-"""Causes in the drive and in the reference: what only rows of a reference show."""
+"""Causes in the drive and in the reference, visible only in rows of a reference."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from arctrue.studies.benchmark.independent.conditions import Conditions
 
 
 class GearError(Cause):
-    """The drive is off by a wave of its tooth count, with a second harmonic."""
+    """The drive has an error wave of its tooth count, with a second harmonic."""
 
     name = "drive_gear_error"
     columns = 4
 
     def __init__(self, size: float, teeth: float, phases_rad: tuple[float, float]) -> None:
-        """``size``: amplitude of the tooth's wave; the second harmonic has a fifth."""
+        """``size``: amplitude of the wave at the tooth count; the second harmonic has a fifth."""
         super().__init__(size)
         self.teeth, self.phases_rad = teeth, phases_rad
 
@@ -37,12 +37,12 @@ class GearError(Cause):
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """The tooth count, and twice that."""
+        """Return the tooth count, and twice the tooth count."""
         return {"order": (self.teeth, 2 * self.teeth)}
 
 
 class Line(Cause):
-    """A sine in time, of a part of the drive that the description does not know."""
+    """A sine in time, due to a part of the drive that the description does not mention."""
 
     name = "periodic_error"
     columns, places = 2, 1000
@@ -58,12 +58,12 @@ class Line(Cause):
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """The frequency."""
+        """Return the frequency."""
         return {"hz": (self.hz,)}
 
 
 class AngleLine(Cause):
-    """A sine of the table's angle at any order, of a part of the drive."""
+    """A sine of the table's angle at any order, due to a part of the drive."""
 
     name = "periodic_error"
     columns, places = 2, 1000
@@ -71,7 +71,7 @@ class AngleLine(Cause):
     def __init__(
         self, size: float, order: float, phase_rad: float, back_rad: float | None = None
     ) -> None:
-        """``back_rad``: the phase on the way back, where it is another one."""
+        """``back_rad``: the phase in the backward direction, if it differs."""
         super().__init__(size)
         self.order, self.phase_rad = order, phase_rad
         self.back_rad = phase_rad if back_rad is None else back_rad
@@ -83,7 +83,7 @@ class AngleLine(Cause):
         return found
 
     def values(self) -> dict[str, tuple[float, ...]]:
-        """The order."""
+        """Return the order."""
         return {"order": (self.order,)}
 
 
@@ -93,31 +93,31 @@ class Faces(Cause):
     name = "polygon_face_error"
 
     def __init__(self, size: float, faces_arcsec: Float) -> None:
-        """``size``: standard deviation that was drawn; ``faces_arcsec`` by station."""
+        """``size``: standard deviation of the draw; ``faces_arcsec`` by station."""
         super().__init__(size)
         self.faces_rad = np.asarray(faces_arcsec) * ARCSEC
         self.columns = len(faces_arcsec) - 1
 
     @classmethod
     def drawn(cls, random: Random, faces: int) -> Faces:
-        """0.1 to 0.5″."""
+        """Draw 0.1 to 0.5″."""
         size = log_uniform(random, 0.1, 0.5)
         return cls(size, size * random.standard_normal(faces))
 
     def scaled(self, factor: float) -> Self:
-        """Every face."""
+        """Scale the error of every face."""
         found = super().scaled(factor)
         found.faces_rad = self.faces_rad * factor
         return found
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """One constant a face."""
+        """Return one constant per face."""
         found: Float = self.faces_rad[at.station]
         return found
 
 
 class FirstOrderOfReference(Cause):
-    """The reference alone has a first order: tilt and pyramidal error together."""
+    """Only the reference has a first order: tilt and pyramidal error together."""
 
     name = "polygon_eccentricity"
     columns = 2
@@ -129,7 +129,7 @@ class FirstOrderOfReference(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> FirstOrderOfReference:
-        """0.1 to 2″."""
+        """Draw 0.1 to 2″."""
         return cls(log_uniform(random, 0.1, 2.0), random.uniform(0, 2 * np.pi))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
@@ -139,18 +139,18 @@ class FirstOrderOfReference(Cause):
 
 
 class GainOfReference(Cause):
-    """The autocollimator shows a share too much of what it is shown."""
+    """The autocollimator has a gain error."""
 
     name = "autocollimator_gain"
     unit = "1"
 
     @classmethod
     def drawn(cls, random: Random) -> GainOfReference:
-        """0.2 to 2 % either way."""
+        """Draw 0.2 to 2 % with either sign."""
         return cls(log_uniform(random, 2e-3, 2e-2) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """In proportion to the reading."""
+        """Return an error proportional to the reading."""
         found: Float = self.size * error_rad
         return found
 
@@ -163,11 +163,11 @@ class Creep(Cause):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> Creep:
-        """0.3 to 3″ over the session, either way."""
+        """Draw 0.3 to 3″ over the session, with either sign."""
         over = log_uniform(random, 0.3, 3.0) * float(random.choice([-1, 1]))
         return cls(over * 3600 / length_s)
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """In proportion to time."""
+        """Return an error proportional to time."""
         found: Float = self.size * ARCSEC / 3600 * (at.time_s - at.time_s[0])
         return found

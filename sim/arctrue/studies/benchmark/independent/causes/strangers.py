@@ -17,7 +17,7 @@ from arctrue.studies.benchmark.independent.conditions import Conditions
 
 
 class Stranger(Cause):
-    """A cause of no catalogue."""
+    """A cause that the catalogue does not have."""
 
     known = False
 
@@ -30,7 +30,7 @@ class WarmOval(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> WarmOval:
-        """0.1 to 1″/K."""
+        """Draw 0.1 to 1″/K."""
         return cls(log_uniform(random, 0.1, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
@@ -47,7 +47,7 @@ class FastLobes(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> FastLobes:
-        """0.05 to 1″ at 30°/s."""
+        """Draw 0.05 to 1″ at 30°/s."""
         return cls(log_uniform(random, 0.05, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
@@ -70,7 +70,7 @@ class SettlingBracket(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, run_s: float) -> SettlingBracket:
-        """0.5 to 5″; the time constant is a fraction of the first run."""
+        """Draw 0.5 to 5″; the time constant is a fraction of the first run."""
         return cls(log_uniform(random, 0.5, 5.0), run_s * random.uniform(0.1, 0.4))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -82,13 +82,13 @@ class SettlingBracket(Stranger):
 
 
 class AirDrag(Stranger):
-    """The bracket of head 2 bends by the square root of speed, in either direction of rotation."""
+    """The bracket of head 2 bends in proportion to the square root of speed, in both directions."""
 
     name = "air_drag"
 
     @classmethod
     def drawn(cls, random: Random) -> AirDrag:
-        """0.5 to 5″ at 30°/s."""
+        """Draw 0.5 to 5″ at 30°/s."""
         return cls(log_uniform(random, 0.5, 5.0))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
@@ -113,12 +113,12 @@ class Sectors(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> Sectors:
-        """5 to 9 pairs, 0.2 to 2″."""
+        """Draw 5 to 9 pairs, 0.2 to 2″."""
         pairs = int(random.integers(5, 10))
         return cls(log_uniform(random, 0.2, 2.0), pairs, random.uniform(0, 2 * np.pi))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """The sign of a sine."""
+        """Return the sign of a sine."""
         found: Float = self.size * ARCSEC * np.sign(np.sin(self.pairs * label_rad + self.phase_rad))
         return found
 
@@ -136,12 +136,12 @@ class LooseBracket(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> LooseBracket:
-        """0.3 to 3″, 9 to 16 clicks."""
+        """Draw 0.3 to 3″ and 9 to 16 clicks."""
         instants = random.uniform(0, length_s, int(random.integers(9, 17)))
         return cls(log_uniform(random, 0.3, 3.0), instants)
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Either of the two positions."""
+        """Return one of the two positions."""
         if head != 2:
             return 0.0
         found: Float = self.size * ARCSEC * (np.searchsorted(self.instants_s, at.time_s) % 2)
@@ -162,12 +162,12 @@ class WobblingRoller(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float) -> WobblingRoller:
-        """0.1 to 1 µm at an order of 2.3 to 8.7; the swell has 1.3 to 2.7 periods a session."""
+        """Draw 0.1 to 1 µm at an order of 2.3 to 8.7; 1.3 to 2.7 swell periods per session."""
         order = float(random.integers(2, 9)) + random.uniform(0.3, 0.45)
         return cls(log_uniform(random, 0.1, 1.0), order, length_s / random.uniform(1.3, 2.7))
 
     def centre_m(self, at: Conditions) -> Complex:
-        """A line through the axis."""
+        """Return a motion on a line through the axis."""
         swell = np.sin(2 * np.pi * at.time_s / self.swell_s)
         found: Complex = (
             self.size * MICROMETRE * swell * np.cos(self.order * at.turned_rad) * (1 + 1j)
@@ -183,7 +183,7 @@ class BentScale(Stranger):
 
     @classmethod
     def drawn(cls, random: Random) -> BentScale:
-        """0.5 to 3″ at the largest error."""
+        """Draw 0.5 to 3″ at the largest error."""
         return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
@@ -206,7 +206,7 @@ class Chirp(Stranger):
 
     @classmethod
     def drawn(cls, random: Random, length_s: float, sigma_arcsec: float) -> Chirp:
-        """1 to 4 σ; the frequency starts at 8 to 20 periods per session and at most triples."""
+        """Draw 1 to 4 σ; the frequency starts at 8 to 20 periods a session and at most triples."""
         hz = random.uniform(8, 20) / length_s
         size = sigma_arcsec * log_uniform(random, 1.0, 4.0)
         return cls(size, hz, 2 * hz / length_s, random.uniform(0, 2 * np.pi))
@@ -220,7 +220,7 @@ class Chirp(Stranger):
 
 
 class ReferenceJump(Stranger):
-    """The stand of the reference was knocked: all later readings have the same offset."""
+    """The reference's stand was knocked: all later readings have the same offset."""
 
     name = "reference_jump"
     places = 500
@@ -231,19 +231,19 @@ class ReferenceJump(Stranger):
         self.instant_s = instant_s
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """A step."""
+        """Return a step."""
         found: Float = self.size * ARCSEC * (at.time_s >= self.instant_s)
         return found
 
 
 class TimeDrift(Stranger):
-    """The bracket of head 2 creeps evenly in time, at any temperature."""
+    """The bracket of head 2 creeps at a constant rate, at any temperature."""
 
     name = "head_creep"
     unit = "arcsec/h"
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Proportional to time."""
+        """Return an angle proportional to time."""
         if head != 2:
             return 0.0
         return self.size * ARCSEC / 3600 * at.time_s

@@ -1,5 +1,5 @@
-"""One file a world: its docstring says what is measured, ``draw`` makes the scene.
+"""Each file is one world: its docstring says what is measured, ``draw`` makes the scene.
 
-``draw(random, hidden, rows)`` gives a Scene; ``CONTENTS`` stands where a world has not both
-contents, ``nothing`` and ``hidden``.
+``draw(random, hidden, rows)`` returns a Scene; a world that does not have both contents,
+``nothing`` and ``hidden``, defines ``CONTENTS``.
 """

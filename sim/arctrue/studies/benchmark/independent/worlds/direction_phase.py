@@ -32,7 +32,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         temperature=False,
         columns=("run", "time_s", "direction"),
         accepted=Accepted(
-            # The catalogue has the order, not its phase's dependence on direction.
+            # The catalogue has the order, but not the dependence of its phase on direction.
             names=("drive_gear_error", "high_order_graduation")
             if stated
             else ("high_order_graduation",),

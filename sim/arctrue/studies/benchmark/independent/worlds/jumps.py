@@ -16,7 +16,7 @@ from arctrue.studies.benchmark.independent.noise import any_noise
 from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 COARSE = 1 << 16
-"""Counts a turn, 19.8″ each: a slip is then told from a knock by its size."""
+"""Counts per turn, 19.8″ each: the size of a jump then distinguishes a slip from a knock."""
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:

@@ -22,7 +22,7 @@ FEWEST_PERIODS = 5.0
 
 
 def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
-    """Instants of a log: an hour at one of the rates, shorter where that is too many rows.
+    """Return the times of a log: an hour at one of the rates, shorter if that gives too many rows.
 
     A log has as many rows as four runs.
     """
@@ -34,7 +34,7 @@ def log_time_s(random: np.random.Generator, rows: int) -> np.ndarray:
 
 
 def log_noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> NoiseProcess:
-    """White, relaxation, random walk, heavy tails, or 1/f."""
+    """Draw white noise, a relaxation, a random walk, heavy tails, or 1/f."""
     if random.random() < 0.2:
         return FlickerNoise(sigma, float(random.uniform(0.5, 1.0)))
     return any_noise(random, sigma, float(np.ptp(time_s)), float(time_s[1]))
@@ -43,7 +43,7 @@ def log_noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> 
 def any_line(
     random: np.random.Generator, sigma: float, time_s: np.ndarray, slowest_s: float
 ) -> Line:
-    """Amplitude 0.3 to 10 σ, a period from 8 rows to ``slowest_s``."""
+    """Draw a line with amplitude 0.3 to 10 σ and a period from 8 rows to ``slowest_s``."""
     period_s = log_uniform(random, 8 * float(time_s[1]), slowest_s)
     return Line(sigma * log_uniform(random, 0.3, 10.0), 1 / period_s, random.uniform(0, 2 * np.pi))
 
@@ -55,7 +55,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     sigma = log_uniform(random, 0.1, 1.0)
     teeth = float(random.integers(100, 400))
     speed = SIDEREAL_RAD_S
-    # The worm turns at least FEWEST_PERIODS times in the log: another speed where it does not.
+    # The worm turns at least FEWEST_PERIODS times in the log: raise the speed if necessary.
     speed *= max(1.0, FEWEST_PERIODS * 2 * np.pi / (teeth * speed * length_s))
     causes: list[Cause] = []
     stated = bool(random.random() < 0.5)
@@ -67,7 +67,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         line = any_line(random, sigma, time_s, length_s / FEWEST_PERIODS)
         known = [float(item.hz) for item in causes if isinstance(item, Line)]
         known += [speed * teeth * k / (2 * np.pi) for k in (1, 2) if stated]
-        # Nearer than three times what the log resolves, two lines are one that beats.
+        # Two lines nearer than three times the resolution of the log look like one that beats.
         if all(abs(line.hz - hz) > 3 / length_s for hz in known):
             causes.append(line)
     return Scene(
@@ -78,8 +78,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         table={"drive_gear_teeth": teeth} if stated else {},
         temperature=False,
         columns=("run", "time_s", "direction"),
-        # A line in time is what a shaking stand shows as well. On a short arc, an order that is
-        # whole is not told from its neighbours.
+        # A shaking stand also causes a line in time. On a short arc, a whole order cannot be
+        # distinguished from its neighbours.
         accepted=Accepted(
             names=("periodic_error", "vibration") if hidden else (),
             alike=("high_order_graduation", "bearing_ball_pass") if hidden else (),

@@ -43,8 +43,8 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         temperature=False,
         columns=("run", "time_s", "direction"),
         accepted=Accepted(
-            # A line in time that keeps its phase is what a shaking stand shows as well; an order
-            # that is not whole is what a bearing shows.
+            # A shaking stand also causes a line in time that keeps its phase; a bearing causes an
+            # order that is not whole.
             names=("vibration",)
             if isinstance(cause, Line)
             else ("bearing_ball_pass",)

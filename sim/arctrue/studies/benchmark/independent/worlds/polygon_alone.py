@@ -17,7 +17,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     """A scene of this world."""
     number = int(random.choice([24, 36, 48, 72]))
     teeth = int(random.integers(25, 90))
-    # A gear needs stations that are not evenly spaced, or its order is an alias of a low one.
+    # A gear needs unevenly spaced stations; otherwise its order is an alias of a low one.
     uneven = random.random() < 0.5
     places = np.arange(number) + (random.uniform(-0.3, 0.3, number) if uneven else 0.0)
     at = stations(places * (2 * np.pi / number), int(random.integers(3, 7)), True, 6.0)

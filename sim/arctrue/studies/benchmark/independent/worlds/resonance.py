@@ -19,7 +19,7 @@ from arctrue.studies.benchmark.independent.worlds.mount_log import SIDEREAL_RAD_
 
 CONTENTS = ("hidden",)
 COHERENT_SHARE = 0.05
-"""Largest coherence time 1/γ, of the record's length."""
+"""Largest coherence time 1/γ, as a share of the record's length."""
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:

@@ -16,8 +16,9 @@ from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world: causes that one run can show (a motion of the axis lies in the
-    orders of the disc).
+    """Draw a scene with causes that one run can show.
+
+    An axis motion is not among them: it lies in the orders of the disc.
     """
     turns = float(random.integers(1, 5))
     runs = sweeps([SLOW_RAD_S * float(random.choice([-1, 1]))], 2 * rows, turns)
@@ -30,7 +31,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         lambda: Defect.drawn(random),
     ]
     cause = draws[int(random.integers(len(draws)))]()
-    # At one speed a line in time is a line in angle, and of what part is anybody's guess.
+    # At one speed a line in time equals a line in angle, so that its cause cannot be identified.
     line = isinstance(cause, Shaking)
     return Scene(
         any_disc(random),

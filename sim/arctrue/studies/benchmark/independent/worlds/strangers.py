@@ -60,7 +60,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
     ]
     cause = draws[int(random.integers(len(draws)))]()
     bent = isinstance(cause, BentScale)
-    # The harmonics of a square wave are high orders of the disc, a part of what is there.
+    # The harmonics of a square wave are high orders of the disc: a part of the hidden cause.
     alike = ("high_order_graduation",) if isinstance(cause, Sectors) else ()
     return Scene(
         any_disc(random),
