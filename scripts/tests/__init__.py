@@ -1,1 +1,1 @@
-"""Tests of the scripts and of what the Makefile calls."""
+"""Tests of the scripts and of the commands of the Makefile."""

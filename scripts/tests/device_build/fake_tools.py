@@ -1,6 +1,6 @@
-"""Programs that stand in for the tools of a flow: they note how they were called and check it.
+"""Programs that stand in for the tools of a flow: they record and check their calls.
 
-Each reads the files it is given as the real one would, and fails where one is not there.
+Each reads its files as the real one would, and fails where one is missing.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ PSS2.PS7.ALONE 01_33
 
 
 def add_database(folder: Path) -> Path:
-    """The database's folder of the family."""
+    """Make the database's folder of the family and return it."""
     family = folder / "prjxray-db" / "zynq7"
     (family / PART).mkdir(parents=True)
     (family / PART / "part.yaml").write_text("part", encoding="utf-8")
@@ -157,7 +157,7 @@ def add_database(folder: Path) -> Path:
 
 
 class Bench:
-    """A folder with fake programs that is in front of PATH, and what they were called with."""
+    """A folder of fake programs, first in PATH, and the record of their calls."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self.folder = folder
@@ -175,7 +175,8 @@ class Bench:
         self.set_path()
 
     def set_path(self, *more: str) -> None:
-        """PATH: the fake programs, then what the tests need themselves, and no tool of a flow."""
+        """Set PATH to the fake programs and what the tests need themselves, without tools of a
+        flow."""
         self.monkeypatch.setenv("PATH", os.pathsep.join([str(self.programs), *more]))
 
     def add(self, name: str, text: str) -> Path:
@@ -193,7 +194,7 @@ class Bench:
         self.monkeypatch.setenv("PRJXRAY_DB_DIR", str(self.folder / "prjxray-db"))
 
     def calls(self, name: str) -> list[list[str]]:
-        """The arguments of every call of one program."""
+        """Return the arguments of every call of one program."""
         if not self.calls_file.exists():
             return []
         lines: list[Any] = [

@@ -1,6 +1,7 @@
-"""Pins of the clg400 package that the boards bring out, from the package file of the XC7Z020.
+"""Pins of the clg400 package on the boards' connectors, from the package file of the XC7Z020.
 
-Bank and function as in AMD's xc7z020clg400pkg.txt; connectors as in the boards' manuals.
+Bank and function are those of AMD's xc7z020clg400pkg.txt; connectors are those of the boards'
+manuals.
 """
 
 from __future__ import annotations
@@ -8,12 +9,12 @@ from __future__ import annotations
 FIRST_PMOD_PINS = ("Y18", "Y19", "Y16", "Y17", "U18", "U19", "W18", "W19")
 SECOND_PMOD_PINS = ("W14", "Y14", "T11", "T10", "V16", "W16", "V12", "W13")
 I2C_PINS = {"i2c_scl": "P16", "i2c_sda": "P15"}
-"""SCL and SDA of the Arduino (ChipKit) header."""
+"""Pins SCL and SDA of the Arduino (ChipKit) header."""
 FURTHER_HEADS = {
     "head3": ("V13", "V15", "T15"),
     "head4": ("R16", "U17", "V17"),
 }
-"""IO3 to IO8 of the Arduino (ChipKit) header: A, B and Z."""
+"""Pins A, B and Z of each head: IO3 to IO8 of the Arduino (ChipKit) header."""
 HEADER_PAIRS = (
     {"U13", "V13"},
     {"V15", "W15"},
@@ -34,10 +35,10 @@ BANKS = {
 }
 
 SUPPLY_VOLTS = {34: 3.3, 35: 3.3}
-"""On both boards."""
+"""Supply voltage of each bank on both boards."""
 
 # Numbers at the connector: 5, 6, 11 and 12 are ground and supply. The two boards have the same
-# connectors at the same pins, under other names.
+# connectors at the same pins, with other names.
 PLACES = (1, 2, 3, 4, 7, 8, 9, 10)
 FIRST_PMOD = dict(zip(PLACES, FIRST_PMOD_PINS, strict=True))
 SECOND_PMOD = dict(zip(PLACES, SECOND_PMOD_PINS, strict=True))

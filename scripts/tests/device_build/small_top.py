@@ -1,4 +1,4 @@
-"""A top level with the processor that is small, and its netlist by the real GHDL and Yosys."""
+"""A small top level with the processor, and its netlist by the real GHDL and Yosys."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ SMALL_TOP = Top(
     vivado="",  # it goes through the open flow only
     has_core=False,
 )
-# The processor side with one of each kind of cell at its bus: what is written goes to a block RAM
-# with contents and to memories of 16, 64 and 128 words made of look-up tables, what is read in the
-# block RAM is a factor of a DSP's product, and a shift register interrupts.
+# The processor side with one of each kind of cell at its bus: a write goes to a block RAM with
+# contents and to memories of 16, 64 and 128 words made of look-up tables, a word read in the block
+# RAM is a factor of a DSP's product, and a shift register interrupts.
 VHDL = """
 library ieee;
   use ieee.std_logic_1164.all;
@@ -126,7 +126,7 @@ PINS = "".join(
 
 
 def netlist_of_small_top(folder: Path) -> Path:
-    """Mapped to the chip's cells."""
+    """Return the netlist mapped to the chip's cells."""
     source = folder / "source"
     source.mkdir()
     (source / f"{SMALL_TOP.name}.vhd").write_text(VHDL, encoding="utf-8")

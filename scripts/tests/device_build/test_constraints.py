@@ -1,4 +1,4 @@
-"""The pin files against the ports of the top level and the pins of the package."""
+"""Tests of the pin files against the ports of the top level and the pins of the package."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PMODS = (FIRST_PMOD, SECOND_PMOD)
 
 
 def vivado_files(top: str) -> list[Path]:
-    """What Vivado alone reads for a top level, in the order in which it does."""
+    """Return the files that only Vivado reads for a top level, in its order."""
     names = (*TOPS[top].scoped, TOPS[top].vivado)
     return [CONSTRAINTS / "vivado" / f"{name}.xdc" for name in names]
 
@@ -44,7 +44,7 @@ DEVICE_BOARDS = [board for board in boards() if board != SOURCE]
 
 
 def test_a_second_board_gives_what_the_first_takes() -> None:
-    """Two boards, pin by pin: the heads leave the one where they enter the other."""
+    """The heads leave the second board at the pins where they enter the first."""
     pins = check_pins(CONSTRAINTS / f"{SOURCE}.xdc", ports_of(f"{SOURCE}_top"))
     assert pins.pop("oscillator") == OSCILLATOR
     for board in DEVICE_BOARDS:
@@ -82,7 +82,7 @@ def test_every_port_has_a_pin_of_the_package(board: str) -> None:
     "path", [*(CONSTRAINTS / f"{name}.xdc" for name in DEVICE_BOARDS), TEMPLATE]
 )
 def test_an_open_input_is_pulled_low_and_the_bus_high(path: Path) -> None:
-    """In the file that both flows read; nothing else is pulled."""
+    """The file that both flows read pulls these ports and no others."""
     pulled = {
         port: given["PULLTYPE"][0] for port, given in read_pins(path).items() if "PULLTYPE" in given
     }
@@ -110,7 +110,7 @@ def test_signals_are_where_the_page_says(board: str) -> None:
 
 
 def test_heads_3_and_4_are_on_the_header() -> None:
-    """Of each board, and of the second board that gives what the first takes."""
+    """This holds for each board, and for the second board that drives the first."""
     for board in DEVICE_BOARDS:
         pins = check_pins(pins_of_all_heads(CONSTRAINTS / f"{board}.xdc"), ports_of(HEADS))
         assert list(pins)[6:12] == [f"head{head}_{line}" for head in (3, 4) for line in "abz"]
@@ -193,13 +193,14 @@ def test_faults_are_named_with_their_line(fault: str, tmp_path: Path) -> None:
 
 
 def vivado_text() -> str:
-    """All of the device's files for Vivado, without comments."""
+    """Return all of the device's files for Vivado, without comments."""
     text = "".join(path.read_text(encoding="utf-8") for path in vivado_files(TOP))
     return re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
 
 
 def test_vivado_names_ports_of_the_top_and_its_clock() -> None:
-    """A pattern that matches nothing would leave a path untimed; test_scoped_constraints: cells."""
+    """A pattern without a match would leave a path untimed; test_scoped_constraints covers
+    cells."""
     text = vivado_text()
     ports = set(ports_of(TOP))
     patterns = " ".join(re.findall(r"get_ports \{?([\w* ]+)\}?\]", text)).split()
@@ -212,11 +213,12 @@ def test_vivado_names_ports_of_the_top_and_its_clock() -> None:
 
 
 def test_inputs_are_timed_and_their_skew_is_bounded() -> None:
-    """Without an input delay Vivado times no path from a pin, as test_scoped_constraints bounds."""
+    """Without an input delay Vivado times no path from a pin; test_scoped_constraints bounds the
+    skew."""
     text = vivado_text()
     for port in ("head*", "sync_in", "probe_in"):
         assert f"set_input_delay -clock fabric_clock 0.000 [get_ports {port}]" in text
-    # No exception may take the bound away again.
+    # No exception may remove the bound again.
     assert not re.search(r"^set_false_path -from \[get_ports head", text, re.MULTILINE)
     assert not re.search(r"^set_false_path -to \[get_ports (out|trig|comp)", text, re.MULTILINE)
     jitter = re.search(r"^set_input_jitter fabric_clock ([\d.]+)$", text, re.MULTILINE)
@@ -255,7 +257,7 @@ def test_asynchronous_pins_meet_synchronisers_that_are_marked() -> None:
     ],
 )
 def test_vivado_constraints_are_whole_tcl(top: str, expected: set[str]) -> None:
-    """Braces and brackets, read by a real Tcl; the commands are stand-ins that note their names."""
+    """A real Tcl reads braces and brackets; the commands are stand-ins that record their names."""
     tcl = shutil.which("tclsh")
     assert tcl, "tclsh is missing: apt-get install tcl"
     files = " ".join(str(path) for path in vivado_files(top))
@@ -280,7 +282,8 @@ def test_vivado_constraints_are_whole_tcl(top: str, expected: set[str]) -> None:
 
 
 def test_the_clock_of_the_identifier_is_the_one_that_the_entity_makes() -> None:
-    """Divided as by its generic, and each path bounded to less than the half period that it has."""
+    """The clock is divided by the generic, and each path is limited to less than its half
+    period."""
     entity = (ROOT / "rtl" / "top" / "chip_dna.vhd").read_text(encoding="utf-8")
     found = re.search(r"CLOCKS_PER_HALF\s*: positive[^:]*:= (\d+)", entity)
     assert found is not None

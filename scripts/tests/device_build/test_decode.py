@@ -1,4 +1,4 @@
-"""Cells that are decoded from features, one at a time; whole designs: test_place_and_route.py."""
+"""Tests of single cells decoded from features; test_place_and_route.py has whole designs."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_a_table_gives_the_bit_that_its_inputs_name() -> None:
 
 
 def test_an_input_that_changes_chooses_between_what_is_left() -> None:
-    """A table of A3 xor A5, the others constant, and one that lets A2 through."""
+    """One table is A3 xor A5 with the others constant, and one passes A2 through."""
     value = sum(1 << place for place in range(64) if (place >> 2 ^ place >> 4) & 1)
     constant = {"A1": "1'b1", "A2": "1'b0", "A4": "1'b1", "A6": "1'b1"}
     made, text = one_slice(init_features("A", value), constant)
@@ -110,7 +110,8 @@ def test_pins_of_blocks_are_after_their_inverters() -> None:
 
 
 def grid_of_two(folder: Path, bits: dict[int, frozenset[int]]) -> Routes:
-    """Two tiles side by side: a wire of the left one is one with a wire of the right one."""
+    """Return two neighbouring tiles: a wire of the left one is connected to one of the right
+    one."""
     family = folder / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
@@ -151,7 +152,7 @@ def grid_of_two(folder: Path, bits: dict[int, frozenset[int]]) -> Routes:
 
 
 def test_a_wire_is_followed_through_tiles_to_what_drives_it(tmp_path: Path) -> None:
-    """By a feature, or else by the default that the database documents."""
+    """A feature drives the wire, or else the default that the database documents."""
     driven = grid_of_two(tmp_path / "driven", {0x10: frozenset({1})})
     assert driven.source("RIGHT", "PIN") == Source(level=0)
     assert driven.features.unexplained() == []
@@ -172,7 +173,7 @@ def test_bits_and_wires_that_cannot_be_are_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("port", ["ARD", "BWR"])
 def test_an_address_is_handed_on_where_the_cascade_is_active(tmp_path: Path, port: str) -> None:
-    """Of block RAMs one above the other: Project X-Ray's ``CASCOUT_ARD_ACTIVE`` and ``_BWR_``."""
+    """Project X-Ray's ``CASCOUT_ARD_ACTIVE`` and ``_BWR_`` connect block RAMs above each other."""
     family = tmp_path / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
@@ -207,7 +208,7 @@ def test_an_address_is_handed_on_where_the_cascade_is_active(tmp_path: Path, por
 
 
 def test_an_assignment_of_a_signal_to_itself_is_dropped() -> None:
-    """Verilator takes the first of two: here it would be the one without a meaning."""
+    """Verilator uses the first of two: here it would be the meaningless one."""
     written = (
         "module core\n"
         "  (input clock,\n"
@@ -223,7 +224,7 @@ def test_an_assignment_of_a_signal_to_itself_is_dropped() -> None:
 
 
 def test_ports_of_the_processor_turn_round() -> None:
-    """What leaves the PS7 enters the design."""
+    """An output of the PS7 is an input of the design."""
     module = {
         "ports": {
             "led": {"direction": "output", "bits": [2]},
@@ -272,7 +273,7 @@ def test_a_bitstream_that_is_not_there_is_told(
 
 
 def test_a_wire_is_left_or_pulled_low_at_the_port_itself() -> None:
-    """As GHDL writes it; a plain assignment stays as it is."""
+    """GHDL writes it this way; a plain assignment stays unchanged."""
     written = (
         "  assign scl = n2_oport; //(module output)\n"
         "  assign n2_oport = n103_o; // (inout - port)\n"

@@ -1,4 +1,5 @@
-"""FASM to frames: a database of one tile by hand; Project X-Ray's own was compared once (docs)."""
+"""Test of FASM to frames with a handmade database of one tile; docs compare Project X-Ray's
+once."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from scripts.tests.device_build.fake_tools import PART, add_database
 
 
 def words(folder: Path, fasm: str) -> dict[int, dict[int, int]]:
-    """Frame to word to value, where it is not 0."""
+    """Return a map of frame to word to value, where the value is not 0."""
     file = folder / "made.fasm"
     file.write_text(fasm, encoding="ascii")
     family = folder / "prjxray-db" / "zynq7"

@@ -1,4 +1,4 @@
-"""Look-up tables as RAM, decoded from features, against what the chip's primitives do (UG953)."""
+"""Tests of look-up tables as RAM, decoded from features, against the chip's primitives (UG953)."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def address(levels: Levels, table: str, bits: int) -> int:
 
 @dataclass
 class Memory:
-    """One configured slice and what the primitive in it does.
+    """One configured slice and the behaviour of its primitive.
 
-    ``tied``: pins at a constant, or at the level of another pin; ``read`` and ``write``: the
+    ``tied`` has pins at a constant or at the level of another pin; ``read`` and ``write`` are the
     primitive by its pins.
     """
 
@@ -45,7 +45,7 @@ class Memory:
 
     @property
     def free(self) -> list[str]:
-        """The pins that change by themselves."""
+        """Return the pins that change independently."""
         pins = {f"{letter}{place}" for letter in LETTERS for place in range(1, 7)}
         pins |= {"AI", "BI", "CI", "DI", "AX", "BX", "CX", "DX", "CE", "WE"}
         return sorted(pins - self.tied.keys())
@@ -60,7 +60,7 @@ def random_init(rng: np.random.Generator) -> int:
 
 
 def ram32m(rng: np.random.Generator) -> Memory:
-    """RAM32M: four times two bits, 32 words, each with its own data and read address."""
+    """Return RAM32M: four times two bits, 32 words, each with its own data and read address."""
     memory = {letter: [int(bit) for bit in rng.integers(0, 2, 64)] for letter in LETTERS}
     features = {f"{letter}LUT.{mode}" for letter in LETTERS for mode in ("RAM", "SMALL")}
     features |= {f"{letter}LUT.DI1MUX.{letter}I" for letter in "ABC"} | {"WEMUX.CE"}
@@ -85,7 +85,8 @@ def ram32m(rng: np.random.Generator) -> Memory:
 
 
 def ram64x1d_twice(rng: np.random.Generator) -> Memory:
-    """Two RAM64X1D of one write address: D and C hold the data of DI, B and A those of BI."""
+    """Return two RAM64X1D of one write address: D and C hold the data of DI, B and A those of
+    BI."""
     inits = random_init(rng), random_init(rng)
     memory = [[init >> place & 1 for place in range(64)] for init in inits]
     features = {f"{letter}LUT.RAM" for letter in LETTERS} | {"BLUT.DI1MUX.BI"}
@@ -104,12 +105,12 @@ def ram64x1d_twice(rng: np.random.Generator) -> Memory:
 
 
 def same_address(tables: str) -> dict[str, str]:
-    """The inputs of tables that have those of D."""
+    """Return the inputs of tables that share those of D."""
     return {f"{table}{place}": f"D{place}" for table in tables for place in range(1, 7)}
 
 
 def ram128x1d(rng: np.random.Generator) -> Memory:
-    """Written and read at D's inputs and CX, read at B's inputs and AX."""
+    """Return a RAM written and read at D's inputs and CX, read at B's inputs and AX."""
     init = random_init(rng) | random_init(rng) << 64
     memory = [init >> place & 1 for place in range(128)]
     features = {f"{letter}LUT.RAM" for letter in LETTERS} | {"WA7USED"}
@@ -132,7 +133,7 @@ def ram128x1d(rng: np.random.Generator) -> Memory:
 
 
 def ram256x1s(rng: np.random.Generator) -> Memory:
-    """One address for all: D's inputs, CX (and AX), BX."""
+    """Return a RAM with one address for all: D's inputs, CX (and AX), BX."""
     inits = [random_init(rng) for _ in LETTERS]
     init = sum(value << 64 * place for place, value in enumerate(inits))
     memory = [init >> place & 1 for place in range(256)]
@@ -175,7 +176,8 @@ endmodule
 
 
 def simulated(memories: list[Memory], rows: np.ndarray, folder: Path) -> list[str]:
-    """The outputs before every clock, by Verilator; ``rows``: a level for every free pin."""
+    """Return the outputs before every clock from Verilator; ``rows`` has a level for every free
+    pin."""
     text = Text()
     place = 1
     outputs: list[str] = []
@@ -216,7 +218,8 @@ def simulated(memories: list[Memory], rows: np.ndarray, folder: Path) -> list[st
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_rams_of_look_up_tables_do_what_the_primitives_do(tmp_path: Path) -> None:
-    """RAM32M, RAM64X1D, RAM128X1D and RAM256X1S from random contents, every pin random."""
+    """RAM32M, RAM64X1D, RAM128X1D and RAM256X1S have random contents and random levels at every
+    pin."""
     rng = np.random.default_rng(1)
     memories = [make(rng) for make in (ram32m, ram64x1d_twice, ram128x1d, ram256x1s)]
     rows = rng.integers(0, 2, (CLOCKS, sum(len(memory.free) for memory in memories)))
@@ -265,7 +268,7 @@ def test_a_ram_is_written_at_the_edge_that_the_slice_has() -> None:
 
 
 def test_the_pins_that_a_ram_depends_on_are_told() -> None:
-    """Data input 1 of A comes by way of B from DI where no feature says otherwise."""
+    """Data input 1 of A comes from DI through B where no feature says otherwise."""
     numbered = {f"{letter}{place}" for letter in "AD" for place in range(1, 7)}
     assert set(ram_pins(frozenset(SMALL | {"WEMUX.CE"}))) == numbered | {"CLK", "CE", "DI", "AX"}
     deep = frozenset({"DLUT.RAM", "WA7USED", "WA8USED"})
@@ -274,7 +277,7 @@ def test_the_pins_that_a_ram_depends_on_are_told() -> None:
 
 
 def slice_with_ram(folder: Path, undriven: str) -> Routes:
-    """A tile with one slice, its table D a RAM; all pins at 1 by default but one."""
+    """Return a tile with one slice, its table D a RAM; all pins except one are 1 by default."""
     family = folder / "zynq7"
     (family / "xc7z020").mkdir(parents=True)
     block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
@@ -338,5 +341,5 @@ def test_a_ram_with_all_its_pins_driven_is_counted(tmp_path: Path) -> None:
 def test_only_the_lowest_dsp_of_a_column_has_no_cascade(
     tile: str, name: str, pin: str, none: bool
 ) -> None:
-    """UG479: cascades come from the DSP below."""
+    """By UG479, cascades come from the DSP below."""
     assert has_no_source(tile, name, pin) is none

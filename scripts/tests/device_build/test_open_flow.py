@@ -1,4 +1,4 @@
-"""``make bitstream FLOW=open`` with stand-ins for the tools, and its netlist with the real ones."""
+"""Tests of ``make bitstream FLOW=open`` with stand-ins for the tools, and of the real netlist."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_lanes_are_folded_no_more_than_the_tools_need() -> None:
         (["--lanes", "65"], "expected 1 to 64, found 65"),
         (["--lanes", "0"], "expected 1 to 64, found 0"),
         (["--lanes", "12", "--fold", "8"], "8 lanes a pipeline do not divide 12 lanes"),
-        # Whether a 3 or a "3" depends on the version of Python.
+        # The message has 3 or "3", depending on the version of Python.
         (["--fold", "3"], "argument --fold: invalid choice"),
     ],
 )
@@ -135,7 +135,7 @@ def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
 def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
     bench.add_open_tools()
     bench.monkeypatch.setenv("FAKE_MHZ", "99.99")
-    # nextpnr ends with an error then, and without one when it is told to allow it: both must fail.
+    # nextpnr then ends with an error, or without one if told to allow it: both must fail.
     for code in ("1", "0"):
         bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", code)
         assert run(bench) == 1
@@ -147,7 +147,7 @@ def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_data_that_change_too_early_fail(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
-    """nextpnr tells of a hold violation and ends as if all were well."""
+    """nextpnr reports a hold violation but ends without an error."""
     bench.add_open_tools()
     bench.monkeypatch.setenv("FAKE_HOLD", "-0.02 -0.05")
     assert run(bench) == 1
@@ -311,7 +311,7 @@ def test_the_makefile_hands_its_variables_on() -> None:
 
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
 def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
-    """PS7 and one BUFG with the ports of the primitives, pads, no latch, nothing unplaceable."""
+    """The netlist has PS7 and one BUFG with the primitives' ports, pads, and no latch."""
     netlist = netlist_of_small_top(tmp_path)
     check_primitives(netlist, SMALL_TOP)
     check_contents(netlist, SMALL_TOP)
@@ -342,7 +342,7 @@ def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
 @pytest.mark.parametrize("top", TOPS.values(), ids=TOPS)
 def test_yosys_reads_the_netlist_of_every_top(tmp_path: Path, top: Top) -> None:
-    """An instance that was named like a word of Verilog once stopped one of them."""
+    """An instance named like a keyword of Verilog once stopped one of them."""
     generics = {"LANES": 1, "CAPTURE_DEPTH": 64} if top.has_core else {}
     netlist = write_netlist(top.name, tmp_path / "made", generics=generics)
     script = f"read_verilog {netlist.name}; hierarchy -top {top.name}; select -assert-any c:*"

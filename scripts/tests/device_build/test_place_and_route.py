@@ -1,4 +1,4 @@
-"""The open tools themselves, where they are there: VHDL to a bitstream, and back to its bits."""
+"""Tests of the open tools themselves, if present: VHDL to a bitstream, and back to its bits."""
 
 from __future__ import annotations
 
@@ -61,21 +61,21 @@ class Made:
         return Chip(self.tools.family, PART)
 
     def bits(self) -> Bits:
-        """Of the bitstream, by Project X-Ray's reader."""
+        """Return the bits of the bitstream, from Project X-Ray's reader."""
         reader = BITREAD.find()
         assert reader
         part_file = self.tools.family / PART / "part.yaml"
         return bits_of_bitstream(self.job.bitstream, reader, part_file)
 
     def bench(self, bits: Bits, folder: Path) -> Path:
-        """The program that runs the design in ``bits`` beside its VHDL."""
+        """Build the program that runs the design in ``bits`` beside its VHDL."""
         design = Design.read(self.netlist.parent, SMALL_TOP.name)
         pins = check_pins(self.job.pins, design.pads)
         decoded, _ = decode(self.chip, bits, design, pins)
         return build(design.netlist, design.top, design.ports, decoded, folder)
 
     def compared(self, bits: Bits, folder: Path) -> Compared:
-        """What comes of random levels."""
+        """Return the comparison with random levels."""
         return run(self.bench(bits, folder), CLOCKS, 1)
 
 
@@ -94,7 +94,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
 
 
 def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> None:
-    """Read back by Project X-Ray's reader: the same bits in the same frames, and no other."""
+    """Project X-Ray's reader finds the same bits in the same frames, and no others."""
     assert f"for {PART}" in check_bitstream(made.job.bitstream, PART)
     frames = frames_of(made.job.folder / "arctrue.tied.fasm", made.chip)
     asked = {
@@ -110,20 +110,20 @@ def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> Non
 
 
 def test_the_encoder_source_is_placed_and_routed(tmp_path: Path) -> None:
-    """Its settings are constants, of which Yosys makes chains that the core does not have."""
+    """Yosys makes chains of its constant settings that the core does not have."""
     name = "encoder_source_top"
     job = Job(TOPS[name], PART, {}, CONSTRAINTS / "encoder_source.xdc", tmp_path / "job")
     job.reports.mkdir(parents=True)
     tools = bitstream_open.find_open_tools(PART)
     verilog = write_netlist(name, tmp_path / "netlist")
     netlist = synthesise(verilog, flatten=True, for_nextpnr=True)
-    # TimingError when it is slower than its clock.
+    # A TimingError is raised if it is slower than its clock.
     routed = place_until_timed(job, tools.nextpnr, tools.chipdb, netlist)
     assert "MHz" in routed.timing
 
 
 def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
-    """As nextpnr leaves it: its FASM, and a netlist that names no constant."""
+    """The FASM of nextpnr lacks the tie-offs, and the netlist names no constant."""
     untied = tmp_path / "untied.json"
     untied.write_text('{"modules": {}}', encoding="utf-8")
     job = replace(made.job, folder=tmp_path)
@@ -135,25 +135,26 @@ def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_path: Path) -> None:
-    """DSP, RAMs, shift register, carry chains and all else but the PS7."""
+    """The comparison covers DSP, RAMs, shift register, carry chains and all except the PS7."""
     bench = made.bench(made.bits(), tmp_path)
     compared = run(bench, CLOCKS, 1)
     assert faults_of(compared) == []
     assert compared.figures["clocks"] == CLOCKS
-    # Of look-up tables as RAM those that are read: of 16, 6, and two times two that make 128 words.
+    # Look-up tables that are read as RAM: 16, 6, and two times two that make 128 words.
     blocks = 2 + 16 + 6 + 2 * 2 * 2
     assert compared.figures["blocks"] == compared.figures["moved_blocks"] == blocks
     # 32 bits of read data, the identifiers of both answers, five signals of the bus, interrupt,
-    # clock and LEDs, the two wires of I2C and their levels; what else goes to the PS7 is constant.
+    # clock and LEDs, the two wires of I2C and their levels; the other inputs of the PS7 are
+    # constant.
     assert compared.figures["moved_outputs"] >= 32 + 2 * 12 + 5 + 2 + 4
     words_come_back(bench)
 
 
 def words_come_back(bench: Path) -> None:
-    """The bus master of the bench: single words and bursts are written and read, a reset between.
+    """Write and read single words and bursts with the bench's bus master, a reset between.
 
     The design reads its memory of 18 bits, with sign, at 0x2000, and at 0x3000 the memories of 16,
-    64 and 128 words, which keep what was written last to any address that ends alike.
+    64 and 128 words, which keep the last word written to any address with the same low bits.
     """
     rng = random.Random(1)
     words = {4 * place: rng.getrandbits(32) for place in rng.sample(range(16, 1024), 200)}
@@ -176,13 +177,14 @@ def words_come_back(bench: Path) -> None:
     in_order = [signed[address] for address in [*order, *range(0, 64, 4)]]
     count = len(order)
     assert read[:count] + read[2 * count :] == [word & 0xFFFF_FFFF for word in in_order]
-    # Above bit 23 is what the address of the last write held before.
+    # The bits above bit 23 keep the former content of the address of the last write.
     in_look_up_tables = [word & 0xFF_FFFF for word in read[count : 2 * count]]
     assert in_look_up_tables == [last_written(words, address) for address in order]
 
 
 def last_written(words: dict[int, int], address: int) -> int:
-    """What the memories of 16, 64 and 128 words have at an address; ``words``: in order."""
+    """Return the content of the memories of 16, 64 and 128 words at an address; ``words`` in
+    order."""
     found = 0
     for depth, first, bits in ((16, 0, 16), (64, 16, 6), (128, 22, 2)):
         mask = (1 << bits) - 1 << first

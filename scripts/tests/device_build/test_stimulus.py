@@ -1,4 +1,5 @@
-"""What the processor does while a bitstream runs, and what it is found not to have reached."""
+"""Tests of the processor's accesses while a bitstream runs, and of the reported gaps in their
+reach."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ CLOCKS = 40_000
 
 
 def answered(accesses: list[Access]) -> list[Answer]:
-    """A core as the register map describes it: coefficients held, a correction and samples."""
+    """Answer as a core of the register map: coefficients held, a correction and samples."""
     held = dict.fromkeys(CORE.coefficients, 0)
     sequence = 0
     answers = []
@@ -97,7 +98,7 @@ def answer_reaches(accesses: list[Access], answer: Answer, address: int) -> bool
     ],
 )
 def test_a_word_reads_as_the_register_map_says(word: int, written: int, reads: int) -> None:
-    """K in 48 bits, phase in 24, amplitude in 25 with its sign."""
+    """K has 48 bits, the phase 24, the amplitude 25 with its sign."""
     assert stored(registers.COEFFICIENTS_ADDRESS + 16 * 3 + 4 * word, written) == reads
 
 

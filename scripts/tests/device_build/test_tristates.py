@@ -1,4 +1,4 @@
-"""Tri-state pads in FASM: which ones need the feature that nextpnr leaves out."""
+"""Test of tri-state pads in FASM: which ones need the feature that nextpnr omits."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The cells that Vivado makes of VHDL sources, by the names that its constraints find them by.
+"""Find the cells that Vivado makes of VHDL sources, by the names that its constraints use.
 
-Read from the text: instances of entities and of components, and a register for each signal or port
-that is assigned in a clocked process.
+The text is searched for instances of entities and of components, and for a register for each signal
+or port that is assigned in a clocked process.
 """
 
 from __future__ import annotations
@@ -30,12 +30,13 @@ class Cell:
 
 
 def texts_of(paths: list[Path]) -> dict[str, str]:
-    """The sources without comments, by the names of their files, which are those of the units."""
+    """Return the sources without comments, by the names of their files, which are those of the
+    units."""
     return {path.stem: re.sub(r"--.*", "", path.read_text(encoding="utf-8")) for path in paths}
 
 
 def relabelled(texts: Mapping[str, str]) -> dict[str, str]:
-    """The same design with another label for every instance of an entity."""
+    """Return the same design with another label for every instance of an entity."""
 
     def other(match: re.Match[str]) -> str:
         return f"part_{len(match[1])}_{match[1][::-1]} : {match[2]}{match[3]}"
@@ -45,7 +46,7 @@ def relabelled(texts: Mapping[str, str]) -> dict[str, str]:
 
 
 def cells_of(texts: Mapping[str, str], entity: str, above: str = "") -> Iterator[Cell]:
-    """All cells below one instance of ``entity``, whose path is ``above``."""
+    """Yield all cells below one instance of ``entity``, whose path is ``above``."""
     text = texts[entity]
     kinds = dict(SIGNAL.findall(text)) | {name: kind for name, kind, _ in PORT.findall(text)}
     registers = {
@@ -68,7 +69,7 @@ def cells_of(texts: Mapping[str, str], entity: str, above: str = "") -> Iterator
 
 
 def pins_of(text: str, component: str) -> Iterator[str]:
-    """The pins of a primitive, a bit each, from the declaration of its component."""
+    """Yield the pins of a primitive, one per bit, from the declaration of its component."""
     declaration = re.search(rf"\bcomponent {component} is(.*?)end component", text, re.DOTALL)
     assert declaration, component
     for name, _, highest in PORT.findall(declaration[1]):
@@ -79,7 +80,7 @@ def pins_of(text: str, component: str) -> Iterator[str]:
 
 
 def write_netlist(path: Path, cells: list[Cell], ports: list[str]) -> None:
-    """A file for vivado_netlist.tcl."""
+    """Write a file for vivado_netlist.tcl."""
     lines = [f"port {port}" for port in ports]
     lines += [f"cell {cell.name} {cell.reference} {' '.join(cell.pins)}" for cell in cells]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

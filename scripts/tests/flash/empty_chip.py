@@ -1,4 +1,4 @@
-"""The processor in QEMU without a program, its console open."""
+"""Run the processor in QEMU without a program, with its console open."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from contextlib import contextmanager
 from pathlib import Path
 
 SECONDS = 60.0
-"""Of no news: what a start takes on a busy machine is far less."""
+"""Longest wait without output; a start takes far less on a busy machine."""
 
 
 class EmptyChip:
-    """``debugger`` is the socket that gdb can speak to."""
+    """An emulated processor; ``debugger`` is the socket for gdb."""
 
     def __init__(self, console: socket.socket, debugger: Path) -> None:
         self.console = console
         self.debugger = debugger
 
     def wait_for(self, text: bytes) -> bytes:
-        """All that the console says, once ``text`` is part of it."""
+        """Return the complete output of the console, once it contains ``text``."""
         said = b""
         while text not in said:
             try:
@@ -35,7 +35,7 @@ class EmptyChip:
 
 @contextmanager
 def empty_chip(folder: Path, *options: str) -> Iterator[EmptyChip]:
-    """Start it; it is stopped when the block ends."""
+    """Start the emulator, and stop it when the block ends."""
     console, debugger = folder / "console", folder / "debugger"
     command = ["qemu-system-arm", "-M", "xilinx-zynq-a9", "-m", "2G", "-nographic"]
     command += ["-monitor", "none", "-serial", f"unix:{console},server=on,wait=on"]

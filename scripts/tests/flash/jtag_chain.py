@@ -1,7 +1,8 @@
 """A simulated adapter with a Zynq's scan chain, for OpenOCD's remote_bitbang.
 
-IEEE 1149.1: the state machine, two registers of instructions, identification and bypass; of the
-fabric what configuration needs (UG470): JPROGRAM and CFG_IN. Nothing of it comes from OpenOCD.
+It follows IEEE 1149.1 (the state machine, two instruction registers, identification and bypass) and
+has the part of the fabric that configuration needs (UG470): JPROGRAM and CFG_IN. No code comes from
+OpenOCD.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ class Chain:
         self.taps = (self.processor, self.fabric)
         self.state = "reset"
         self.tdo = self.tck = 0
-        # Bits that CFG_IN has been given, one list a scan.
+        # Bits that CFG_IN has received, one list a scan.
         self.configuration: list[list[int]] = []
         for tap in self.taps:
             tap.reset()
@@ -133,6 +134,6 @@ class Adapter:
                     connection.sendall(bytes(answer))
 
     def wait(self) -> None:
-        """Until all that OpenOCD sent has been done: it ends before that."""
+        """Wait until all that OpenOCD sent has been processed: OpenOCD ends before that."""
         self.thread.join(30.0)
         assert not self.thread.is_alive()

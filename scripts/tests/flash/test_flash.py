@@ -1,4 +1,4 @@
-"""``make flash`` and ``make flash-bitstream`` up to a chip that is emulated."""
+"""Tests of ``make flash`` and ``make flash-bitstream`` up to an emulated chip."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ needs_openocd = pytest.mark.skipif(
 
 @needs_gdb
 def test_the_firmware_is_loaded_compared_and_speaks(tmp_path: Path) -> None:
-    """QEMU starts stopped and empty; its gdb port is what the adapter is on a board."""
+    """QEMU starts stopped and empty; its gdb port replaces the adapter of a board."""
     elf = build()
     with empty_chip(tmp_path, "-S") as chip:
         size, sections = load_firmware(elf, ONBOARD_ADAPTER, str(chip.debugger))
@@ -55,7 +55,7 @@ def adapter_file(folder: Path, port: int) -> Path:
 
 
 def bit_file(folder: Path, words: bytes) -> Path:
-    """A .bit file: Xilinx' head of tagged fields, then the words."""
+    """Write a .bit file: Xilinx' head of tagged fields, then the words."""
     head = bytes.fromhex("0009 0ff00ff00ff00ff000 0001")
     for tag, text in zip("abcd", ("top", "7z020clg400", "2026/11/21", "00:00:00"), strict=True):
         field = text.encode() + b"\0"
@@ -74,7 +74,7 @@ def test_the_bitstream_reaches_the_fabric_bit_by_bit(tmp_path: Path) -> None:
     adapter.wait()
     given = chain.fabric.instructions
     assert given.index(JPROGRAM) < given.index(CFG_IN)
-    # UG470: the most significant bit of each byte first.
+    # UG470: the most significant bit of each byte comes first.
     sent = [byte >> place & 1 for byte in words for place in range(7, -1, -1)]
     longest = max(chain.configuration, key=len)
     assert "".join(map(str, sent)) in "".join(map(str, longest))
@@ -93,7 +93,7 @@ def test_another_chip_is_refused(tmp_path: Path) -> None:
 
 @needs_openocd
 def test_the_files_for_the_board_are_read_by_openocd() -> None:
-    """Up to the adapter: there is none here."""
+    """OpenOCD reads the files up to the adapter, which is missing here."""
     for name in ("processor.cfg", "fabric.cfg"):
         command = ["openocd", "-f", str(ONBOARD_ADAPTER), "-f", str(ONBOARD_ADAPTER.parent / name)]
         command += ["-c", "gdb_port disabled; telnet_port disabled; tcl_port disabled"]

@@ -1,4 +1,4 @@
-"""``arctrue flash`` over the C code's own console and a model of the flash."""
+"""Tests of ``arctrue flash`` over the C code's own console and a model of the flash."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The boot image, read by an account of the boot ROM that shares nothing with the writer."""
+"""Tests of the boot image with a boot ROM written here that shares nothing with the writer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SYNC = bytes.fromhex("aa995566")
 
 
 def boot_rom(flash: bytes) -> tuple[int, bytes, int]:
-    """Load address, what is loaded and where it starts: UG585, the BootROM header word by word."""
+    """Return load address, body and start address by UG585, the BootROM header word by word."""
 
     def word(address: int) -> int:
         return int.from_bytes(flash[address : address + 4], "little")
@@ -39,7 +39,7 @@ def boot_rom(flash: bytes) -> tuple[int, bytes, int]:
     assert source >= 0x8C0
     assert 0 < length <= 0x30000
     assert length == word(0x40)
-    # What mkimage -T zynqimage of U-Boot 2023.01 checks beside that.
+    # mkimage -T zynqimage of U-Boot 2023.01 also checks these.
     assert start % 64 == 0
     assert word(0x38) == 0
     assert word(0x44) == 0
@@ -47,7 +47,8 @@ def boot_rom(flash: bytes) -> tuple[int, bytes, int]:
 
 
 def bit_file(body: bytes) -> bytes:
-    """A .bit as the tools write it: tagged text of odd length, dummy words, then the body."""
+    """Return a .bit as the tools write it: tagged text of odd length, dummy words, then the
+    body."""
     head = bytes.fromhex("00090ff00ff00ff00ff0000001")
     head += b"a\x00\x05top;\x00" + b"e" + struct.pack(">I", 48 + len(body))
     return head + b"\xff" * 32 + bytes.fromhex("000000bb11220044") + b"\xff" * 8 + body

@@ -1,4 +1,4 @@
-"""Boot images into the flash over the console: power lost at any moment leaves one that starts."""
+"""Boot images go to the flash over the console: power lost at any moment leaves one that starts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STEPS_MOST = 1000
 
 
 class Board:
-    """A flash at the C code's own driver, and its console in place of a serial port."""
+    """A flash at the C code's own driver, with its console in place of a serial port."""
 
     port = "board"
 
@@ -45,7 +45,7 @@ class Board:
         self.spoil = 0
 
     def close(self) -> None:
-        """As a console."""
+        """Do nothing, as a console would close."""
 
     def command(self, line: str, _seconds: float = 5.0) -> list[str]:
         if self.spoil and line.startswith("flash data"):
@@ -66,7 +66,7 @@ class Board:
 
 
 def starts(chip: Chip) -> tuple[int, bytes] | None:
-    """What the boot ROM would start and from where: UG585, chapter 6, not the C code."""
+    """Return what the boot ROM would start and its place, by UG585, chapter 6, not the C code."""
     for place in range(0, FLASH_BYTES, 32 << 10):
         header = bytes(chip.content[place : place + 0x4C])
         words = struct.unpack("<11I", header[0x20:0x4C])
@@ -89,7 +89,8 @@ def silent(_done: int, _all: int) -> None:
 
 @pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
 def test_the_first_image_is_golden_too(kind: str) -> None:
-    """An empty flash takes both; the bitstream comes with them, and all of it as it was made."""
+    """An empty flash gets both; the bitstream comes with them, and all parts are as they were
+    made."""
     board = Board(Chip(kind))
     image = flash_image(OLD, 0, bytes(64) + SYNC + OLD, "made here")
     assert not write_image(board, image, silent).has_golden
@@ -102,7 +103,7 @@ def test_the_first_image_is_golden_too(kind: str) -> None:
 
 
 def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
-    """After every line of the console, and with the last page half written."""
+    """Power is lost after every line of the console, and with the last page half written."""
     board = Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     golden = bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN])
@@ -110,8 +111,8 @@ def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
     board.after_line = lambda: seen.append(starts(board.chip))
     write_image(board, boot_image(NEW, 0), silent)
     assert set(seen) == {(0, program(OLD)), (device.GOLDEN, program(OLD)), (0, program(NEW))}
-    # Erased at once; whole with the line that has the check sum.
-    # After it comes the comparison; the status before it is the first.
+    # The old image is erased at once; the new one is whole with the line that has the checksum. The
+    # comparison follows; the status before it is the first.
     assert seen.index((0, program(NEW))) == len(seen) - 2
     assert bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN]) == golden
 
@@ -174,7 +175,7 @@ def test_status_tells_where_the_image_was_found() -> None:
 
 
 def test_saving_and_flashing_do_not_meet() -> None:
-    """While an erase is under way ``save`` has to wait; without a flash nothing is done."""
+    """While an erase is running ``save`` has to wait; without a flash nothing is done."""
     board = Board(Chip())
     board.firmware.send("flash erase 0")
     assert "under_way" in board.firmware.send("save")

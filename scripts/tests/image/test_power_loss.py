@@ -1,7 +1,7 @@
-"""Power lost in the middle of a page or of an erase: the device comes up with the old or the new.
+"""Power is lost within a page or an erase: the device starts with the old or the new content.
 
 The chip's model leaves the page or sector in part, at every byte and in three orders
-(flash_model.Chip.lose_power); what the C code finds in it is compared with what was there before.
+(flash_model.Chip.lose_power); the state that the C code finds is compared with the former one.
 """
 
 from __future__ import annotations
@@ -22,14 +22,15 @@ from scripts.tests.image.test_image_store import NEW, OLD, program, silent, star
 ORDERS = ("up", "down", "none")
 RECORD_BYTES = 4096
 SECTORS = 16
-"""Of 64 KB in the region of the records."""
+"""Number of sectors of 64 KB in the region of the records."""
 
 
 class Torn:
-    """Calls ``look`` for every place where power may go in a write of the chip; takes it back."""
+    """Call ``look`` for every place of a power loss in a write of the chip, and restore the
+    write."""
 
     def __init__(self, chip: Chip, look: Any, every_byte: int) -> None:
-        """``every_byte``: of an erased sector each of the first so many is tried."""
+        """Try the first ``every_byte`` bytes of an erased sector one by one."""
         self.chip = chip
         self.look = look
         self.every_byte = every_byte
@@ -61,7 +62,10 @@ class Torn:
 
 @pytest.fixture(scope="module")
 def saved_everywhere() -> Chip:
-    """A record in each sector, with the coefficients of a turn; the next goes where record 1 is."""
+    """Return a chip with a record in each sector; the next record replaces record 1.
+
+    The records have the coefficients of a turn.
+    """
     board = Board(Chip("n25q128"))
     board.firmware.send("set orders 3")
     board.work(range(1, 3))
@@ -89,9 +93,9 @@ def record_at(chip: Chip, place: int) -> bytes:
 def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
     saved_everywhere: Chip, wear: str
 ) -> None:
-    """The new one counts only where all its bytes are those that were sent.
+    """The new record counts only if all its bytes are those that were sent.
 
-    With a worn sector in its way the write that fails is cut off too, and the next one.
+    With a worn sector the failing write is cut off too, and the next one.
     """
     board = Board(copy_of(saved_everywhere))
     first, second = places_of(board.chip)[:2]
@@ -116,7 +120,7 @@ def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
 @pytest.mark.parametrize("write", range(4))
 @pytest.mark.parametrize("order", ORDERS)
 def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, order: str) -> None:
-    """The erase and three pages, cut off in the middle; all of the firmware starts from that."""
+    """The erase and three pages are cut off in the middle; the whole firmware starts from that."""
     chip = copy_of(saved_everywhere)
     board = Board(chip)
     before = int(board.status("saved_record")[0])
@@ -140,11 +144,11 @@ def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, 
 
 
 def test_an_image_that_is_cut_off_anywhere_leaves_one_that_starts() -> None:
-    """A whole header in front of a body that is not would start what is no program."""
+    """A whole header before a partial body would start something that is no program."""
     board = test_image_store.Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     seen: list[tuple[str, tuple[int, bytes] | None]] = []
-    # The header as the boot ROM reads it; of the body after it any byte is as good as another.
+    # The header as the boot ROM reads it; any byte of the body is as good as another.
     torn = Torn(board.chip, lambda at: seen.append((at, starts(board.chip))), 0x60)
     write_image(board, boot_image(NEW, 0), silent)
     assert torn.cuts > 3 * len(NEW)

@@ -1,4 +1,4 @@
-"""The scaling table says what was measured, and what that comes to on a cluster."""
+"""The scaling table states the measurements, and their extrapolation to a cluster."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What scripts/firmware_coverage.py counts; the whole of it is ``make coverage-firmware``."""
+"""Test of the counts of scripts/firmware_coverage.py; ``make coverage-firmware`` runs all of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def _answer(file: str, lines: dict[int, int]) -> str:
 
 
 def test_a_line_that_any_object_runs_is_run() -> None:
-    """A header is a part of several objects; what is not the firmware's is left out."""
+    """A header is a part of several objects; files outside the firmware are left out."""
     header = str(FIRMWARE / "calibration" / "capture.h")
     counts = counted(
         [

@@ -1,4 +1,4 @@
-"""Who takes an effect away: the stored figures are those of the simulation and of the export."""
+"""What compensates an effect: the stored figures are those of the simulation and of the export."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def test_every_effect_has_been_measured() -> None:
 
 
 def test_what_can_be_taken_away_is() -> None:
-    """Where the declaration says lanes, a hundredth of the effect is left, or a floor of 0.03″.
+    """Where the declaration says lanes, a small share of the effect remains, or a floor of 0.03″.
 
-    The floor is three standard uncertainties of the lanes' sum: some 0.01″, of a set with a sixth
-    of the samples. The gear is off its centre: beside its tooth count there are lines that its
-    effect has with a setting of its own, and a lane has the reading where the gear has the angle.
-    One line alone is at no whole order, and has a lane of that order.
+    The floor is three standard uncertainties of the lanes' sum: some 0.01″, for a set with a sixth
+    of the samples. The gear is eccentric: beside its tooth count there are lines that its effect
+    has with its own setting, and a lane uses the reading where the gear has the angle. A single
+    line has no whole order, and a lane of its order.
     """
     for name, row in stored()["effects"].items():
         declared = built_in()[name].compensation
@@ -68,7 +68,8 @@ def test_nobody_takes_away_what_the_page_says_is_left() -> None:
 
 @pytest.mark.parametrize("name", ["thermal_eccentricity", "hysteresis", "latency"])
 def test_the_stored_figures_are_measured(name: str) -> None:
-    """Once more, here: another processor's rounding may change the last places."""
+    """The figures are measured again here: another processor's rounding may change the last
+    places."""
     found, before = measure(name).data(), stored()["effects"][name]
     assert found["taken_away_by"] == before["taken_away_by"]
     for key in ("part_arcsec", "left_without_arcsec", "left_with_arcsec"):
@@ -76,7 +77,7 @@ def test_the_stored_figures_are_measured(name: str) -> None:
 
 
 def test_an_error_of_the_reference_judges_no_correction(tmp_path: Path) -> None:
-    """A polygon that sits 200″ off: the raw reference run gets worse by the right correction."""
+    """A polygon that sits 200″ off: the right correction makes the raw reference run worse."""
     made = simulate_set([Wanted("polygon_eccentricity", 200.0)], short(), 3)
     write_measurement_set(tmp_path / "set", made.measurement)
     model, path = tmp_path / "model.toml", tmp_path / "coefficients.toml"
@@ -94,7 +95,7 @@ def test_an_error_of_the_reference_judges_no_correction(tmp_path: Path) -> None:
     assert any("rises" in text for text in objections(made.measurement, written))
     rows = {row["effect"]: row for row in json.loads(told.read_text(encoding="utf-8"))["effects"]}
     assert rows["polygon_eccentricity"]["by"] == "reference"
-    # An order has 1/√2 of its amplitude as its RMS.
+    # The RMS of an order is 1/√2 of its amplitude.
     assert rows["polygon_eccentricity"]["part_arcsec"] == pytest.approx(200 / 2**0.5, rel=0.01)
     assert rows["graduation_harmonics"]["by"] == "lanes"
     assert rows["graduation_harmonics"]["left_arcsec"] < 0.05

@@ -1,6 +1,6 @@
-"""Adding one of a kind edits the files that CONTRIBUTING names, and no others: tried in copies.
+"""Adding one of a kind edits only the files that CONTRIBUTING names, as copies show.
 
-A cause and an effect: ``sim/tests/table/test_registry.py``, ``test_effect_check.py``.
+For a cause and an effect see ``sim/tests/table/test_registry.py``, ``test_effect_check.py``.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ BEFORE_CONNECTION = "  status_capturing    <= capture_busy;\n"
 
 
 def documented(kind: str) -> set[str]:
-    """The files that CONTRIBUTING names for ``kind``; the row states their number."""
+    """Return the files that CONTRIBUTING names for ``kind``; the row states their number."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     (row,) = (found for found in TABLE.finditer(text) if found["kind"] == kind)
     files = set(re.findall(r"`([^`]+)`", row["files"]))
@@ -47,7 +47,7 @@ def documented(kind: str) -> set[str]:
 
 
 def edited(folder: Path, path: Path, before: str, added: str) -> Path:
-    """A copy of a file of the tree with ``added`` put before a text that is there once."""
+    """Copy a file of the tree, with ``added`` put before a text that occurs once."""
     text = (ROOT / path).read_text(encoding="utf-8")
     assert text.count(before) == 1, f"{path}: expected once: {before}"
     copy = folder / path.name
@@ -56,7 +56,7 @@ def edited(folder: Path, path: Path, before: str, added: str) -> Path:
 
 
 def test_a_register_takes_two_files(tmp_path: Path) -> None:
-    """Block, Python names, bench and core are made of the two that are edited."""
+    """Block, Python names, bench and core follow from the two edited files."""
     sources, made = tmp_path / "sources", tmp_path / "made"
     sources.mkdir()
     made.mkdir()
@@ -69,7 +69,7 @@ def test_a_register_takes_two_files(tmp_path: Path) -> None:
     (made / f"{ENTITY}.vhd").write_text(register_words(block), encoding="utf-8")
     names = python_registers(compile_registers(register_map))
     assert "ADDED_BY_TEST_ADDRESS: Final = 0x000FC" in names
-    # The last folder wins: the copies in place of the files of the tree.
+    # The last folder has priority: the copies replace the files of the tree.
     folders = (*SOURCE_FOLDERS, ROOT / "tb", made, sources)
     generics = {"LANES": 2, "CAPTURE_DEPTH": 2}
     built = write_netlist(core.stem, tmp_path / "core", generics=generics, folders=folders)
@@ -82,7 +82,7 @@ def test_a_register_takes_two_files(tmp_path: Path) -> None:
 def test_a_board_takes_one_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, own_processor_side: bool
 ) -> None:
-    """Its pins, found by the board's name; a second file only for another processor side."""
+    """The board's name finds its pin file; only another processor side needs a second file."""
     constraints, firmware = tmp_path / "constraints", tmp_path / "firmware"
     shutil.copytree(ROOT / "constraints", constraints)
     shutil.copytree(ROOT / "firmware", firmware)
@@ -116,7 +116,7 @@ def test_a_board_takes_one_file(
 
 @pytest.mark.parametrize("kind", ["a cause", "an effect"])
 def test_a_cause_and_an_effect_are_one_file(kind: str) -> None:
-    """Where CONTRIBUTING says that they go there are only such files, and their package."""
+    """The folder that CONTRIBUTING names has only such files, and their package."""
     (pattern,) = documented(kind)
     folder = (ROOT / pattern).parent
     assert len(list(folder.glob("*.py"))) > 10

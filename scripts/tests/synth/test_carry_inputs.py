@@ -1,4 +1,4 @@
-"""Look-up tables of carry chains that something else reads are doubled for nextpnr."""
+"""Look-up tables of carry chains with further readers are doubled for nextpnr."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def carry(selects: list[int | str], first_output: int) -> dict[str, Any]:
 
 
 def split(folder: Path, cells: dict[str, Any], ports: dict[str, Any]) -> tuple[int, dict[str, Any]]:
-    """How many were added, and the module."""
+    """Return the number of added tables, and the module."""
     path = folder / "made.json"
     netnames = {"all": {"bits": list(range(2, 64))}}
     module = {"ports": ports, "netnames": netnames, "cells": cells}
@@ -73,7 +73,7 @@ def test_a_shared_look_up_table_becomes_one_for_each_reader(tmp_path: Path) -> N
         for part in ("type", "parameters", "port_directions"):
             assert new[part] == old[part]
         assert {**new["connections"], "O": 0} == {**old["connections"], "O": 0}
-    # What nothing else reads, what is too large to share a slice's inputs, and what is none.
+    # Cells without another reader, cells too large to share a slice's inputs, and other kinds.
     assert after["first"]["connections"]["S"][2:] == [42, 43]
     assert after["second"]["connections"]["S"][1:] == ["0", 6, 43]
     assert after["reader"] == cells["reader"]
@@ -83,7 +83,7 @@ def test_a_shared_look_up_table_becomes_one_for_each_reader(tmp_path: Path) -> N
 
 
 def test_the_last_reader_keeps_the_look_up_table(tmp_path: Path) -> None:
-    """Two chains read it and nothing else: one copy is enough."""
+    """Only two chains read it: one copy is enough."""
     cells = {
         "shared": table("INV", [2], 40),
         "first": carry([40, 2, 3, 4], 52),

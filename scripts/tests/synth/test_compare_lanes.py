@@ -1,4 +1,4 @@
-"""Our lane and those with a table: arithmetic in float64, what is measured, and the page."""
+"""Tests of our lane and of those with a table: arithmetic in float64, measurements and page."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ HALF_OF_LAST_BIT = 2.0**-17
 
 
 def _outputs(delay: int, *, wrong: float = 0.0) -> np.ndarray:
-    """Cosines rounded to s1.16, so many clocks late, before them nothing."""
+    """Return cosines rounded to s1.16, delayed by so many clocks, with zeros before them."""
     count = 1 << SWEEP_BITS
     k = np.arange(count)
     # The low 4 bits of 24 as the harness of the simulation writes them: a multiplicative hash.
@@ -43,11 +43,11 @@ def _outputs(delay: int, *, wrong: float = 0.0) -> np.ndarray:
 
 def test_latency_and_errors_are_those_of_the_outputs() -> None:
     latency, error, any_angle = latency_and_errors(_outputs(16))
-    # Read after the edge that takes the phase in: one register more than the delay.
+    # The value is read after the edge that takes the phase: one register more than the delay.
     assert latency == 17
-    # Rounding to the last bit errs by half of it at the most, and a million phases come near.
+    # Rounding to the last bit errs by at most half of it, and a million phases come near.
     assert 0.99 * HALF_OF_LAST_BIT < error <= HALF_OF_LAST_BIT * (1.0 + 1e-9)
-    # Where the cosine is steepest, half of 2**-24 turn moves it by 2 pi times as much.
+    # At the steepest cosine, half of 2**-24 turn moves it by 2 pi times as much.
     assert any_angle == pytest.approx(error + np.pi * 2.0**-24, rel=0.02)
     _, error, _ = latency_and_errors(_outputs(20, wrong=1e-3))
     assert error == pytest.approx(1e-3, abs=HALF_OF_LAST_BIT)
@@ -84,7 +84,7 @@ def test_a_table_in_verilog_has_two_s_complement() -> None:
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_the_netlist_of_the_table_gives_the_cosine(tmp_path: Path) -> None:
-    """As GHDL makes it, over 2**20 phases; the bound is derived in the head of table_rotation."""
+    """GHDL's netlist runs over 2**20 phases; the head of table_rotation derives the bound."""
     source = tmp_path / "table_lane.v"
     source.write_text(compare_lanes.table_lane(), encoding="utf-8")
     latency, error, _ = latency_and_errors(sweep(source))

@@ -1,4 +1,4 @@
-"""Every quick proof holds, and fails on a broken variant; ``make formal`` breaks all ways."""
+"""Every quick proof holds and fails on a broken variant; ``make formal`` tries all variants."""
 
 from __future__ import annotations
 

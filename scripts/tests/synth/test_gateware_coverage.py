@@ -1,4 +1,4 @@
-"""Reading what GHDL counted: results added up, files that nothing ran, the budget."""
+"""Tests of reading GHDL's counts: sums of results, files that nothing ran, the budget."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the tools of a test are there."""
+"""Tell whether the tools of a test are present."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scripts.netlist import ToolError
 
 
 def tools_missing(*finders: Callable[[], object]) -> str:
-    """Why a tool is not there, in the words of what looks for it; empty: all are."""
+    """Return why a tool is missing, in the words of its finder, or an empty string."""
     try:
         for find in finders:
             find()

@@ -1,4 +1,4 @@
-"""The calibration library from Python: captures in, estimates out."""
+"""Call the calibration library from Python: captures in, estimates out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BOTH_INDICES_SEEN = 0b11
 
 
 def header_flag(name: str) -> int:
-    """The bit of the capture header's flag, from the register map."""
+    """Return the bit of the capture header's flag, from the register map."""
     (register,) = [r for r in registers.REGISTERS if r.path == "capture_header.flags"]
     (field,) = [f for f in register.fields if f.name == name]
     return 1 << field.shift
@@ -31,18 +31,18 @@ class CaptureInC:
     capture: Any
     words: NDArray[np.int32]
     further: NDArray[np.int32]
-    """Of heads 3 and 4."""
+    """Words of heads 3 and 4."""
 
 
 def words_of_bank(counts: NDArray[np.integer]) -> NDArray[np.int32]:
-    """Counts (2, n) modulo 2³², one sample after the other."""
+    """Return counts (2, n) modulo 2³², one sample after the other."""
     return np.ascontiguousarray(counts.T.astype(np.int64).astype(np.uint32).view(np.int32))
 
 
 def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
-    """``counts``: (heads, n), as the capture memory would hold them."""
+    """Return a capture with ``counts`` (heads, n) as the capture memory would hold them."""
     ffi, _ = firmware()
-    # As the position registers do: modulo 2^32.
+    # Counts are modulo 2^32, as in the position registers.
     words = words_of_bank(counts[:2])
     capture = ffi.new("struct capture *")
     further = words_of_bank(np.resize(counts[2:], (2, counts.shape[1])))
@@ -62,7 +62,7 @@ def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
 
 
 def verify(capture: CaptureInC, most_order: int = 32) -> tuple[str, Any, Any]:
-    """(reason, turn, fault)."""
+    """Return (reason, turn, fault) of the verification of a capture."""
     ffi, library = firmware()
     turn, fault = ffi.new("struct turn *"), ffi.new("struct capture_fault *")
     reason = library.capture_verify(capture.capture, most_order, turn, fault)
@@ -80,7 +80,7 @@ def settings(orders: int = 32, **fields: Any) -> Any:
 
 
 def estimate(method: str, capture: CaptureInC, orders: int = 32, **fields: Any) -> tuple[str, Any]:
-    """(reason, estimate) of ``fourier`` or ``least_squares``, the capture verified before."""
+    """Verify the capture and return (reason, estimate) of ``fourier`` or ``least_squares``."""
     ffi, library = firmware()
     reason, turn, _ = verify(capture, orders)
     assert reason == "none", reason
@@ -93,11 +93,11 @@ def estimate(method: str, capture: CaptureInC, orders: int = 32, **fields: Any) 
 
 
 def values_of(made: Any) -> Float:
-    """Cosines, then sines, arcseconds."""
+    """Return the cosines, then the sines, in arcseconds."""
     harmonics = [made.harmonic[place] for place in range(made.orders)]
     return np.array([h.cosine for h in harmonics] + [h.sine for h in harmonics])
 
 
 def per_order(made: Any, name: str) -> Float:
-    """One field of every order."""
+    """Return one field of every order."""
     return np.array([getattr(made.harmonic[place], name) for place in range(made.orders)])

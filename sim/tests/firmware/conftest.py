@@ -1,8 +1,7 @@
-"""What the tests of this folder share: a firmware that runs, and a mark.
+"""Share a running firmware and a mark among the tests of this folder.
 
-An assertion of a model that the firmware's C calls fails the test. cffi cannot raise through C: it
-reports the exception and returns 0. Without the mark the assertions in the models would be read by
-nobody.
+An assertion of a model that the firmware's C calls must fail the test. cffi cannot raise through C:
+it reports the exception and returns 0. Without the mark, these assertions would have no effect.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ HERE = Path(__file__).parent
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Every test of this folder."""
+    """Add the mark to every test of this folder."""
     mark = pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
     for item in items:
         if HERE in item.path.parents:
@@ -25,7 +24,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def running() -> Firmware:
-    """The firmware after its start, head 1's index seen."""
+    """Return the firmware after its start, with head 1's index seen."""
     made = Firmware(ModelCore())
     made.library.application_start(made.application)
     made.core.see_index()

@@ -1,4 +1,4 @@
-"""The ARM image in QEMU, the core's window prepared as plain memory, and its console."""
+"""Run the ARM image in QEMU with the core's window prepared as plain memory, and its console."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ CORE_BASE = 0x4000_0000
 CAPTURE = 0x20000
 BOTH_INDICES_SEEN = 0b11
 INSTRUCTION_TIME = "shift=3"
-"""2³ ns an instruction; the clock goes on by itself while the processor sleeps."""
+"""Time of an instruction, 2³ ns; the clock advances by itself while the processor sleeps."""
 PATIENCE_S = 60.0
-"""Of the wall clock: what never comes fails the test then; a busy machine takes far less."""
+"""Longest wait in wall clock time, after which the test fails; a busy machine takes far less."""
 
 
 def build(board: str = BOARD) -> Path:
-    """Make the image; raises AssertionError with what the compiler or the size table says."""
+    """Make the image; raise AssertionError with the output of the compiler or the size table."""
     folder = ROOT / "build" / "firmware"
     folder.mkdir(parents=True, exist_ok=True)
     # Two workers of pytest must not make the same image at the same time.
@@ -50,7 +50,7 @@ def build(board: str = BOARD) -> Path:
 def core_window(
     counts: NDArray[np.integer] | None, counts_per_rev: int = 1 << 24, depth: int = 12288
 ) -> bytes:
-    """The registers as the core would show them with one bank ready, counts (2, n)."""
+    """Return the registers as the core would show them with one bank ready, counts (2, n)."""
     words = np.zeros(MAP_BYTES // 4, dtype=np.uint32)
 
     def put(path: str, word: int) -> None:
@@ -76,7 +76,7 @@ def core_window(
 
 
 def symbol(name: str) -> int:
-    """The address of a function, without the Thumb bit."""
+    """Return the address of a function, without the Thumb bit."""
     listing = subprocess.run(
         ["arm-none-eabi-nm", str(IMAGE)], capture_output=True, text=True, check=True
     ).stdout
@@ -85,7 +85,10 @@ def symbol(name: str) -> int:
 
 
 def member_offset(name: str) -> int:
-    """Of a structure's member, from the debugging information; its name must be the only one."""
+    """Return the offset of a structure's member, from the debugging information.
+
+    The name must be unique.
+    """
     listing = subprocess.run(
         ["arm-none-eabi-readelf", "--debug-dump=info", str(IMAGE)],
         capture_output=True,
@@ -102,7 +105,7 @@ def member_offset(name: str) -> int:
 
 
 def machine_code(address: int, number: int) -> bytes:
-    """Bytes of the image."""
+    """Return bytes of the image."""
     with tempfile.NamedTemporaryFile() as file:
         subprocess.run(
             ["arm-none-eabi-objcopy", "-O", "binary", "-j", ".text", str(IMAGE), file.name],
@@ -113,7 +116,7 @@ def machine_code(address: int, number: int) -> bytes:
 
 
 class Emulator:
-    """One run; ``said`` is all that the console has said so far."""
+    """One run of the emulator; ``said`` is the complete output of the console so far."""
 
     def __init__(self, console: socket.socket, folder: Path, process: Any) -> None:
         self.console = console
@@ -125,14 +128,14 @@ class Emulator:
         self.said = ""
 
     def wait_for(self, text: str, seconds: float = PATIENCE_S, start: int = 0) -> str:
-        """What is said from ``start`` on, once ``text`` is part of it."""
+        """Return the output from ``start`` on, once it contains ``text``."""
         end = time.monotonic() + seconds
         while text not in self.said[start:]:
             self._hear_more(end, text, start)
         return self.said[start:]
 
     def _hear_more(self, end: float, awaited: str, start: int) -> None:
-        """The next characters, as many as come at once; TimeoutError at ``end``."""
+        """Receive all characters that arrive together; raise TimeoutError at ``end``."""
         self.console.settimeout(max(end - time.monotonic(), 1e-3))
         try:
             data = self.console.recv(4096)
@@ -143,7 +146,8 @@ class Emulator:
         self.said += data.decode("ascii")
 
     def next_line(self, beginning: str, seconds: float = PATIENCE_S) -> str:
-        """The first whole line with that beginning of those that begin from now on."""
+        """Return the first whole line with that beginning among the lines that begin from now
+        on."""
         end = time.monotonic() + seconds
         start = self.said.rfind("\n") + 1
         skipped = 1 if start < len(self.said) else 0
@@ -154,15 +158,15 @@ class Emulator:
             self._hear_more(end, f"a line with {beginning!r}", start)
 
     def send(self, line: str, seconds: float = PATIENCE_S) -> str:
-        """A command and its answer up to the line with ok or error.
+        """Send a command and return its answer up to the line with ok or error.
 
-        What is told without being asked (telemetry) may follow at once; it is not the answer.
+        Unasked output (telemetry) may follow at once and is not part of the answer.
         """
         end = time.monotonic() + seconds
         start = len(self.said)
         self.console.sendall(line.encode() + b"\r")
         while True:
-            # The end of the line before may be half heard.
+            # The end of the previous line may have been received in part.
             whole = self.said[start:].removeprefix("\n").split("\r\n")[:-1]
             for number, text in enumerate(whole, start=1):
                 if text.startswith(("ok", "error")):
@@ -170,9 +174,9 @@ class Emulator:
             self._hear_more(end, f"the answer to {line}", start)
 
     def ask(self, line: str, expected: str, seconds: float = PATIENCE_S) -> str:
-        """The command again and again until its answer holds ``expected``.
+        """Repeat the command until its answer contains ``expected``.
 
-        Characters are lost while the firmware begins anew.
+        Characters are lost while the firmware starts again.
         """
         end = time.monotonic() + seconds
         late = False
@@ -183,7 +187,7 @@ class Emulator:
                 late = True
                 continue
             if late:
-                # What was heard may be the end of an answer to an earlier line.
+                # The received text may be the end of an answer to an earlier line.
                 self.hear_late_answers()
                 answer = self.send(line)
                 late = False
@@ -192,7 +196,8 @@ class Emulator:
         raise AssertionError(f"{line}: never heard {expected!r} but {self.said[-3000:]!r}")
 
     def hear_late_answers(self) -> None:
-        """Of lines whose answer was not waited for: a line that is no command comes after them."""
+        """Receive the late answers of earlier lines: the answer to an unknown command follows
+        them."""
         end = time.monotonic() + PATIENCE_S
         for number in itertools.count():
             start = len(self.said)
@@ -206,9 +211,10 @@ class Emulator:
 
     @contextmanager
     def debugging(self) -> Iterator[Callable[[str, bytes], bytes]]:
-        """Orders to the debugger's port, each with what is awaited; the processor stands still.
+        """Yield a function that sends an order to the debugger's port; the processor is stopped.
 
-        An order returns all that is heard up to that.
+        The function takes the order and the expected answer, and returns all output up to that
+        answer.
         """
         with socket.socket(socket.AF_UNIX) as port:
             port.connect(str(self.debugger))
@@ -217,7 +223,7 @@ class Emulator:
             def order(text: str, awaited: bytes) -> bytes:
                 port.sendall(f"${text}#{sum(text.encode()) % 256:02x}".encode())
                 answer = b""
-                # The news that the processor has stopped may come first.
+                # The report that the processor has stopped may come first.
                 while awaited not in answer:
                     answer += port.recv(4096)
                     assert b"$E" not in answer, answer
@@ -232,7 +238,8 @@ class Emulator:
             order(f"M{address:x},{len(data):x}:{data.hex()}", b"$OK#")
 
     def read_own_register(self, address: int) -> int:
-        """As the processor itself reads it, in its secure state, where the bus would not be."""
+        """Return a register as the processor itself reads it in its secure state, unlike the
+        bus."""
         with self.debugging() as order:
             answer = b""
             while (found := re.search(rb"\$([0-9a-f]{8})#..", answer)) is None:
@@ -240,14 +247,14 @@ class Emulator:
         return int.from_bytes(bytes.fromhex(found[1].decode()), "little")
 
     def write_own_register(self, address: int, value: int) -> None:
-        """As the processor itself writes it."""
+        """Write a register as the processor itself writes it."""
         self.write_memory(address, word(value))
 
     @contextmanager
     def stopped_at(self, address: int) -> Iterator[Callable[[int, int], None]]:
-        """The next time that the processor comes there, a Thumb instruction; then it goes on.
+        """Stop when the processor next reaches a Thumb instruction; afterwards it continues.
 
-        Meanwhile words can be written as the processor itself would.
+        Meanwhile words can be written as the processor itself would write them.
         """
         breakpoint_there = f"0,{address:x},2"
         with self.debugging() as order:
@@ -261,7 +268,7 @@ class Emulator:
             order(f"z{breakpoint_there}", b"$OK#")
 
     def fault_once(self, place: int, bad: bytes, handler: int) -> None:
-        """The code at ``place`` is bad until its fault has come to ``handler``, and never again."""
+        """Put bad code at ``place`` until its fault has reached ``handler``, then restore it."""
         good = machine_code(place, len(bad))
         with self.debugging() as order:
             order(f"Z0,{handler:x},2", b"$OK#")
@@ -271,7 +278,8 @@ class Emulator:
             order(f"z0,{handler:x},2", b"$OK#")
 
     def on_the_bus(self, *commands: str) -> list[str]:
-        """Accesses of qtest's protocol, beside the processor: its answers without the OK."""
+        """Make accesses with qtest's protocol, beside the processor; return the answers without the
+        OK."""
         if self._bus is None:
             port = socket.socket(socket.AF_UNIX)
             port.connect(str(self.bus))
@@ -295,7 +303,7 @@ class Emulator:
         self.on_the_bus(f"writel {address:#x} {value:#x}")
 
     def machine_command(self, name: str, **arguments: Any) -> Any:
-        """One command of QEMU's machine protocol, and what it returns."""
+        """Send one command of QEMU's machine protocol and return its result."""
         with socket.socket(socket.AF_UNIX) as port:
             port.connect(str(self.control))
             port.settimeout(PATIENCE_S)
@@ -318,10 +326,10 @@ class Emulator:
 def running(
     folder: Path, window: bytes, *options: str, image: Path = IMAGE, real_time: bool = False
 ) -> Iterator[Emulator]:
-    """Start the image; it is stopped when the block ends.
+    """Start the image, and stop it when the block ends.
 
     Time follows the instructions unless ``real_time`` or ``-icount`` among the options says
-    otherwise: on a busy machine a calibration would else take so long that the firmware takes it
+    otherwise: on a busy machine a calibration would take so long that the firmware would take it
     for a hang.
     """
     (folder / "core.bin").write_bytes(window)
@@ -359,5 +367,5 @@ def _connect(port: socket.socket, path: Path, process: Any, log: Path) -> None:
 
 
 def word(value: int) -> bytes:
-    """Little endian."""
+    """Return the word in little-endian order."""
     return struct.pack("<I", value)

@@ -1,7 +1,7 @@
-"""A serial flash and the controller of the Zynq that reaches it, as they behave.
+"""Models of a serial flash and of the controller of the Zynq that reaches it.
 
-Written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S and N25Q128, not
-from the C code: only the addresses' names are looked up in its header.
+They are written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S and
+N25Q128, not from the C code: only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ CHIPS = {
     "n25q128": (bytes.fromhex("20ba18100000"), 64 << 10),
     "w25q128": (bytes.fromhex("ef4018ef4018"), 64 << 10),
 }
-"""JEDEC ID and what D8h erases: S25FL128S, table "device ID"; N25Q128, W25Q128, "RDID"."""
+"""JEDEC ID and bytes erased by D8h: S25FL128S, table "device ID"; N25Q128, W25Q128, "RDID"."""
 FLASH_BYTES = 16 << 20
 PAGE_BYTES = 256
 WORKS, ENABLED, ERASE_FAILED, PROGRAM_FAILED = 1, 2, 1 << 5, 1 << 6
-"""Status; the last two of a Spansion, which with one of them stays at work until 30h clears it."""
+"""Status bits; a Spansion flash with one of the last two stays busy until 30h clears it."""
 NOT_SELECTED, MANUAL_SELECT, MANUAL_START, START = 1 << 10, 1 << 14, 1 << 15, 1 << 16
 RECEIVED = 1 << 4
 READ_US = 1
@@ -39,12 +39,15 @@ ERASE_US, PROGRAM_US = 520_000, 750
 
 
 class Chip:
-    """Bytes, of which programming clears bits and erasing sets those of a sector.
+    """A flash chip: programming clears bits, and erasing sets the bits of a sector.
 
-    ``fault``: silent, silent_after_id (from then on), stuck (what was begun never ends), protected,
+    ``fault`` is silent, silent_after_id (from then on), stuck (an operation never ends), protected,
     or a bit that cannot be set.
-    ``worn``: address of a sector and what fails there, ``erase`` or ``program``.
-    What is under way is kept with what was there before: ``lose_power`` can end it anywhere.
+
+    ``worn`` maps the address of a sector to the operation that fails there, ``erase`` or
+    ``program``.
+
+    The model keeps the running write and the former content: ``lose_power`` can end it anywhere.
     """
 
     def __init__(self, kind: str = "s25fl128s_256k", fault: str = "") -> None:
@@ -61,11 +64,11 @@ class Chip:
         self.under_way: tuple[int, bytes] | None = None
 
     def lose_power(self, done: int, draw: np.random.Generator, order: str = "up") -> None:
-        """The last write ends in its byte ``done``, which has any of the bits that change.
+        """End the last write in its byte ``done``, which has any of the changing bits.
 
-        ``order``: "up", the bytes before it are written and those after it are not; "down", the
-        other way round; "none", all of them are under way. What an erase leaves may be any bits
-        at all: most flashes program a sector to 0 before they erase it.
+        ``order``: with "up" the bytes before it are written and those after it are not, with "down"
+        the other way round, and with "none" all are unfinished. An erase may leave any bits at all:
+        most flashes program a sector to 0 before they erase it.
         """
         assert self.under_way is not None, "nothing is written"
         first, old = self.under_way
@@ -89,7 +92,7 @@ class Chip:
         self.received.clear()
 
     def exchange(self, byte: int, now_us: int) -> int:
-        """One byte in; the one that comes out in the same clocks."""
+        """Take one byte and return the byte that comes out in the same clocks."""
         place = len(self.received)
         self.received.append(byte)
         command = self.received[0]
@@ -115,7 +118,7 @@ class Chip:
         return int.from_bytes(self.received[1:4], "big")
 
     def deselect(self, now_us: int) -> None:
-        """What is to be written begins when the select line goes."""
+        """Start the write when the select line is released."""
         command = self.received[0] if self.received else None
         if command == 0x06 and len(self.received) == 1:
             self.enabled = True
@@ -159,7 +162,7 @@ class Chip:
         self.finish(now_us + PROGRAM_US)
 
     def fail(self, bit: int) -> None:
-        """S25FL128S, status register 1; the other flashes say it in a register of their own."""
+        """Set a failure bit: S25FL128S, status register 1; other flashes have another register."""
         self.failed = bit if self.id[0] == 0x01 else 0
 
     def finish(self, until_us: int) -> None:
@@ -168,7 +171,7 @@ class Chip:
 
 
 class Controller:
-    """The registers, over a chip; ``access`` is what the C code takes."""
+    """The registers of the controller of a chip; ``access`` is the interface for the C code."""
 
     def __init__(self, chip: Chip, fault: str = "") -> None:
         self.chip = chip
@@ -221,10 +224,10 @@ class Controller:
         assert not config & (MANUAL_START | START)
         assert QSPI_REFERENCE_MHZ / (2 << (config >> 3 & 7)) <= QSPI_MOST_MHZ
         sent = word.to_bytes(4, "little")[:number]
-        # A wire that nothing drives is pulled up.
+        # A wire without a driver is pulled up.
         answer = b"\xff" * number
         if self.pins.reach_the_flash():
             answer = bytes(self.chip.exchange(byte, self.now_us) for byte in sent)
         if self.fault != "silent":
-            # Less than four bytes come in the upper end of the word.
+            # Fewer than four bytes arrive in the upper end of the word.
             self.queue.append(int.from_bytes(answer.rjust(4, b"\0"), "little"))

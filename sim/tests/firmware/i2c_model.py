@@ -1,7 +1,7 @@
-"""The I2C controller of the Zynq and two thermometers on its bus, as they behave.
+"""Models of the Zynq's I2C controller and of two thermometers on its bus.
 
-Written from UG585 (chapter 20 and its register tables) and the data sheets of ADT7420 and TMP117,
-not from the C code: only the addresses' names are looked up in its header.
+They are written from UG585 (chapter 20 and its register tables) and the data sheets of ADT7420 and
+TMP117, not from the C code: only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ QUEUE = 16
 
 
 class Device(Protocol):
-    """On the bus; what is written is a pointer and what goes to the register there."""
+    """A device on the bus; a write holds a pointer and the data for the register there."""
 
     def write(self, data: bytes) -> bool:
-        """False: no acknowledge."""
+        """Write data; return False without an acknowledge."""
 
     def read(self, number: int) -> bytes: ...
 
 
 class Adt7420:
-    """Registers of a byte; the temperature has two, of 13 or 16 bits."""
+    """A thermometer with one-byte registers; two hold the temperature, of 13 or 16 bits."""
 
     def __init__(self, celsius: float = 25.0) -> None:
         self.celsius = celsius
@@ -61,7 +61,7 @@ class Adt7420:
 
 
 class Tmp117:
-    """Registers of two bytes; before its first conversion it says -256 °C."""
+    """A thermometer with two-byte registers; before its first conversion it shows -256 °C."""
 
     def __init__(self, celsius: float | None = 25.0) -> None:
         self.celsius = celsius
@@ -78,15 +78,14 @@ class Tmp117:
 
 
 class I2cModel:
-    """The controller; ``stuck``: a transfer never ends.
+    """The controller; with ``stuck`` a transfer never ends.
 
-    ``hold_sda``: a device was cut off in the middle of a byte and waits with SDA low for so many
-    clocks more; then for the STOP. A transfer that begins meanwhile hangs the controller, until it
-    is reset.
+    ``hold_sda``: a device was cut off within a byte and holds SDA low for so many further clocks
+    and until the STOP. A transfer that begins meanwhile hangs the controller until its reset.
     """
 
     def __init__(self, **devices: Device) -> None:
-        """``at_48=...``: devices by address."""
+        """Take devices by address: ``at_48=...``."""
         self.devices = {int(name.removeprefix("at_"), 16): item for name, item in devices.items()}
         self.stuck = False
         self.now_us = 0
@@ -114,7 +113,7 @@ class I2cModel:
         self.amid_a_byte = True
 
     def wires(self) -> int:
-        """SCL and SDA as they are now; pulled low by the pins or by the device, or high."""
+        """Return SCL and SDA: low if the pins or the device pull them, otherwise high."""
         driven = self.words.get(GPIO_DIRECTION, 0) & self.words.get(GPIO_ENABLE, 0)
         assert not driven & self.words.get(GPIO_OUT, 0), "no wire is ever driven high"
         return (SCL | SDA) & ~driven & ~(SDA if self.bits_held else 0)
@@ -198,6 +197,6 @@ class I2cModel:
             self.happened |= DONE if taken else NO_ACKNOWLEDGE
 
     def scl_hz(self, bus_hz: int) -> float:
-        """UG585: FSCL = bus / (22 (A + 1) (B + 1))."""
+        """Return the frequency of SCL by UG585: FSCL = bus / (22 (A + 1) (B + 1))."""
         control = self.words[AT["I2C_CONTROL"]]
         return bus_hz / (22 * ((control >> 14 & 3) + 1) * ((control >> 8 & 63) + 1))

@@ -1,8 +1,8 @@
-"""The firmware's C sources as a shared library on this machine, called through cffi.
+"""Build the firmware's C sources as a shared library on this machine, called through cffi.
 
-With ``ARCTRUE_SANITIZE=address`` AddressSanitizer is built in as well; the process then needs it
-preloaded, see test_sanitizers.py. UBSan is always there, and ends the process. With
-``ARCTRUE_COVERAGE=FOLDER`` the lines that are run are counted there, scripts/firmware_coverage.py.
+``ARCTRUE_SANITIZE=address`` adds AddressSanitizer, which the process must preload, see
+test_sanitizers.py. UBSan is always included and ends the process. ``ARCTRUE_COVERAGE=FOLDER``
+counts the executed lines there, see scripts/firmware_coverage.py.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ FLAGS = (
 
 
 def sources() -> list[Path]:
-    """Every C file that needs no hardware."""
+    """Return every C file that needs no hardware."""
     return sorted(path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.c"))
 
 
 def flags() -> list[str]:
-    """How they are compiled here."""
+    """Return the compiler flags of this build."""
     includes = [f"-I{FIRMWARE / folder}" for folder in FOLDERS] + [f"-I{GENERATED}"]
     asked = os.environ.get("ARCTRUE_SANITIZE")
     sanitize = [f"-fsanitize={asked}"] if asked else []
@@ -45,7 +45,7 @@ def flags() -> list[str]:
 
 @functools.cache
 def shared_library() -> Path:
-    """Compiled anew when a source, a header or a flag has changed."""
+    """Return the library, compiled again when a source, a header or a flag has changed."""
     digest = hashlib.sha256(" ".join(flags()).encode())
     headers = [path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")]
     for path in sorted([*sources(), *headers, *GENERATED.glob("*.h")]):
@@ -63,7 +63,7 @@ def shared_library() -> Path:
 
 
 def _headers_in_order() -> list[Path]:
-    """Each header after those that it includes."""
+    """Return the headers, each after those that it includes."""
     by_name = {path.name: path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")}
     order: list[Path] = []
 
@@ -81,7 +81,7 @@ def _headers_in_order() -> list[Path]:
 
 
 def _declarations(text: str) -> str:
-    """What cffi can read: no comments, directives, bodies or assertions."""
+    """Return the part that cffi can read: no comments, directives, bodies or assertions."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
     text = re.sub(r"^#(?:.*\\\n)*.*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"_Static_assert\(.*?\);", "", text, flags=re.DOTALL)
@@ -90,7 +90,7 @@ def _declarations(text: str) -> str:
 
 @functools.cache
 def firmware() -> tuple[FFI, Any]:
-    """(ffi, library)."""
+    """Return (ffi, library)."""
     ffi = FFI()
     ffi.cdef("\n".join(_declarations(path.read_text("utf-8")) for path in _headers_in_order()))
     return ffi, ffi.dlopen(str(shared_library()))

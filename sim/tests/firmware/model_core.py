@@ -1,4 +1,4 @@
-"""The registers of the core as the firmware sees them, in Python, and the firmware on top."""
+"""A Python model of the core's registers as the firmware sees them, and the firmware above it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FAULTS = (
     "processor_silent",
     "swallowed",
 )
-"""Bits of the register ``alarm``, from the lowest on."""
+"""Names of the bits of the register ``alarm``, from the lowest one."""
 
 
 def address(path: str) -> int:
@@ -39,7 +39,8 @@ def bit(path: str, field: str) -> int:
 
 
 class ModelCore:
-    """Just enough of the core: identity, commands, one bank, the coefficient window."""
+    """The parts of the core that the tests need: identity, commands, one bank, coefficient
+    window."""
 
     def __init__(self, lanes: int = 32, depth: int = 12288) -> None:
         self.words: dict[int, int] = {}
@@ -51,7 +52,7 @@ class ModelCore:
         self.swaps_are_lost = False
         self.armed: list[tuple[int, int]] = []
         self.lasting_faults: set[str] = set()
-        """Of ``FAULTS``: those that no command ends."""
+        """Names of ``FAULTS`` that no command ends."""
         self.release_causes = 0
         self.set("identification", 0x41524354)
         self.set("version", 0x000100)
@@ -118,7 +119,7 @@ class ModelCore:
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
 
     def releasing_faults(self) -> int:
-        """Those that are present and take the drivers' enable away; from now on it is away."""
+        """Return the present faults that release the drivers' enable; latch them as causes."""
         present = {name for name in ("head1", "head2") if self.get(f"{name}.flags") & 0b1110}
         if self.get("head1.flags") & bit("head1.flags", "swallowed"):
             present.add("swallowed")
@@ -141,20 +142,20 @@ class ModelCore:
             self.set(f"{head}.flags", bit(f"{head}.flags", "index_seen"))
 
     def head1_slips(self, slip: int, travel: int = 1000) -> None:
-        """What head 1's registers show where its angle at its last index was ``slip``."""
+        """Show an angle of ``slip`` at head 1's last index in its registers."""
         position = self.get("snapshot.head1_position")
         self.set("head1.index", position - travel)
         self.set("snapshot.head1_angle", (slip + travel) % self.get("counts_per_rev_active"))
 
     def moves_zero(self, slip: int) -> None:
-        """A mark proves that head 1 lost ``-slip`` counts: the core makes it the zero."""
+        """Let the core move the zero, because a mark proves that head 1 lost ``-slip`` counts."""
         self.set("zero", self.get("zero") + 1)
         self.set("zero_slip", slip)
         self.set("head1.flags", self.get("head1.flags") | 0b10)
         self.head1_slips(0)
 
     def head2_slips(self, slip: int, travel: int = 1000) -> None:
-        """What head 2's registers show where its angle at its last index was ``slip``."""
+        """Show an angle of ``slip`` at head 2's last index in its registers."""
         index = 123_456_789
         self.set("head2.index", index)
         self.set("snapshot.head2_position", index + travel)
@@ -162,7 +163,7 @@ class ModelCore:
         self.set("snapshot.head2_angle", angle)
 
     def stand_at(self, position: int, angle: int) -> None:
-        """The corrected position, and head 1 with it."""
+        """Set the corrected position, and head 1 with it."""
         for head in ("head1", "corrected"):
             self.set(f"snapshot.{head}_position", position)
         self.set("snapshot.corrected_angle", angle)
@@ -170,7 +171,8 @@ class ModelCore:
     def hand_over(
         self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN, travel: int = 0
     ) -> None:
-        """A bank with counts (2, n), looked at when head 1 has moved on by ``travel`` counts."""
+        """Hand over a bank with counts (2, n), read when head 1 has moved on by ``travel``
+        counts."""
         words = counts.T.astype(np.int64).astype(np.uint32).view(np.int32)
         self.bank = np.ascontiguousarray(words)
         self.set("capture_header.sample_count", counts.shape[1])
@@ -185,7 +187,7 @@ class ModelCore:
 
 
 class Firmware:
-    """Application and console over a core; what the console says is in ``said``."""
+    """Application and console over a core; ``said`` is the output of the console."""
 
     def __init__(self, core: Any) -> None:
         ffi, library = firmware()
@@ -206,7 +208,7 @@ class Firmware:
         self.said += firmware()[0].buffer(characters, number)[:]
 
     def send(self, line: str | bytes) -> str:
-        """Type a line; what is said at once."""
+        """Type a line and return the immediate output."""
         self.said.clear()
         data = line if isinstance(line, bytes) else line.encode() + b"\r"
         for character in data:
@@ -214,16 +216,16 @@ class Firmware:
         return self.said.decode()
 
     def parameters(self) -> dict[str, str]:
-        """What ``show parameters`` says, by name."""
+        """Return the output of ``show parameters`` by name."""
         return dict(line.split() for line in self.send("show parameters").splitlines()[:-1])
 
     def status(self, name: str) -> list[str]:
-        """The lines of ``status`` that begin with a name, without it."""
+        """Return the lines of ``status`` that begin with a name, without the name."""
         lines = self.send("status").splitlines()
         return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
 
     def step(self, times: int = 1) -> str:
-        """The main loop; what is said meanwhile."""
+        """Run the main loop and return its output."""
         self.said.clear()
         for _ in range(times):
             self.library.application_step(self.application)
@@ -236,7 +238,7 @@ class Firmware:
         return str(firmware()[0].string(name).decode())
 
     def turn(self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN) -> dict[str, Any]:
-        """Hand over a turn, let it be worked on, and return the telemetry."""
+        """Hand over a turn, let the firmware process it, and return the telemetry."""
         self.core.hand_over(counts, flags)
         self.send("telemetry on")
         told: dict[str, Any] = json.loads(self.step(4))

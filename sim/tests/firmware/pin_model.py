@@ -1,6 +1,7 @@
-"""The multiplexed pins (MIO) that the quad-SPI flash is wired to, as they behave.
+"""A model of the multiplexed pins (MIO) that the quad-SPI flash is wired to.
 
-Written from UG585 (chapter 2.5, and slcr.MIO_PIN in its register tables), not from the C code.
+It is written from UG585 (chapter 2.5, and slcr.MIO_PIN in its register tables), not from the C
+code.
 """
 
 from __future__ import annotations
@@ -9,27 +10,27 @@ from sim.tests.firmware.zynq_model import AT, UNLOCK_KEYS
 
 FIRST_PIN = 0xF800_0700
 QSPI_PINS = range(1, 7)
-"""Select, four data wires and clock of the first flash: MIO 1 to 6 and no others."""
+"""Pins of select, four data wires and clock of the first flash: only MIO 1 to 6."""
 TRISTATE, LEVEL_0, LEVELS_1_TO_3 = 1, 1 << 1, 0xFC
 VOLTAGE = 7 << 9
 LVCMOS33 = 3 << 9
-"""LVCMOS18 is 1 and LVCMOS25 is 2: bank 500 of both boards is supplied with 3.3 V."""
+"""Voltage code; LVCMOS18 is 1 and LVCMOS25 is 2. Bank 500 of both boards has 3.3 V."""
 
 
 def pin_address(pin: int) -> int:
-    """Of its register."""
+    """Return the address of a pin's register."""
     return FIRST_PIN + 4 * pin
 
 
 class Pins:
-    """MIO 1 to 6 from a reset of the system on: inputs without a function."""
+    """MIO 1 to 6 after a reset of the system: inputs without a function."""
 
     def __init__(self) -> None:
         self.locked = True
         self.words = {pin: 0x1601 if pin == 1 else 0x0601 for pin in QSPI_PINS}
 
     def write(self, address: int, word: int) -> None:
-        """A write to any of the system-level control registers."""
+        """Handle a write to any of the system-level control registers."""
         if address == AT["SLCR_UNLOCK"]:
             self.locked = word != UNLOCK_KEYS["SLCR_UNLOCK"]
         pin = (address - FIRST_PIN) // 4
@@ -37,7 +38,7 @@ class Pins:
             self.words[pin] = word
 
     def reach_the_flash(self) -> bool:
-        """True if all six carry the controller's signals, at the voltage of their bank."""
+        """Tell whether all six carry the controller's signals at the voltage of their bank."""
         return all(
             word & (LEVEL_0 | LEVELS_1_TO_3 | TRISTATE) == LEVEL_0 and word & VOLTAGE == LVCMOS33
             for word in self.words.values()

@@ -1,4 +1,4 @@
-"""The application over a model of the core: from the index to swapped coefficients."""
+"""Tests of the application over a model of the core: from the index to swapped coefficients."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
 
 
 def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> None:
-    """A servo that reads the output would move by itself; it has lost counts besides."""
+    """A servo that reads the output would move by itself, and it has lost counts as well."""
     assert running.turn(turn())["output_fault"] == "none"
     assert "output_fault none\r\n" in running.send("status")
     running.core.set("status", bit("status", "cannot_keep_up"))
@@ -189,7 +189,7 @@ def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> No
 
 
 def test_a_fault_of_the_output_that_is_still_there_is_told(running: Firmware) -> None:
-    """The core sets it again at once while the output is still too far behind."""
+    """The core sets the fault again at once while the output is still too far behind."""
     running.core.set("status", bit("status", "cannot_keep_up"))
     running.core.command = lambda word: None  # type: ignore[method-assign]
     answer = running.send("clear_output")
@@ -213,7 +213,7 @@ def slipped(counts: Any, slip: int) -> Any:
 @pytest.mark.parametrize("method", [0, 1])
 @pytest.mark.parametrize("slip", [-4, 40, -11_651, 1 << 20, (1 << 23) - 1])
 def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> None:
-    """4 counts to half a turn; without what is tested the separation would be off by them."""
+    """Slips reach from 4 counts to half a turn; undetected they would shift the separation."""
     running.send(f"set method {method}")
     running.turn(turn())
     clean = running.turn(turn(seed=2))
@@ -235,7 +235,7 @@ def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> N
 
 
 def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
-    """Within index_tolerance it is no news; beyond it it is, and so is the way back."""
+    """A slip within index_tolerance raises no alarm; a larger one does, and so does its return."""
     for slip, zero, alarms in (
         (1, 0, []),
         (-40, -40, ["zero_lost"]),
@@ -249,7 +249,7 @@ def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
 
 
 def test_an_index_error_of_head_2_that_would_be_cleared_unseen(running: Firmware) -> None:
-    """It came after a turn that is refused for another reason."""
+    """The index error follows a turn that is refused for another reason."""
     running.core.set("head2.flags", 0b11)
     running.core.head2_slips(40)
     told = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
@@ -266,7 +266,7 @@ def is_rearmed(core: ModelCore) -> bool:
 
 
 def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
-    """Noticed at the index, minutes before a bank may come; the correction stays on."""
+    """The firmware sees it at the index, minutes before a bank; the correction stays on."""
     assert running.core.get("lost_counts") == bit("lost_counts", "zero_again")
     running.turn(turn())
     running.core.writes.clear()
@@ -302,9 +302,10 @@ def test_counts_are_put_back_where_the_operator_says_so(running: Firmware) -> No
 
 @pytest.mark.parametrize(("slip", "doubts"), [(2, False), (-8, True), (COUNTS // 3, False)])
 def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) -> None:
-    """Head 1 loses counts in every turn: after four of them the zero is found anew, uncorrected.
+    """Head 1 loses counts in every turn: after four turns the zero is sought again, uncorrected.
 
-    Not within the repeatability of the index, nor far from it, which is a pulse that is none.
+    This excludes slips within the repeatability of the index, and large ones, which are false
+    pulses.
     """
     running.turn(turn())
     begin = running.core.get("snapshot.head1_position")
@@ -327,7 +328,7 @@ def test_a_zero_that_no_mark_proves(running: Firmware, slip: int, doubts: bool) 
 
 
 def test_a_doubt_that_ends(running: Firmware) -> None:
-    """A false mark near the index; the next one is in its place."""
+    """A false mark appears near the index; the next mark is in its place."""
     running.turn(turn())
     running.core.writes.clear()
     running.core.head1_slips(-8)
@@ -371,7 +372,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     (line,) = [text for text in status.splitlines() if text.startswith("separation_deg")]
     assert float(line.split()[1]) == pytest.approx(-33.0, abs=0.01)
     assert running.turn(turn(seed=2))["result"] == "applied"
-    # Or what was said of them is wrong.
+    # Or the stated separation of the heads is wrong.
     assert running.send("set separation_deg 327") == "ok\r\n"
     assert running.turn(turn(seed=3))["reason"] == "heads_exchanged"
     assert running.turn(turn(seed=4)[::-1])["reason"] in ("none", "not_better")
@@ -382,11 +383,11 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     [
         (33.0, -33.0, True),
         (33.0, 327.2, True),
-        # Beyond what is believed of a separation: 0.25°.
+        # Beyond the accepted deviation of a separation, 0.25°.
         (33.0, -33.3, False),
         (33.0, 33.2, False),
         (33.0, 90.0, False),
-        # Both ways are the same.
+        # Both assignments are the same.
         (180.0, 180.0, False),
         (180.0, -180.0, False),
         (0.1, -0.1, False),
@@ -444,7 +445,7 @@ def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> No
 
 
 def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
-    """The gate sees nothing better in a turn of the same disc: the rest stays as it is."""
+    """A turn of the same disc is no improvement for the gate: the other orders stay as they are."""
     for seed in range(1, 6):
         running.turn(turn(seed=seed))
     reading = np.arange(0, COUNTS, COUNTS // 1024)
@@ -468,14 +469,14 @@ def capture_mode(core: ModelCore) -> int:
 
 
 def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
-    """±19 % of the speed, once a turn: refused at equal times, used at equal angles."""
+    """The speed varies by ±19 % once a turn: refused at equal times, used at equal angles."""
     random = np.random.default_rng(5)
     part = np.linspace(0.0, 1.01, SAMPLES)
     theta = 2.0 * np.pi * (part + 0.03 * np.sin(2.0 * np.pi * part))
     running.core.writes.clear()
     told = running.turn(DISC.heads(theta, 0.1, random))
     assert (told["result"], told["reason"]) == ("refused", "wrong_step")
-    # What was captured of the next turn by then was sampled at equal times: it is discarded.
+    # Samples of the next turn captured so far are at equal times: they are discarded.
     orders = [word for offset, word in running.core.writes if offset == address("control")]
     assert [bool(word & bit("control", "capture_enable")) for word in orders[-2:]] == [False, True]
     assert capture_mode(running.core) == 1
@@ -496,7 +497,7 @@ def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
 
 @pytest.mark.parametrize("order", ["dump", "rearm"])
 def test_equal_times_come_back(running: Firmware, order: str) -> None:
-    """Rows of a dump have times; and the next start knows nothing of the speed."""
+    """Rows of a dump have times, and the next start does not know the speed."""
     running.application.by_angle = True
     running.send(order)
     assert capture_mode(running.core) == 0
@@ -591,7 +592,7 @@ class Sensor:
         ffi, library = c_library()
         self.celsius: float | None = 40.0
         self.call = ffi.callback("temperature_read", self.read)
-        # The firmware holds a pointer to it.
+        # The firmware holds a pointer to the callback.
         firmware.sensor = self
         library.application_use_temperature(firmware.application, self.call, ffi.NULL)
 
@@ -639,7 +640,7 @@ def test_a_dump_tells_the_temperature(running: Firmware) -> None:
 
 @pytest.mark.parametrize("phase", ["wait_for_index", "capture"])
 def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase: str) -> None:
-    """Its registers are those of the reset; only a firmware that looks can tell."""
+    """Its registers have their reset values; the firmware must look to detect it."""
     running.turn(turn())
     setup = {name: running.core.get(name) for name in ("ramp_rate", "output_spacing", "alarm")}
     if phase == "wait_for_index":
@@ -665,7 +666,7 @@ def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase:
 
 
 def four_heads() -> Firmware:
-    """The firmware at a core with four heads, which has found its own two indices."""
+    """Return the firmware at a core with four heads, with the indices of heads 1 and 2 found."""
     core = ModelCore()
     core.set("version", 0x000800)
     core.set("capability", 4 | 1 << 3)
@@ -678,7 +679,7 @@ def four_heads() -> Firmware:
 
 
 def test_it_waits_for_the_index_of_further_heads() -> None:
-    """A turn in which head 4 has no zero can judge no mean; one that is left out is not awaited."""
+    """Without the zero of head 4 no mean can be judged; a left-out head is not awaited."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0111 << 8)
     firmware.step(3)
@@ -694,7 +695,7 @@ def test_it_waits_for_the_index_of_further_heads() -> None:
 
 
 def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
-    """Once head 1 has made a whole turn, head 1 alone is corrected as with two heads."""
+    """After a whole turn of head 1, head 1 alone is corrected as with two heads."""
     firmware = four_heads()
     firmware.core.set("heads_status", 0b0011 << 8)
     firmware.step(3)
@@ -705,7 +706,7 @@ def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
 
 
 def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
-    """0 would look like a perfect mean; a head that the gateware left out is named."""
+    """A 0 would look like a perfect mean; a head that the gateware left out is named."""
     assert running.turn(counts_of(DISC))["active_arcsec"] > 100
     running.turn(counts_of(DISC))
     running.core.set("version", 0x000800)
@@ -722,7 +723,7 @@ def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
 
 
 def test_coefficients_of_its_own_switch_the_failover_off(running: Firmware) -> None:
-    """Prepared sets belong to earlier coefficients, so that none may be swapped in any more."""
+    """Prepared sets belong to earlier coefficients, so that none may be swapped in any longer."""
     running.core.set("version", 0x000800)
     running.core.set("capability", 2 | bit("capability", "failover"))
     running.core.set("failover", bit("failover", "enable") | bit("failover", "illegal"))
@@ -744,7 +745,7 @@ def test_forgetting_switches_the_failover_off(running: Firmware) -> None:
 
 
 def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None:
-    """The core refuses the write, which would be a fault of the bus."""
+    """The core refuses the write, which would be a bus fault."""
     running.core.set("version", 0x000800)
     running.core.set("capability", 2)
     running.core.writes.clear()
@@ -754,7 +755,7 @@ def test_a_core_without_failover_has_no_such_register(running: Firmware) -> None
 
 
 def test_a_set_that_is_being_loaded_is_awaited(running: Firmware) -> None:
-    """It goes into the bank that the firmware is about to write."""
+    """The set goes into the bank that the firmware is about to write."""
     core = running.core
     core.set("version", 0x000800)
     core.set("capability", 2 | bit("capability", "failover"))

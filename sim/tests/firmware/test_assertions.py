@@ -1,4 +1,4 @@
-"""What must never be ends the process on this machine; on the chip it is a fault, test_qemu.py."""
+"""An impossible state ends the process on this machine; on the chip it is a fault, test_qemu.py."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ library.application_step(application)
     ],
 )
 def test_a_state_that_must_never_be_ends_the_step(change: str, condition: str) -> None:
-    """64 lanes (limits.h) and the enumerations' last members are the bounds."""
+    """The bounds are 64 lanes (limits.h) and the last members of the enumerations."""
     ended = subprocess.run(
         [sys.executable, "-c", PREPARE.format(change=change)],
         cwd=ROOT,
@@ -89,8 +89,8 @@ print("prepared", flush=True)
     ],
 )
 def test_a_call_that_must_never_be_ends_the_process(call: str, condition: str) -> None:
-    """Of calibration and console: ORDERS_MAX 40, LANES_LIMIT 64, CONSOLE_LINE_MOST 80 characters,
-    9 decimals are the bounds."""
+    """The bounds of calibration and console are ORDERS_MAX 40, LANES_LIMIT 64, CONSOLE_LINE_MOST 80
+    characters and 9 decimals."""
     ended = subprocess.run(
         [sys.executable, "-c", CALL.format(call=call)],
         cwd=ROOT,

@@ -1,4 +1,4 @@
-"""Every reason to refuse a capture, by the capture that has it; and the reference's verdict."""
+"""Tests of every reason to refuse a capture, with a capture for each, against the reference."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_an_empty_bank() -> None:
 
 
 def test_more_than_a_turn() -> None:
-    """The sampler closes a bank at a turn: more means another turn than the core's."""
+    """The sampler closes a bank at a turn: more counts belong to another turn than the core's."""
     counts = good()
     assert verify(capture_in_c(counts, counts_per_rev=COUNTS // 2))[0] == "more_than_a_turn"
 
@@ -162,7 +162,7 @@ def test_every_reason_has_a_name() -> None:
 )
 @settings(max_examples=200, deadline=None)
 def test_any_steps_get_the_reference_verdict(steps: list[int], offset: int) -> None:
-    """Random walks: the C search by halving finds the medians that sorting finds."""
+    """In random walks the C search by bisection finds the medians that sorting finds."""
     head = np.concatenate(([0], np.cumsum(steps))).astype(np.int64)
     counts = np.stack((head, head + 33))
     expected, sample = "none", None

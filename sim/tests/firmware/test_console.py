@@ -1,4 +1,4 @@
-"""The console: every command, and what is no command."""
+"""Tests of the console: every command, and lines that are no command."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
 
 
 def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
-    """Words of the registers as the map says, and no others."""
+    """The answer has the words of the registers in the map, and no others."""
     core, (ffi, _) = running.core, firmware()
     core.set("version", 3 << 16 | 21 << 8 | 7)
     core.set("pipeline", 30 << 8 | 8)
@@ -49,7 +49,7 @@ def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
     ]
     core.set("capability", 1 << 4 | 2)
     assert "rotation table" in running.send("version").splitlines()
-    # Gateware of an earlier minor version has no such register.
+    # Gateware of an earlier minor version lacks this register.
     core.set("version", 3 << 16 | 7 << 8)
     assert "rotation cordic" in running.send("version").splitlines()
     core.set("chip_dna_high", 1 << 31 | 0x1234567)
@@ -100,7 +100,7 @@ def test_every_reason_and_alarm_is_explained(running: Firmware) -> None:
     assert len(alarms) == 15
     for name in {ffi.string(name).decode() for name in (*reasons, *alarms)}:
         answer = running.send(f"help {name}").splitlines()
-        # `temperature` is a command too.
+        # `temperature` is also a command.
         assert len(answer) == 2 + (name == "temperature"), name
         assert len(answer[-2].split()) >= 5, "a sentence"
         assert answer[-1] == "ok"
@@ -199,7 +199,7 @@ def test_a_dump_is_the_capture(running: Firmware) -> None:
 
 
 def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
-    """The bank is the core's again at once; each step tells eight rows of the copy."""
+    """The core gets the bank back at once; each step prints eight rows of the copy."""
     running.send("dump")
     running.send("telemetry on")
     counts = turn()
@@ -224,9 +224,9 @@ def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
 @pytest.mark.parametrize("samples", [3, 3072, 3073, 6144, 6145, 12_287, 12_288])
 @pytest.mark.parametrize("sense", [1, -1])
 def test_a_copy_has_every_sample(samples: int, sense: int, heads: int) -> None:
-    """Few samples whole, many as steps of 16 bits; in any order, over a wrap at 2³¹.
+    """Few samples are copied whole, many as steps of 16 bits, in any order and over a wrap at 2³¹.
 
-    Of more than two heads and 6,144 samples, every second one.
+    With more than two heads and 6,144 samples, the copy has every second one.
     """
     ffi, library = firmware()
     draw = np.random.default_rng(samples)
@@ -255,7 +255,8 @@ def test_a_copy_has_every_sample(samples: int, sense: int, heads: int) -> None:
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_places_of_heads_equal_numpy(heads: int) -> None:
-    """Mean over the turn of each reading against head 1's, to 1e-7 of 16 million counts."""
+    """Compare the mean of each reading against head 1's over a turn, to 1e-7 of 16 million
+    counts."""
     ffi, library = firmware()
     turn = 1 << 24
     draw = np.random.default_rng(heads)
@@ -356,11 +357,11 @@ def test_what_the_board_knows_is_told(running: Firmware) -> None:
 
 
 UART_OUTPUT_RING = 4096
-"""Of board/uart.h: what is said waits there."""
+"""Size of the output ring of board/uart.h, in characters."""
 
 
 class Room:
-    """A port that takes so many characters at once."""
+    """A port that accepts a limited number of characters at once."""
 
     def __init__(self, made: Firmware, characters: int) -> None:
         self.characters = characters
@@ -369,7 +370,7 @@ class Room:
 
 
 def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) -> None:
-    """Nothing waits, nothing is cut, and its alarms come with the next line."""
+    """No line waits or is cut, and its alarms come with the next line."""
     running.send("telemetry on")
     running.send("set alarm_noise_arcsec 0.000001")
     running.core.hand_over(turn(seed=1))
@@ -390,7 +391,7 @@ def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) 
 
 
 def test_the_longest_line_of_telemetry_has_room_in_the_ring(running: Firmware) -> None:
-    """With every number at its longest, and every alarm; a longer one would never be told."""
+    """Every number has its greatest length, with every alarm; a longer line would never be sent."""
     ffi, library = firmware()
     running.core.hand_over(turn(seed=1))
     running.step(4)

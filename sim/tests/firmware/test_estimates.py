@@ -1,4 +1,4 @@
-"""The C calibration against the numpy reference."""
+"""Tests of the C calibration against the numpy reference."""
 
 from __future__ import annotations
 
@@ -24,13 +24,18 @@ from arctrue.calibration import Estimate, fourier, least_squares, whole_turns
 from arctrue.calibration.harmonics import as_function_of_reading
 
 EQUAL_TO = 1e-9
-"""Largest difference to the reference, as a share of the largest |E_n| (project requirement)."""
+"""Largest difference from the reference, as a share of the largest |E_n| (project requirement)."""
 GRAM_APPROXIMATION = 1e-3
-"""The covariance is that of the normal matrix to the second power of the heads' difference:
-(2N·δ)³/6 over the weakest column squared, |e^{jnα} − 1|² = 0.0027; for δ of 85″."""
+"""Relative error of the covariance, which uses a second-order approximation of the normal matrix.
+
+The error is (2N·δ)³/6 over the square of the weakest column, |e^{jnα} − 1|² = 0.0027, for a δ of
+85″.
+"""
 REFERENCE_ROUNDING = 1e-5
-"""Of the reference's residual: |y|² − 2xᵀXᵀy + xᵀXᵀXx, 1e11 arcsec² where index and drawing differ
-by 3000″, leaves 2e2 arcsec²."""
+"""Relative rounding error of the reference's residual |y|² − 2xᵀXᵀy + xᵀXᵀXx.
+
+Terms of 1e11 arcsec², where index and drawing differ by 3000″, leave 2e2 arcsec².
+"""
 
 DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 3: (1.2, 2.9), 11: (0.4, 1.0), 31: (0.3, 5.0)})
 METHODS = {"fourier": fourier, "least_squares": least_squares}
@@ -44,7 +49,7 @@ CASES: dict[str, dict[str, Any]] = {
 
 
 def counts_of(disc: Disc = DISC, noise: float = 0.1, seed: int = 3, **angles: Any) -> Any:
-    """Counts (2, n) of one turn and the sample that closes it."""
+    """Return counts (2, n) of one turn and of the sample that closes it."""
     samples = angles.pop("samples", 12_000)
     theta = turn_angles(samples, 2, **angles)[: samples + 1]
     return disc.heads(theta, noise, np.random.default_rng(seed))
@@ -66,8 +71,10 @@ def reference(
 
 
 def u_index_rad(counts_per_rev: int, detection_arcsec: float = 0.0) -> float:
-    """Standard uncertainty of R₂ − R₁ by the index: a rectangle of ±1 count for either head, and
-    what differs between the places where they detect the mark."""
+    """Return the standard uncertainty of R₂ − R₁ from the index.
+
+    It has a rectangle of ±1 count for each head, and the difference of the places of detection.
+    """
     head = 2.0 * np.pi / counts_per_rev / np.sqrt(3.0)
     return float(np.sqrt(2.0 * head**2 + (detection_arcsec * ARCSEC) ** 2))
 
@@ -83,7 +90,7 @@ def assert_equal(made: Any, expected: Estimate) -> None:
     assert made.iterations == expected.iterations
     seen = np.isfinite(expected.noise_gain)
     np.testing.assert_array_equal(per_order(made, "seen"), seen)
-    # A gain of 1000 moves by 1e-9 with α by 1e-12.
+    # A change of α by 1e-12 changes a gain of 1000 by 1e-9.
     np.testing.assert_allclose(per_order(made, "noise_gain"), expected.noise_gain, rtol=1e-6)
     ffi, library = firmware()
     u = [library.harmonic_uncertainty(ffi.addressof(made.harmonic[p])) for p in range(made.orders)]
@@ -134,7 +141,7 @@ def test_whole_turns_between_the_counters_mean_nothing(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_an_order_that_cannot_be_seen(method: str) -> None:
-    """At exactly 36° order 10 is gone, and 20 and 30 with it."""
+    """At exactly 36° order 10 is invisible, and so are orders 20 and 30."""
     disc = Disc({1: (20.0, 0.4), 7: (1.0, 1.0)}, alpha_deg=36.0)
     counts = counts_of(disc, start=0.0)
     alpha = float(np.radians(36.0))
@@ -185,7 +192,7 @@ def test_positions_that_wrap() -> None:
 
 
 def test_a_turn_that_does_not_divide_the_register() -> None:
-    """360,000 counts a turn: the wrapped word is no longer the angle, the offset makes it so."""
+    """With 360,000 counts a turn the wrapped word is not the angle; the offset corrects that."""
     disc = Disc(DISC.orders, counts_per_rev=360_000)
     counts = counts_of(disc, noise=3.0, samples=3000) + 6000 * 360_000
     assert counts[0, 0] > 2**31
@@ -204,7 +211,7 @@ def test_as_a_function_of_the_reading() -> None:
     library.estimate_as_function_of_reading(ffi.new("struct reading_workspace *"), made)
     expected = as_function_of_reading(before.orders, before.values)
     assert np.abs(values_of(made) - expected).max() < EQUAL_TO * 75.0
-    # 0.055″ of order 2 is what the step is for.
+    # The step corrects 0.055″ of order 2.
     assert np.abs(values_of(made) - before.values).max() > 0.03
     again = values_of(made)
     library.estimate_as_function_of_reading(ffi.new("struct reading_workspace *"), made)
@@ -231,7 +238,7 @@ def test_any_disc(
 
 
 def test_forty_orders_of_an_enlarged_disc() -> None:
-    """Eight times the errors of the paper's disc: the normal matrix is a bad guess there."""
+    """With eight times the errors of the paper's disc the normal matrix is a poor approximation."""
     disc = Disc({1: (1200.0, 0.4), 2: (48.0, 4.2), 11: (3.0, 1.0)})
     counts = counts_of(disc, noise=3.0, samples=2000)
     reason, made = estimate("least_squares", capture_in_c(counts), orders=40)

@@ -1,4 +1,4 @@
-"""Loading the fabric from the flash, over a model of the configuration port; every refusal."""
+"""Tests of loading the fabric from the flash, with a model of the configuration port."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from sim.tests.firmware.library import firmware
 from sim.tests.firmware.zynq_model import AT, CONFIGURED, ZynqModel, bitstream, image
 
 STEPS_MOST = 3_000_000
-"""Of 1 µs each: the longest wait is 2 s."""
+"""Largest number of steps of 1 µs; the longest wait is 2 s."""
 
 
 def load(model: ZynqModel) -> tuple[str, Any]:
-    """The name of the end, and the loader."""
+    """Return the name of the final state, and the loader."""
     ffi, library = firmware()
     fabric = ffi.new("struct fabric *")
     library.fabric_prepare(fabric, model.access)

@@ -1,7 +1,7 @@
-"""The calibration of two to four heads in C, against numpy and against the true disc.
+"""Tests of the C calibration of two to four heads, against numpy and against the true disc.
 
-The numpy of ``arctrue.calibration.heads_on_device`` solves the same equations with complete design
-matrices; the readings come from a simulation of the tests' own.
+The numpy code of ``arctrue.calibration.heads_on_device`` solves the same equations with complete
+design matrices; the readings come from a simulation in the tests.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ COUNTS = 1 << 24
 ARCSEC = np.pi / 648_000.0
 PLACES = {2: (0.0, 33.0), 3: (0.0, 118.0, 237.0), 4: (0.0, 64.3, 177.0, 257.9)}
 DISC = {1: (144.0, 2.1), 2: (6.0, 4.2), 3: (1.2, 0.4), 5: (0.5, 4.8), 12: (0.2, 4.6), 30: (0.3, 1)}
-"""Order: amplitude ″ and phase of the error as a function of the disc's true angle."""
+"""Order: amplitude in ″ and phase of the error as a function of the disc's true angle."""
 SAME = 1e-9
-"""Of the largest value of the disc: the goal of every estimate of the firmware."""
+"""Tolerance relative to the disc's largest value, the goal of every estimate of the firmware."""
 
 
 @dataclass(frozen=True)
 class World:
-    """A table whose heads are off their places, detect the mark late and differ in radius."""
+    """A table whose heads are displaced, detect the mark late and differ in radius."""
 
     heads: int = 4
     off_arcsec: tuple[float, ...] = (0.0, 50.0, -30.0, 40.0)
@@ -61,10 +61,10 @@ class World:
     ratios: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     noise_arcsec: float = 0.0
     axis: tuple[tuple[float, complex, complex], ...] = ()
-    """Order, forward and backward circle, arcseconds."""
+    """Order, forward circle and backward circle of the axis, in arcseconds."""
     samples: int = 3000
     swing: float = 0.0
-    """Share of the speed, once a turn."""
+    """Relative variation of the speed, once a turn."""
     seed: int = 1
 
     @property
@@ -88,7 +88,7 @@ class World:
         return 0.3 + even + self.swing * np.sin(even)
 
     def counts(self) -> NDArray[np.int64]:
-        """Of every head at true angles of the table, (heads, samples)."""
+        """Return the counts of every head at true angles of the table, (heads, samples)."""
         random = np.random.default_rng(self.seed)
         theta = self.theta()
         rows = []
@@ -101,7 +101,7 @@ class World:
                 moved += ratio * (c * np.exp(1j * place)).imag
             reading = angle + self.error_rad(angle, ratio) + moved * ARCSEC
             reading += random.normal(0.0, self.noise_arcsec * ARCSEC, theta.size)
-            # The counter begins where the head detects the mark.
+            # The counter starts where the head detects the mark.
             reading -= self.late_arcsec[head] * ARCSEC
             rows.append(np.rint(reading * COUNTS / (2 * np.pi)))
         return np.array(rows).astype(np.int64)
@@ -140,7 +140,7 @@ def settings_in_c(world: World, orders: int) -> Any:
 
 @dataclass(frozen=True)
 class InC:
-    """What the firmware found."""
+    """Results of the firmware."""
 
     reason: str
     estimate: Any
@@ -191,9 +191,9 @@ WORLDS = [
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_c_equals_numpy(world: World) -> None:
-    """Orders, places, radii, circles to 1e-9 of the largest value; covariances to 1e-2.
+    """Orders, places, radii and circles agree to 1e-9 of the largest value; covariances to 1e-2.
 
-    The covariance is that of the normal matrix of every k-th sample, 16 for each order.
+    The covariance comes from the normal matrix of every k-th sample, 16 for each order.
     """
     c, numpy = in_c(world), in_numpy(world)
     assert c.reason == "none"
@@ -211,7 +211,7 @@ def test_c_equals_numpy(world: World) -> None:
     assert residuals == pytest.approx(numpy.residuals_arcsec, abs=same)
     circles = np.array([[*c.found.forward_arcsec], [*c.found.backward_arcsec]]).T
     assert np.abs(circles - numpy.circles).max() < same
-    # Of the last pass, before the step that ends the fit.
+    # The noise is that of the last pass, before the step that ends the fit.
     assert c.estimate.noise_arcsec == pytest.approx(numpy.noise_arcsec, rel=1e-6)
     gains = per_order(c.estimate, "noise_gain")
     assert gains == pytest.approx(numpy.gain, rel=1e-5)
@@ -220,7 +220,10 @@ def test_c_equals_numpy(world: World) -> None:
 
 
 def mean_in_c(world: World, c: InC) -> Any:
-    """The set with the weights and offsets of a calibration; ``c.estimate`` becomes the mean's."""
+    """Return the set with the weights and offsets of a calibration.
+
+    ``c.estimate`` becomes the estimate of the mean.
+    """
     ffi, library = firmware()
     mean = ffi.new("struct mean_set *")
     assert library.heads_weights(ffi.addressof(c.found.geometry), mean.weight)
@@ -234,7 +237,8 @@ def mean_in_c(world: World, c: InC) -> Any:
 
 @pytest.mark.parametrize("world", [one for one in WORLDS if one.id != "two"])
 def test_mean_equals_numpy(world: World) -> None:
-    """Weights as words to the last bit, the mean's error to 1e-9 of the disc's largest."""
+    """Weights agree to the last bit of the words, the mean's error to 1e-9 of the disc's
+    largest."""
     c, numpy = in_c(world), in_numpy(world)
     mean = mean_in_c(world, c)
     places = numpy.offsets_rad + numpy.late_rad
@@ -254,10 +258,10 @@ def test_mean_equals_numpy(world: World) -> None:
 
 @pytest.mark.parametrize("heads", [3, 4])
 def test_mean_of_the_device_is_true(heads: int) -> None:
-    """The mean less its orders follows the table's angle on another turn, in float64.
+    """The mean less its orders equals the table's angle on another turn, in float64.
 
-    Noise of 0.2″: √Σw² of it is 0.12″ a sample for three heads, 0.1″ for four. The mean's order 1
-    is not seen by any combination: half of 50″ in the places lets 1e-4 of 144″ through.
+    Noise of 0.2″ times √Σw² is 0.12″ a sample for three heads, 0.1″ for four. No combination shows
+    the mean's order 1: half of 50″ in the places lets 1e-4 of 144″ through.
     """
     world = World(heads=heads, noise_arcsec=0.2, samples=12_000, seed=3)
     if heads == 4:
@@ -286,7 +290,8 @@ def test_mean_of_the_device_is_true(heads: int) -> None:
 
 
 def test_agrees_with_the_complete_least_squares() -> None:
-    """Against the fit of all unknowns together, within 4 standard uncertainties of the parity."""
+    """Compare with the fit of all unknowns together, within 4 standard uncertainties of the
+    parity."""
     world = World(heads=4, noise_arcsec=0.2, samples=6000, seed=7)
     c = in_c(world, orders=24)
     whole = heads_least_squares(
@@ -305,7 +310,7 @@ def test_agrees_with_the_complete_least_squares() -> None:
 
 
 def test_heads_that_have_no_mean_are_refused() -> None:
-    """Three heads within 40°: both refuse them, by the noise of the mean."""
+    """Three heads stand within 40°: C and numpy refuse them because of the noise of the mean."""
     ffi, library = firmware()
     geometry = ffi.new("struct heads_geometry *")
     geometry.heads = 3
@@ -331,7 +336,7 @@ def test_a_head_far_from_its_place_is_refused(change: dict[str, Any], reason: st
 
 
 def test_heads_3_and_4_are_verified() -> None:
-    """A head without index, one that stands, one that jumps, one that counts the other way."""
+    """Heads have no index, stand still, jump, or count the other way."""
     ffi, library = firmware()
     world = World(heads=4)
 
@@ -357,7 +362,7 @@ def test_heads_3_and_4_are_verified() -> None:
 
 
 def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficients:
-    """The words that the firmware would write: its choice of orders, its quantisation."""
+    """Return the words that the firmware would write: its choice of orders and its quantisation."""
     ffi, library = firmware()
     verdicts = ffi.new("enum verdict[40]")
     library.select_orders(c.estimate, lanes, 50.0, verdicts)
@@ -378,11 +383,11 @@ def coefficients_of(c: InC, mean: Any, heads: int, lanes: int = 32) -> Coefficie
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_goal_at_the_papers_conditions(seed: int) -> None:
-    """Calibrated on one turn of 12,000 samples with 0.2″, judged on another: issue 27's goal.
+    """Issue 27's goal: calibrate on one turn of 12,000 samples with 0.2″, judge on another.
 
-    Means of half a degree within ± 0.07″ and 0.022″ RMS, by the words that the firmware would
-    write and the gateware's mean bit for bit. Readings have 83 independent values in a bin, as on
-    the instrument, whose noise is correlated over a fifth of a sample.
+    Means of half a degree must be within ± 0.07″ and 0.022″ RMS, with the words that the firmware
+    would write and the gateware's mean bit for bit. Readings have 83 independent values in a bin,
+    as on the instrument, whose noise is correlated over a fifth of a sample.
     """
     size = {"heads": 4, "noise_arcsec": 0.2, "late_arcsec": (0.0,) * 4}
     c = in_c(World(**size, samples=12_000, seed=seed))

@@ -1,4 +1,4 @@
-"""The C files of a folder include each other in one direction."""
+"""The C files of a folder include each other in one direction only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ INCLUDE = re.compile(r'^#include "(\w+)\.h"', re.MULTILINE)
 
 
 def included(folder: str) -> dict[str, set[str]]:
-    """What each module, a .c file with its .h file, includes of the modules of its ``folder``."""
+    """Return the modules of a ``folder`` (a .c file with its .h file) that each module includes."""
     found: dict[str, set[str]] = {}
     for path in sorted((FIRMWARE / folder).glob("*.[ch]")):
         found.setdefault(path.stem, set()).update(INCLUDE.findall(path.read_text("utf-8")))

@@ -1,7 +1,8 @@
-"""A file is judged order by order, and each loaded order in every turn after that.
+"""A file is judged order by order, and each loaded order again in every later turn.
 
-2^20 counts a turn; the disc has orders 1, 2 and 5 of 200, 50 and 10 counts. Independent of the C:
-the disc's readings come from geometry (``synthetic.Disc``), what is left from the bank of the core.
+A turn has 2^20 counts; the disc has orders 1, 2 and 5 of 200, 50 and 10 counts. The test is
+independent of the C code: the readings come from geometry (``synthetic.Disc``), the residual from
+the bank of the core.
 """
 
 from __future__ import annotations
@@ -27,18 +28,18 @@ SIZES = {1: 200.0, 2: 50.0, 5: 10.0}
 PHASES = {1: 0.4, 2: 1.2, 5: 2.9}
 NOISE_ARCSEC = 0.1
 QUIET_RMS_ARCSEC = 0.5
-"""Rounding of the readings to whole counts, 0.36″ a head, through the gains of 32 orders."""
+"""Rounding of the readings to whole counts, 0.36″ a head, with the gains of 32 orders."""
 
 
 def disc(**counts: float) -> Disc:
-    """``o5=-10``: order 5 has -10 counts."""
+    """Return the disc with changed orders: ``o5=-10`` sets order 5 to -10 counts."""
     sizes = SIZES | {int(name[1:]): size for name, size in counts.items()}
     orders = {n: (size * ARCSEC, PHASES.get(n, 0.7)) for n, size in sizes.items()}
     return Disc(orders, counts_per_rev=COUNTS)
 
 
 def turn(seed: int, of: Disc | None = None, samples: int = SAMPLES) -> NDArray[np.int64]:
-    """Its beginning moves, so that rounding is another one in each turn."""
+    """Return a turn whose start depends on the seed, so that its rounding differs."""
     start = 0.3 + 0.01 * seed
     counts: NDArray[np.int64] = counts_of(
         of or disc(), NOISE_ARCSEC, seed, samples=samples, start=start
@@ -56,7 +57,7 @@ def started(lanes: int = 32) -> Firmware:
 
 
 def file_of(force: bool = False, **counts: float) -> list[str]:
-    """Frames of a file with these orders, counts."""
+    """Return the frames of a file with these orders, in counts."""
     sizes = {int(name[1:]): size for name, size in counts.items()}
     phases = [PHASES.get(n, 0.7) for n in sizes]
     made = Coefficients.from_harmonics(list(sizes), list(sizes.values()), phases, COUNTS, 32)
@@ -64,7 +65,7 @@ def file_of(force: bool = False, **counts: float) -> list[str]:
 
 
 def exact_file_of(of: Disc, orders: list[int]) -> list[str]:
-    """These orders of the disc as functions of the reading, from geometry."""
+    """Return these orders of the disc as functions of the reading, from geometry."""
     reading = np.arange(4096) * (2.0 * np.pi / 4096)
     error = np.rad2deg(reading - of.true_angle(reading)) * 3600.0 / ARCSEC
     lines = np.fft.rfft(error)[orders] * (2.0 / reading.size)
@@ -77,7 +78,7 @@ def load(made: Firmware, frames: list[str]) -> None:
 
 
 def left_rms_arcsec(made: Firmware, of: Disc) -> float:
-    """Of the corrected reading, without its mean."""
+    """Return the RMS error of the corrected reading without its mean."""
     reading = np.arange(0, COUNTS, 251)
     angle = reading * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - of.true_angle(angle)) * 3600.0
@@ -92,7 +93,7 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
         {"o5": -10.0},
         {"o9": 20.0},
         {"o1": 200.0, "o2": 50.0, "o9": 1.0},
-        # Less than half the noise of a reading: only the odds of the order itself tell.
+        # Less than half the noise of a reading: only the odds of the order itself show it.
         {"o9": 0.1},
         {"o300": 3.0},
     ],
@@ -100,7 +101,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
 )
 @pytest.mark.parametrize("turns_before", [0, 2])
 def test_a_file_with_one_wrong_order_is_refused(wrong: dict[str, float], turns_before: int) -> None:
-    """Before the first turn too, where the uncorrected order 1 is twenty times as large."""
+    """This holds before the first turn too, where the uncorrected order 1 is twenty times as
+    large."""
     made = started()
     for seed in range(turns_before):
         made.turn(turn(100 + seed))
@@ -124,7 +126,7 @@ def test_a_true_file_is_active_with_the_first_turn(turns_before: int) -> None:
 
 
 def test_a_loaded_order_that_drifts_is_told() -> None:
-    """From 10 to 60 counts: 43.7″ RMS are left, and the device says so."""
+    """Order 5 drifts from 10 to 60 counts: 43.7″ RMS remain, and the device reports it."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     made.turn(turn(1))
@@ -143,7 +145,7 @@ def test_a_loaded_order_that_drifts_is_told() -> None:
 
 
 def test_a_small_drift_is_told_from_the_scatter_after_three_turns() -> None:
-    """0.6 count: below ``alarm_error_arcsec``, and many times what the order scatters."""
+    """0.6 count is below ``alarm_error_arcsec``, but many times the scatter of the order."""
     made = started()
     load(made, exact_file_of(disc(), [1, 2, 5]))
     for seed in range(8):
@@ -172,14 +174,14 @@ def test_a_saved_set_whose_order_5_has_reversed_is_not_confirmed(loaded: bool) -
     assert board.status("saved") == ["not_confirmed"]
     assert told["alarms"] == ["not_confirmed"]
     assert left_rms_arcsec(board.firmware, now) < QUIET_RMS_ARCSEC
-    # As it was: confirmed with the first turn.
+    # The record is confirmed with the first turn, as before.
     board.power_on()
     assert board.firmware.turn(turn(10))["result"] == "applied"
     assert board.status("saved") == ["confirmed"]
 
 
 def test_an_order_that_a_turn_cannot_judge_waits(monkeypatch: pytest.MonkeyPatch) -> None:
-    """0.02 count of order 6, in a file with a good order 5: the noise of a turn hides it."""
+    """0.02 count of order 6, in a file with a good order 5, is hidden by the noise of a turn."""
     made = started()
     load(made, file_of(o5=10.0, o6=0.02))
     made.turn(turn(1))
@@ -190,7 +192,7 @@ def test_an_order_that_a_turn_cannot_judge_waits(monkeypatch: pytest.MonkeyPatch
 
 
 def test_evidence_of_turns_adds_up() -> None:
-    """An order of two standard uncertainties takes more than one turn, and less than ten."""
+    """An order of two standard uncertainties needs more than one turn, and fewer than ten."""
     weak = 0.018
     made = started()
     load(made, file_of(o8=weak))
@@ -238,7 +240,7 @@ def test_a_forced_order_is_saved_and_comes_back() -> None:
 
 
 def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> NDArray[np.int64]:
-    """A turn whose heads have each their own error of a high order: Re(a e^{jmR}), counts."""
+    """Return a turn whose heads have their own error of a high order: Re(a e^{jmR}), counts."""
     counts = turn(seed)
     for head, amplitude in enumerate(amplitudes):
         phase = np.exp(1j * order * counts[head] * (2.0 * np.pi / COUNTS))
@@ -266,7 +268,8 @@ def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: 
 
 
 def test_samples_that_cannot_separate_an_order_decide_nothing() -> None:
-    """512 samples a turn take order 1,024 for a constant: at any noise nothing can be said."""
+    """With 512 samples a turn, order 1,024 looks like a constant: no noise level allows a
+    decision."""
     made = started()
     counts = subdivided(1, (4.0 + 0j, 0j), 1024)
     theta = 0.3 + np.arange(513) * (2.0 * np.pi / 512)
@@ -281,7 +284,7 @@ def test_samples_that_cannot_separate_an_order_decide_nothing() -> None:
 
 
 QUIET_TURNS = 200
-"""In the suite; 2,000 by hand: no alarm either. Noise alone: 32 e^-54 a turn."""
+"""Turns in the suite; 2,000 by hand raised no alarm either. Noise alone: 32 e^-54 a turn."""
 
 
 def test_quiet_turns_raise_no_alarm() -> None:

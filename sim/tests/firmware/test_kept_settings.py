@@ -1,4 +1,4 @@
-"""What the operator has ordered outlives a fault; where it does not, the output is safe."""
+"""The operator's settings survive a fault; where they do not, the output is safe."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FORGOTTEN_AFTER_TURNS = 20
 
 
 class Device:
-    """A core and the memory that outlives a new start; ``firmware`` runs on them."""
+    """A core and the memory that survives a restart; ``firmware`` runs on them."""
 
     def __init__(self) -> None:
         ffi, _ = firmware()
@@ -40,7 +40,7 @@ class Device:
         self.settled += 1
 
     def start(self, *, after_fault: bool) -> None:
-        """As main() does; a fault has left the core as it was."""
+        """Start as main() does; a fault has left the core as it was."""
         self.firmware = Firmware(self.core)
         library, application = self.firmware.library, self.firmware.application
         library.application_keep_settings(application, self.kept, self._settle)
@@ -95,7 +95,7 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
 
 
 def test_lost_settings_leave_the_output_uncorrected() -> None:
-    """Where it was; a correction that is at work goes on, and nothing is worked on."""
+    """An active correction continues, and the firmware processes no turn."""
     device = Device()
     device.firmware.send("set separation_deg 47.5")
     ffi, _ = firmware()
@@ -126,14 +126,14 @@ def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
     assert device.firmware.phase == "held"
     assert not device.core.writes
     assert device.firmware.status("compensation") == ["on"]
-    # The operator may take it off; on again comes with a re-arm.
+    # The operator may switch it off; switching it on requires a re-arm.
     assert device.firmware.send("bypass on") == "ok\r\n"
     assert not controls(device.core)["compensate"]
     assert controls(device.core)["output_enable"]
 
 
 def test_another_turn_than_that_of_the_core_re_arms() -> None:
-    """The fabric was loaded anew meanwhile, or the fault came in the middle of an order."""
+    """The fabric was loaded again meanwhile, or the fault came within an order."""
     device = Device()
     device.work(1)
     device.core.set("counts_per_rev_active", 1000)
@@ -206,7 +206,7 @@ def test_every_order_is_kept_before_it_is_confirmed() -> None:
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_a_write_that_a_fault_cuts_off_leaves_the_settings_before_or_after_it(data: Any) -> None:
-    """Any subset of the memory's lines of 32 bytes has the new content: the rest was in a cache."""
+    """Any subset of the memory's 32-byte lines is new: the others were still in a cache."""
     device = Device()
     ffi, library = firmware()
     size = ffi.sizeof(device.kept[0])
@@ -243,7 +243,7 @@ def test_no_changed_bit_is_taken_for_an_order(data: Any) -> None:
 
 
 def test_values_out_of_range_are_no_settings() -> None:
-    """With the right sum: as an older firmware with other ranges would leave them."""
+    """The checksum is right: an older firmware with other ranges would leave such values."""
     device = Device()
     ffi, library = firmware()
     made = ffi.new("struct settings *")

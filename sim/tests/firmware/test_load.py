@@ -1,4 +1,4 @@
-"""Coefficients loaded over the console: whole or not at all, and beside the calibration."""
+"""Tests of coefficients loaded over the console: whole or not at all, beside the calibration."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients, phase_step
 
 HIGH = 4096
-"""Above what the calibration fits: once in 4,096 counts."""
+"""Order above those of the calibration: once in 4,096 counts."""
 DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 SUBDIVISION_ARCSEC, SUBDIVISION_RAD = 0.5, 1.3
 READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
 LEFT_ARCSEC = 0.05
-"""Of the calibration: noise of 0.1″ over 1,500 samples, at gains below 2."""
+"""Error left by the calibration: noise of 0.1″ over 1,500 samples, at gains below 2."""
 
 
 def turn(seed: int = 1, noise: float = 0.1, disc: Disc = DISC) -> Any:
-    """Head 1 has a subdivision error on top, as a function of its own reading."""
+    """Return a turn in which head 1 also has a subdivision error, a function of its own reading."""
     counts = counts_of(disc, noise, seed, samples=SAMPLES)
     phase = HIGH * counts[0] * (2.0 * np.pi / COUNTS) + SUBDIVISION_RAD
     error = SUBDIVISION_ARCSEC * np.cos(phase) / ARCSEC_PER_COUNT
@@ -42,7 +42,7 @@ def turn(seed: int = 1, noise: float = 0.1, disc: Disc = DISC) -> Any:
 
 
 def file_of(lanes: dict[int, tuple[float, float]], counts_per_rev: int = COUNTS) -> Coefficients:
-    """{order: (amplitude ″, phase rad)}."""
+    """Return a bank from {order: (amplitude ″, phase rad)}."""
     amplitudes = np.array([a for a, _ in lanes.values()]) * counts_per_rev / 1_296_000
     return Coefficients.from_harmonics(
         list(lanes), amplitudes, [p for _, p in lanes.values()], counts_per_rev, 32
@@ -70,7 +70,7 @@ def send(running: Firmware, frames: list[str]) -> list[str]:
 
 
 def load(running: Firmware, coefficients: Coefficients) -> str:
-    """The answer to the last frame, all before it were taken."""
+    """Send a bank and return the answer to the last frame; all frames before it are accepted."""
     *before, last = send(running, load_frames(coefficients))
     assert set(before) == {"ok"}
     return last
@@ -81,7 +81,7 @@ def state(running: Firmware) -> str:
 
 
 def left(running: Firmware, disc: Disc = DISC, subdivision: float = SUBDIVISION_ARCSEC) -> float:
-    """Largest error of the corrected reading, arcsec."""
+    """Return the largest error of the corrected reading in arcseconds."""
     angle = READINGS * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - disc.true_angle(angle)) * 3600.0
     wrong += subdivision * np.cos(HIGH * angle + SUBDIVISION_RAD)
@@ -98,7 +98,7 @@ def test_what_is_loaded_is_active_beside_the_calibration(running: Firmware) -> N
     assert state(running) == "load active"
     assert f"loaded_order {HIGH}\r\n" in running.send("load status")
     assert left(running) < LEFT_ARCSEC
-    # The calibration goes on, and leaves that order alone.
+    # The calibration continues and does not touch that order.
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     for seed in range(6, 30):
         running.turn(turn(seed, disc=moved))
@@ -106,7 +106,7 @@ def test_what_is_loaded_is_active_beside_the_calibration(running: Firmware) -> N
 
 
 def test_an_order_that_is_loaded_is_no_longer_the_calibrations(running: Firmware) -> None:
-    """The disc's order 2 changes: the loaded value stays until another is loaded."""
+    """The disc's order 2 changes: the loaded value stays until another one is loaded."""
     load(running, file_of({2: (6.0, 4.2)}))
     running.turn(turn(seed=5))
     assert state(running) == "load active"
@@ -119,7 +119,7 @@ def test_an_order_that_is_loaded_is_no_longer_the_calibrations(running: Firmware
     bank = active_coefficients(running.core)
     (lane,) = np.flatnonzero(bank.phase_steps == phase_step(2, COUNTS))
     assert bank.amplitudes[lane] == pytest.approx(6.0 / ARCSEC_PER_COUNT * 2048, abs=1.0)
-    # Taken away, it is the calibration's again.
+    # After its removal the order belongs to the calibration again.
     assert load(running, file_of({})) == "ok"
     for seed in range(30, 34):
         running.turn(turn(seed, disc=moved))
@@ -229,7 +229,7 @@ def frame(name: str, *values: int) -> str:
     ],
 )
 def test_what_no_lane_holds(running: Firmware, lane: tuple[int, ...], reason: str) -> None:
-    """With a right CRC: as a wrong program would send it."""
+    """The CRC is right, as if a faulty program had sent the frame."""
     sent = [frame("begin", 2, COUNTS)]
     if reason == "order_twice":
         sent += [frame("lane", 0, 7, 0, 1)]
@@ -249,7 +249,7 @@ def test_a_set_that_is_not_whole(running: Firmware) -> None:
 @given(st.data())
 @settings(max_examples=150, deadline=None)
 def test_a_changed_character_is_noticed(data: Any) -> None:
-    """Whatever becomes of one character of one frame, another set is never taken."""
+    """One changed character of one frame never makes another set acceptable."""
     made = Firmware(ModelCore())
     made.library.application_start(made.application)
     frames = load_frames(file_of({1: (150.0, 0.4), HIGH: (0.5, 1.0)}))
@@ -304,7 +304,7 @@ def test_every_reason_is_explained(running: Firmware) -> None:
 @given(st.integers(1, 65_535), st.integers(4, 2**24))
 @settings(max_examples=200, deadline=None)
 def test_phase_steps(order: int, counts_per_rev: int) -> None:
-    """Against Python's whole numbers of any size; half a step may be rounded to either side."""
+    """Compare with Python's integers of any size; half a step may be rounded to either side."""
     step = c_library()[1].coefficients_phase_step(order, counts_per_rev)
     exact = order * 2**48
     apart = (step * counts_per_rev - exact) % (counts_per_rev * 2**48)

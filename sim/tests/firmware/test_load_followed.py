@@ -1,4 +1,4 @@
-"""Lanes that follow a condition, over the console into the registers."""
+"""Tests of lanes that follow a condition, from the console to the registers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CONDITIONS = Conditions(16 * 700, 4, 45.0)
 def with_direction(
     plain: dict[int, tuple[float, float]], conditions: Conditions = CONDITIONS
 ) -> Coefficients:
-    """The orders of ``plain`` and, in the last lane, order 0 × direction."""
+    """Return the orders of ``plain`` and, in the last lane, order 0 × direction."""
     bank = file_of(plain)
     last = Coefficients.from_harmonics([0], [HALF_REVERSAL_COUNTS], [np.pi], COUNTS, 1)
     amplitudes, offsets = bank.amplitudes.copy(), bank.phase_offsets.copy()
@@ -54,7 +54,7 @@ def last_lane(bank: dict[int, int]) -> list[int]:
 
 
 def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> None:
-    """Words of the lane and of the window are those of the file; the calibration leaves them."""
+    """Words of the lane and the window are those of the file; the calibration keeps them."""
     modulators(running)
     wanted = with_direction(SUBDIVISION)
     assert set(send(running, load_frames(wanted, force=True))) == {"ok"}
@@ -68,11 +68,11 @@ def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> Non
     assert running.core.get("conditions.dead_zone") == 4
     nominal = running.core.get("conditions.nominal_speed") / 2**32
     assert nominal == pytest.approx(45.0 / 360.0 * COUNTS / 1e8, abs=2.0**-32)
-    # The calibration's next turns keep them, and lose no order of theirs.
+    # The calibration's next turns keep the words, and lose none of their own orders.
     for seed in (6, 7):
         running.turn(turn(seed))
         assert last_lane(running.core.active) == expected
-    # A set without them takes them away.
+    # A set without such lanes removes them.
     assert set(send(running, load_frames(file_of(SUBDIVISION)))) == {"ok"}
     running.turn(turn(8))
     assert last_lane(running.core.active)[1] == 0
@@ -99,7 +99,7 @@ def test_alone_they_are_a_set_and_a_start_asks_again(running: Firmware) -> None:
 def test_what_cannot_be_is_refused(
     running: Firmware, conditions: Conditions, force: bool, built: bool, reason: str
 ) -> None:
-    """Without the generic, without force, and where 26 counts go over within 50."""
+    """Loading fails without the generic, without force, and where 26 counts change within 50."""
     if built:
         modulators(running)
     frames = load_frames(with_direction(SUBDIVISION, conditions), force=force)
@@ -121,11 +121,11 @@ def test_a_spoiled_frame_and_a_wrong_modulator_are_refused(running: Firmware) ->
 
 
 LOOSE = {1: (20.0, 1.1)}
-"""Order 1 × direction: with the sign of the direction on top of the disc's own."""
+"""Size and phase of order 1 × direction, added to the disc's own with the direction's sign."""
 
 
 def loose_turn(seed: int, direction: int) -> Any:
-    """Samples of a turn in one direction, in counts of both heads."""
+    """Return samples of a turn in one direction, in counts of both heads."""
     own = cmath.rect(*DISC.orders[1])
     amplitude, phase = cmath.polar(own + direction * cmath.rect(*LOOSE[1]))
     disc = Disc({**DISC.orders, 1: (amplitude, phase)})
@@ -133,7 +133,7 @@ def loose_turn(seed: int, direction: int) -> Any:
 
 
 def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
-    """The disc's own order 1 as a plain lane, and what follows the direction in the last.
+    """Return a file with the disc's own order 1 in a plain lane and the direction's in the last.
 
     As functions of the reading these are the same to 0.1″: 150″ turn order 1 by 0.04°.
     """
@@ -149,7 +149,8 @@ def loose_file(loose: tuple[float, float] = LOOSE[1]) -> Coefficients:
 
 
 def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Firmware) -> None:
-    """Without force: up alone confirms nothing; after a turn down it is active and stays right."""
+    """Without force a turn up confirms nothing; after a turn down the set is active and stays
+    right."""
     modulators(running)
     assert set(send(running, load_frames(loose_file(), force=False))) == {"ok"}
     for seed in (5, 6):
@@ -158,7 +159,7 @@ def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Fi
         assert "waits_for the_other_direction" in running.send("load status")
     running.turn(loose_turn(7, -1))
     assert state(running) == "load active"
-    # The watch of loaded orders knows the direction of each turn.
+    # The monitoring of loaded orders knows the direction of each turn.
     for seed, direction in ((8, 1), (9, -1)):
         told = running.turn(loose_turn(seed, direction))
         assert "loaded_wrong" not in told["alarms"], told
@@ -166,7 +167,7 @@ def test_a_wave_by_direction_waits_for_a_turn_in_the_other_direction(running: Fi
 
 
 def test_a_wave_of_another_size_is_refused_by_the_turn_down(running: Firmware) -> None:
-    """Up it is the same as the disc's own: the sum is right there, and wrong down."""
+    """In a turn up the sum with the disc's own order is right; in a turn down it is wrong."""
     modulators(running)
     own = cmath.rect(*DISC.orders[1])
     loose = cmath.rect(*LOOSE[1])
@@ -186,7 +187,7 @@ def test_a_wave_of_another_size_is_refused_by_the_turn_down(running: Firmware) -
 
 
 def with_order_0(file: Coefficients) -> Coefficients:
-    """``file`` and, in the lane before the last, order 0 × direction."""
+    """Return ``file`` with order 0 × direction in the lane before the last."""
     zero = Coefficients.from_harmonics([0], [HALF_REVERSAL_COUNTS], [np.pi], COUNTS, 1)
     arrays = {
         name: getattr(file, name).copy() for name in ("phase_steps", "phase_offsets", "amplitudes")
@@ -200,7 +201,7 @@ def with_order_0(file: Coefficients) -> Coefficients:
 
 
 def test_the_unseen_scope_takes_order_0_and_turns_still_judge_the_rest(running: Firmware) -> None:
-    """Order 1 × direction waits for the turn down; with force the first turn takes it."""
+    """Order 1 × direction waits for the turn down; with force the first turn accepts it."""
     modulators(running)
     frames = load_frames(with_order_0(loose_file()))
     assert send(running, frames)[-1].startswith("error: load unseen_order")
@@ -235,10 +236,10 @@ def test_an_unknown_scope_is_refused(running: Firmware) -> None:
 
 
 def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> None:
-    """20″ are in the disc: measured in either direction, whatever the file says.
+    """The disc has 20″, which is measured in either direction, whatever the file states.
 
     Bounds: order 1 of the reading and of the angle differ by 0.1″, the noise adds 4 · 0.02″. Before
-    the set is at work the calibration sees order 1 change by 2·20″ from turn to turn: as a change
+    the set is active, the calibration sees order 1 change by 2·20″ from turn to turn: as a change
     within the turn this is 40″/4π in u, over √2 a component.
     """
     by_change = 2.0 * LOOSE[1][0] / (4.0 * np.pi) / np.sqrt(2.0)
@@ -252,7 +253,7 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
         assert loaded == pytest.approx(size, abs=0.01)
         assert 0.0 < u < by_change + 0.2
         assert abs(measured - LOOSE[1][0]) < 0.2, (measured, u)
-    # The same of the set at work, in each further turn.
+    # The same holds for the active set, in each further turn.
     assert set(send(running, load_frames(loose_file()))) == {"ok"}
     for seed, direction in ((7, 1), (8, -1)):
         running.turn(loose_turn(seed, direction))
@@ -265,7 +266,7 @@ def test_telemetry_says_what_a_turn_measures_of_each_lane(running: Firmware) -> 
 
 
 def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmware) -> None:
-    """Order 3 is there by direction alone: its plain lane is 0 in the file, and stays 0."""
+    """Order 3 exists only with the direction: its plain lane is 0 in the file, and stays 0."""
     modulators(running)
     bank = file_of({3: (0.0, 0.0)})
     last = Coefficients.from_harmonics([3], [20.0 * COUNTS / 1_296_000], [0.7], COUNTS, 1)
@@ -289,7 +290,7 @@ def test_a_plain_lane_of_0_keeps_the_order_from_the_calibration(running: Firmwar
 
 @pytest.mark.parametrize(("word", "value"), [("a", 1.0), ("a", -0.3), ("b", -1.0), ("b", 0.0)])
 def test_a_word_goes_to_its_register(running: Firmware, word: str, value: float) -> None:
-    """s1.16, rounded to the nearest."""
+    """The word is s1.16, rounded to the nearest."""
     modulators(running)
     assert running.send(f"word {word} {value}").strip() == "ok"
     assert running.core.get(f"conditions.word_{word}") == round(value * 65536) % 2**32

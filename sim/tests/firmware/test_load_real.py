@@ -1,4 +1,4 @@
-"""Lanes of real orders, over the console into the registers: off until their phase is known."""
+"""Tests of lanes of real orders, from console to registers: off until their phase is known."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ REAL_ORDERS = 1 << 6
 
 
 def with_real_orders(plain: dict[int, tuple[float, float]]) -> Coefficients:
-    """The orders of ``plain`` and, in the last two lanes, a belt and a gear."""
+    """Return the orders of ``plain`` and, in the last two lanes, a belt and a gear."""
     bank = file_of(plain)
     lines = Coefficients.from_harmonics([0, 0], [30.0, 12.0], [0.7, -2.0], COUNTS, 2)
     amplitudes, offsets = bank.amplitudes.copy(), bank.phase_offsets.copy()
@@ -76,7 +76,7 @@ def test_they_are_off_until_the_operator_gives_their_phase(running: Firmware) ->
         assert lane_words(running.core.active, lane)[3] == 0
         assert turn_step_at(running, lane) == turn_step(order)
     assert turn_step_at(running, 0) == 0
-    # The file's turn 0 is turn -3 of the core.
+    # Turn 0 of the file is turn -3 of the core.
     for line in phase_commands(wanted, -3):
         assert running.send(line).strip() == "ok"
     running.step(5)
@@ -86,13 +86,13 @@ def test_they_are_off_until_the_operator_gives_their_phase(running: Firmware) ->
         step = words[0] | words[1] << 32
         assert abs(step - phase_step(order, COUNTS)) <= 1
         assert words[3] == expected[4 * lane + 3]
-        # A degree with six digits, and an offset that is rounded twice: 2⁻²³ turn.
+        # The degree has six digits, and the offset is rounded twice: 2⁻²³ turn.
         assert abs(words[2] - expected[4 * lane + 2]) <= 2
-        # In the core's turn -3 the phase is the file's.
+        # In turn -3 of the core the phase is that of the file.
         there = turn_offsets(-3, [turn_step(order)], [words[2]])
         assert abs(int(there[0]) - int(wanted.phase_offsets[lane])) <= 2
     assert status(running)[0] == "real_order 0.500000000 phase_known"
-    # The calibration goes on beside them.
+    # The calibration continues beside them.
     before = lane_words(running.core.active, LANES - 1)
     running.turn(turn(9))
     assert lane_words(running.core.active, LANES - 1) == before
@@ -123,7 +123,8 @@ def test_what_cannot_be_is_refused(
 
 
 def test_a_steep_line_is_refused(running: Firmware) -> None:
-    """71.4 periods a turn, so high that the corrected angle would turn back."""
+    """The line has 5,000.5 periods a turn and is so large that the corrected angle would turn
+    back."""
     built(running)
     wanted = with_real_orders({})
     amplitudes = wanted.amplitudes.copy()
@@ -142,7 +143,7 @@ def test_a_phase_that_is_none_is_refused(running: Firmware, words: str) -> None:
 
 
 def test_in_every_turn_of_the_core_the_phase_is_the_equations(running: Firmware) -> None:
-    """The firmware's arithmetic modulo 2⁴⁸, forwards and backwards, against the model."""
+    """Compare the firmware's arithmetic modulo 2⁴⁸, forwards and backwards, with the model."""
     from sim.tests.firmware.library import firmware
 
     ffi, library = firmware()

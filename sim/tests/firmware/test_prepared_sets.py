@@ -1,4 +1,4 @@
-"""Sets for a missing head: loaded over the console into the gateware, and what a failure does.
+"""Tests of sets for a missing head: loaded over the console, and the effect of a failure.
 
 The model of the core has four heads of which heads 3 and 4 read as heads 1 and 2: the firmware's
 check of places and its telemetry need readings, not a table.
@@ -40,7 +40,7 @@ CAUSES = ("illegal", "overspeed", "swallowed", "missing_edges", "step", "index")
 
 
 class FailoverCore(ModelCore):
-    """The model with the registers of the failover: sets are taken, heads come back."""
+    """The model with the registers of the failover: it accepts sets, and heads return."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -78,7 +78,7 @@ class FailoverCore(ModelCore):
             self.set(angle, position % COUNTS)
 
     def window(self, number: int) -> dict[int, int]:
-        """Words of a prepared set by their place in it."""
+        """Return the words of a prepared set by their place in it."""
         first = FIRST_WINDOW + WINDOW * number
         return {at - first: self.words[at] for at in self.words if 0 <= at - first < WINDOW}
 
@@ -88,7 +88,7 @@ def lanes_of(amplitude: float) -> Coefficients:
 
 
 def without(missing: int) -> Coefficients:
-    """Weights that are told apart; head 1 carries unless it is missing."""
+    """Return a set with distinct weights; head 1 is the carrier unless it is missing."""
     weights = [0 if head == missing else 10_000 * head for head in range(1, HEADS + 1)]
     carrier = 2 if missing == 1 else 1
     weights[carrier - 1] += 65_536 - sum(weights)
@@ -121,7 +121,7 @@ def loaded(running: Firmware, coefficients: Coefficients) -> None:
 
 
 def words_by(coefficients: Coefficients, mean: MeanSet, number: int) -> dict[int, int]:
-    """The words that the register map of the workbench writes for a set."""
+    """Return the words that the register map of the workbench writes for a set."""
     written: dict[int, int] = {}
 
     async def write(at: int, words: Sequence[int]) -> None:
@@ -158,7 +158,7 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
     every = sum(bit("failover", cause) for cause in CAUSES)
     assert running.core.get("failover") == every | bit("failover", "enable")
     assert [running.core.get(name) for name in names] == [48, 32, 9]
-    # Each 2^17 clocks of 10 ns; the wait is not shorter than asked for.
+    # The unit is 2^17 clocks of 10 ns; the wait is not shorter than requested.
     running.send("set failover_return_s 2")
     assert running.core.get("failover") >> 16 == int(np.ceil(2e8 / 2**17))
     running.send("set failover_causes 1")
@@ -172,7 +172,7 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
 
 
 def test_the_parity_has_the_weights_of_the_workbench() -> None:
-    """Of the offsets of a mean whose heads stand apart, to a unit of the words."""
+    """Offsets of a mean with separate heads have these weights, to a unit of the words."""
     places = np.radians([0.0, 64.3, 177.0, 257.9])
     offsets = tuple(int(word) for word in np.rint(places / (2.0 * np.pi) * COUNTS * 16))
     running = Firmware(FailoverCore())
@@ -229,7 +229,7 @@ def test_telemetry_has_the_parity(running: Firmware) -> None:
 def test_while_a_head_is_left_out_its_set_becomes_active_in_place_of_a_swap(
     running: Firmware,
 ) -> None:
-    """A new mean of all heads would bring the dead head back; the gateware refuses that too."""
+    """A new mean of all heads would include the dead head; the gateware refuses that too."""
     loaded(running, file_of(1, 2, 3, 4))
     running.core.status(left_out=0b0010, active=2)
     running.core.writes.clear()
@@ -262,7 +262,7 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
 
 
 def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: Firmware) -> None:
-    """Before a word of them changes; the gateware refuses a set that is not whole."""
+    """The failover ends before a word of the sets changes; the gateware refuses a partial set."""
     loaded(running, file_of(1, 2, 3, 4))
     frames = load_frames(file_of(1, 2))
     first = next(place for place, frame in enumerate(frames) if "load without " in frame)
@@ -282,7 +282,7 @@ def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: 
 
 @pytest.mark.parametrize("reason", ["out_of_range", "no_failover"])
 def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
-    """A set of all heads that claims to be one without head 2; a core without the windows."""
+    """One set of all heads claims to be without head 2; one core lacks the windows."""
     core = FailoverCore()
     if reason == "no_failover":
         core.set("capability", HEADS | 1 << 3)

@@ -1,4 +1,4 @@
-"""The ARM image itself, in QEMU: start-up, console, timer, faults, a calibration of real size."""
+"""Tests of the ARM image in QEMU: start-up, console, timer, faults, a calibration of real size."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ pytestmark = [
 
 GREETING = f"arctrue {BOARD}, help tells the commands\r\n"
 WRITTEN = 0.5e-9
-"""The console writes nine decimals."""
+"""Rounding of the nine decimals that the console writes."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -65,7 +65,7 @@ def test_start_up_and_console_without_a_core(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", ["fourier", "least_squares"])
 def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) -> None:
-    """With 12,000 samples of two heads the console prints what the host calculates."""
+    """With 12,000 samples of two heads the console prints the results of the host."""
     window = bytearray(core_window(counts))
     (flags,) = [r.address for r in REGISTERS if r.path == "head1.flags"]
     # Without an index of head 1 the firmware calculates nothing: the operator chooses first.
@@ -90,7 +90,7 @@ def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) ->
 
 
 def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
-    """The bank stays ready, so turns follow each other at the timer's tick."""
+    """The bank stays ready, so that a turn follows at each tick of the timer."""
     with running(tmp_path, core_window(counts[:, :1])) as machine:
         machine.wait_for(GREETING)
         machine.send("telemetry on")

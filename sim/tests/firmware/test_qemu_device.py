@@ -1,4 +1,4 @@
-"""The ARM image in QEMU with the chip's own devices: interrupts, watchdogs, flash, temperature."""
+"""Tests of the ARM image in QEMU with the chip's interrupts, watchdogs, flash and temperature."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ pytestmark = [
 
 READY = "help tells the commands\r\n"
 FABRIC_INPUT = 29
-"""IRQ_F2P[0] is interrupt 61; shared inputs begin at 32."""
+"""Number of the shared input: IRQ_F2P[0] is interrupt 61, and shared inputs begin at 32."""
 GIC_SET_PENDING = 0xF8F0_1204
 GIC_SET_ENABLE = 0xF8F0_1100
 GIC_ENABLED = 0xF8F0_1104
@@ -45,18 +45,18 @@ GIC_CLEAR_ENABLE = 0xF8F0_1180
 GIC_KIND = 0xF8F0_1C00
 GLOBAL_TIMER = 27
 SCRATCH = CORE_BASE + 0x3C000
-"""In the emulated window, after the capture."""
+"""Address in the emulated window, after the capture."""
 CAPTURE_READY = 1 << 2
 WATCHDOG_RESET = 1 << 17
 KEPT_FAULT = 24
-"""First of the bits of REBOOT_STATUS that outlive a reset."""
+"""First bit of REBOOT_STATUS among those that survive a reset."""
 FAULT_CODES = {"data_abort": 4, "hang": 7, "bus_error": 8}
 ASYNCHRONOUS_ABORTS_OFF = 1 << 8
 FLASH_BYTES = 16 << 20
 KEPT_MEMORY, KEPT_MEMORY_BYTES = 0x2F000, 4096
-"""The last page of on_chip_memory.ld: no start clears it, a reset of the system does."""
+"""The last page of on_chip_memory.ld, cleared by a reset of the system but not by a start."""
 STAY_HERE = bytes.fromhex("feffffea")
-"""In ARM state, as `start` is."""
+"""Branch to itself in ARM state, the state of `start`."""
 IMAGE_OFFSET = 0x10_0000
 
 
@@ -71,7 +71,7 @@ def field(status: str, name: str) -> str:
 
 
 def assemble(folder: Path, text: str) -> bytes:
-    """Thumb code."""
+    """Return the Thumb code of a text."""
     source, made, code = folder / "code.s", folder / "code.o", folder / "code.bin"
     source.write_text(f".syntax unified\n.thumb\n{text}\n", encoding="ascii")
     subprocess.run(["arm-none-eabi-as", "-mcpu=cortex-a9", source, "-o", made], check=True)
@@ -80,23 +80,23 @@ def assemble(folder: Path, text: str) -> bytes:
 
 
 def one_sample() -> bytes:
-    """A window whose bank is refused at once, and not ready yet."""
+    """Return a window whose bank is refused at once, and is not ready yet."""
     window = bytearray(core_window(counts_of(samples=600)[:, :1]))
     window[register_named("status").address] = 0
     return bytes(window)
 
 
 def hand_over(machine: Emulator) -> None:
-    """Beside the processor: where a debugger stops it, QEMU 10 wakes it when it goes on."""
+    """Make the bank ready beside the processor: after a debugger's stop, QEMU 10 wakes it."""
     machine.write_register(CORE_BASE + register_named("status").address, CAPTURE_READY)
 
 
 def controller_is_on_the_bus(machine: Emulator) -> bool:
-    """True in QEMU 7.2, where a debugger's write reaches no device.
+    """Tell whether the bus reaches the interrupt controller, as in QEMU 7.2.
 
-    In QEMU 10 qtest is the non-secure side: all interrupts belong to the secure one, as on the
-    chip, so that the controller reads 0 there and obeys no write. A debugger's access is the
-    processor's own, which is secure.
+    There a debugger's write reaches no device. In QEMU 10 qtest is the non-secure side: all
+    interrupts belong to the secure side, as on the chip, so that the controller reads 0 and ignores
+    writes. A debugger's access is the processor's own, which is secure.
     """
     return machine.read_register(GIC_ENABLED) != 0
 
@@ -112,7 +112,7 @@ def write_controller(machine: Emulator, address: int, value: int) -> None:
 
 
 def stop_timer(machine: Emulator, write: Callable[[int, int], None]) -> None:
-    """Nothing wakes the processor by itself any more; ``write`` is the stopped processor's."""
+    """Stop the timer, so that nothing wakes the processor; ``write`` is that of the processor."""
     to = machine.write_register if controller_is_on_the_bus(machine) else write
     to(GIC_CLEAR_ENABLE, 1 << GLOBAL_TIMER)
 
@@ -136,7 +136,7 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
 
 
 def test_a_command_that_comes_before_the_sleep_is_heard(tmp_path: Path) -> None:
-    """Its interrupt is taken before the processor sleeps, and nothing else would wake it."""
+    """Its interrupt is taken before the processor sleeps, and no other event would wake it."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -166,7 +166,7 @@ def interrupts(machine: Emulator) -> int:
 
 
 def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
-    """False: never within the time."""
+    """Wait until ``holds`` is true; return False after the time."""
     end = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > end:
@@ -176,7 +176,7 @@ def wait_until(holds: Callable[[], bool], seconds: float = PATIENCE_S) -> bool:
 
 
 def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
-    """The level stays high: one interrupt a round of the main program, which goes on."""
+    """The level stays high: one interrupt in each round of the main program, which continues."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         (controller,) = [
@@ -197,7 +197,7 @@ def temperature_told(machine: Emulator) -> Any:
 
 
 def test_the_temperature_of_the_die(tmp_path: Path) -> None:
-    """QEMU's converter reads 0 K, which is no temperature, until something writes its register."""
+    """QEMU's converter reads 0 K, which is no temperature, until its register is written."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -212,14 +212,14 @@ def test_the_temperature_of_the_die(tmp_path: Path) -> None:
         machine.ask("status", f"temperature_c {celsius:.9f}")
         machine.send("telemetry on")
         told = temperature_told(machine)
-        # One from before the write may still have been on its way.
+        # A line from before the write may still have been on its way.
         told = told if told["temperature_c"] is not None else temperature_told(machine)
         assert told["temperature_c"] == pytest.approx(celsius, abs=0.005)
         assert told["alarms"] == ["temperature"], "87 °C is above the preset of 85"
 
 
 def flash_options(folder: Path, content: bytes) -> list[str]:
-    """Both chip selects of the controller: QEMU selects both at once."""
+    """Return the options of both chip selects of the controller: QEMU selects both at once."""
     options = []
     for number in (8, 9):
         file = folder / f"flash{number}.bin"
@@ -234,7 +234,7 @@ def flash_options(folder: Path, content: bytes) -> list[str]:
 @pytest.mark.parametrize(
     ("content", "state"),
     [
-        # Debian 12's QEMU has no configuration port: its INIT never comes.
+        # QEMU of Debian 12 has no configuration port: its INIT never comes.
         (image(bitstream(200_000)), "not_ready"),
         (image(bitstream(20_000), crc=1), "crc"),
         (image(bitstream(20_000), version=9), "version"),
@@ -250,9 +250,9 @@ def test_the_flash_is_read_and_a_refusal_told(tmp_path: Path, content: bytes, st
 
 
 def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
-    """As on a chip that is not configured, where an access would never end."""
+    """On a chip that is not configured, such an access would never end."""
     control = CORE_BASE + register_named("control").address
-    # With output_enable: without it the core counts as reset, and is set up.
+    # The word has output_enable: without it the core counts as reset and is set up.
     canary = 0xCA9A_1236
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
@@ -270,7 +270,7 @@ def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
 
 
 def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
-    """The main program loops for ever: the timer's interrupt begins anew, and says where it was."""
+    """The main program loops for ever: the timer's interrupt restarts it and reports the place."""
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -285,7 +285,7 @@ def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
 
 
 def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
-    """What the chip does and QEMU does not: the on-chip memory is cleared, one register is kept."""
+    """Do what the chip does and QEMU does not: clear the on-chip memory, keep one register."""
     machine.machine_command("stop")
     machine.machine_command("system_reset")
     while machine.machine_command("query-status")["status"] != "prelaunch":
@@ -298,7 +298,7 @@ def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
 
 @pytest.mark.parametrize("name", ["data_abort", "hang"])
 def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str) -> None:
-    """The new start after a fault does not come to its end, and the watchdog falls."""
+    """The restart after a fault does not finish, and the watchdog resets the system."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.write_memory(symbol("start"), STAY_HERE)
@@ -315,7 +315,8 @@ def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str)
 
 
 def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
-    """QEMU's bus refuses none: the handler is called with the state that the chip would give."""
+    """QEMU's bus refuses no write: the handler is called with the state that the chip would
+    give."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         told = machine.machine_command(
@@ -346,16 +347,16 @@ def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
 
 
 def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
-    """Its bus answers the first word with an error: no core, and no fault without end."""
+    """The bus answers the first word with an error: no core, and no endless fault."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase wait_for_index")
         place = symbol("application_step")
         bad = assemble(tmp_path, "udf.w #0")
         original = machine_code(place, len(bad))
-        # No section there: an abort of the load in QEMU, in place of the bus's error. Beginning
-        # anew forgets what the processor knows of the tables; the emulator may forget it earlier,
-        # so that the processor must not reach the core in between.
+        # No section is mapped there: in QEMU an abort of the load replaces the bus error. A restart
+        # discards the processor's copy of the tables; the emulator may discard it earlier, so that
+        # the processor must not reach the core in between.
         with machine.stopped_at(place) as write:
             write(symbol("translation_table") + 4 * (CORE_BASE >> 20), 0)
             write(place, int.from_bytes(bad, "little"))
@@ -368,7 +369,7 @@ def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
 
 
 def test_the_clocks(tmp_path: Path) -> None:
-    """From the registers: both boards' crystal is 50 MHz. Bits by UG585, SLCR."""
+    """The registers must fit the 50 MHz crystal of both boards. Bits are those of UG585, SLCR."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
 
@@ -378,7 +379,7 @@ def test_the_clocks(tmp_path: Path) -> None:
             return 50.0 * (control >> 12 & 0x7F)
 
         def divided(name: str) -> float:
-            """By the first divisor; from the input-output PLL, and running."""
+            """Return the clock by the first divisor, from the running input-output PLL."""
             control = machine.read_register(AT[name])
             assert control & 0x31 == 1
             return pll_mhz("SLCR_IO_PLL_CTRL") / (control >> 8 & 0x3F)
@@ -393,7 +394,7 @@ def test_the_clocks(tmp_path: Path) -> None:
         baud = divided("SLCR_UART_CLK_CTRL") * 1e6
         baud /= machine.read_register(AT["UART_BAUDGEN"])
         baud /= machine.read_register(AT["UART_BAUDDIV"]) + 1
-        # Half a bit in the ten of a character, shared by both ends.
+        # Half a bit in the ten bits of a character, shared by both ends.
         assert baud == pytest.approx(115_200, rel=0.025)
         buses = machine.read_register(AT["SLCR_APER_CLK_CTRL"])
         assert buses >> 20 & buses >> 23 & 1, "UART 0 and flash"
@@ -402,7 +403,8 @@ def test_the_clocks(tmp_path: Path) -> None:
 
 
 def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
-    """By a debugger or another program: here the second UART's is on, and the fabric's an edge."""
+    """A debugger or another program left the second UART's interrupt on, and the fabric's at an
+    edge."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         place = symbol("application_step")
@@ -428,14 +430,14 @@ def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
         machine.wait_for(READY)
         control = CORE_BASE + register_named("control").address
         before = machine.read_register(control)
-        # The fault is taken, but the firmware does not begin anew: somebody resets the system.
+        # The fault is taken, but the firmware does not restart: the operator resets the system.
         machine.write_memory(symbol("start"), STAY_HERE)
         place = symbol("application_step")
         machine.write_memory(place, assemble(tmp_path, "udf.w #0"))
         machine.wait_for("state 0x")
         assert machine.read_register(control) == before, "the core goes on"
         start = len(machine.said)
-        # QEMU loads the image again with it.
+        # QEMU loads the image again at the reset.
         machine.machine_command("system_reset")
         machine.wait_for(f"began anew after undefined_instruction at 0x{place:08X}", start=start)
         status = machine.ask("status", "reset undefined_instruction")
@@ -445,7 +447,7 @@ def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
 
 
 def test_orders_outlive_faults_and_faults_in_a_row_end(tmp_path: Path) -> None:
-    """Three times in the same place; the third time nothing is worked on any more."""
+    """The same fault comes three times; after the third the firmware processes no turn."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         for order in ("set separation_deg 47.5", "set method 0", "freeze on", "bypass on"):
@@ -482,8 +484,10 @@ def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> Non
 
 
 def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
-    """QEMU's watchdog counts but does not reset: its counter is seen to fall unfed, and what the
-    chip does then is done by hand: a reset with the watchdog's flag."""
+    """QEMU's watchdog counts but does not reset: the test sees its counter fall unfed.
+
+    The test then makes the reset with the watchdog's flag that the chip would make.
+    """
     with running(tmp_path, core_window(None), real_time=True) as machine:
         machine.wait_for(READY)
         code = assemble(
@@ -516,7 +520,8 @@ def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
 
 
 def test_what_is_saved_is_there_after_power_off(tmp_path: Path) -> None:
-    """Through the emulated controller to the flash that this machine has, N25Q128, and back."""
+    """The record goes through the emulated controller to this machine's flash, N25Q128, and
+    back."""
     options = flash_options(tmp_path, b"")
     with running(tmp_path, core_window(None), *options) as machine:
         machine.wait_for(READY)

@@ -1,4 +1,4 @@
-"""A fault that takes the line drivers' enable away: who is told, and how the operator ends it."""
+"""A fault removes the line drivers' enable: who is informed, and how the operator ends it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DRIVEN = "ok, the line drivers are enabled again\r\n"
 
 
 def releases(running: Firmware, name: str) -> None:
-    """The fault ``name`` comes, and is one of ``release_sources``."""
+    """Raise the fault ``name`` as one of ``release_sources``."""
     running.send(f"set release_sources {1 << FAULTS.index(name)}")
     if name == "cannot_keep_up":
         running.core.set("status", bit("status", name))
@@ -30,7 +30,7 @@ def releases(running: Firmware, name: str) -> None:
 
 @pytest.mark.parametrize("name", FAULTS)
 def test_one_command_brings_the_drivers_back(running: Firmware, name: str) -> None:
-    """The fault's own end, for a clip and a silence, is not the operator's business."""
+    """Clip and silence faults end by themselves, without the operator."""
     assert "released none\r\n" in running.send("status")
     releases(running, name)
     told = json.loads(running.step(2))
@@ -101,7 +101,7 @@ def test_flags_of_a_head_are_cleared_only_where_they_hold_the_release(running: F
 
 
 def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmware) -> None:
-    """Head 2 lost 40 counts: the separation stays right, and the turn under way is not used."""
+    """Head 2 lost 40 counts: the separation stays right, and the running turn is not used."""
     running.turn(turn())
     clean = running.turn(turn(seed=2))
     running.send("set release_sources 2")
@@ -119,7 +119,7 @@ def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmwar
 
 
 def test_a_held_core_is_only_cleared() -> None:
-    """After faults in a row no turn is worked on: neither capture nor zeros are touched."""
+    """After repeated faults no turn is processed: neither capture nor zeros are touched."""
     core = ModelCore()
     core.see_index()
     firmware = Firmware(core)

@@ -1,4 +1,4 @@
-"""The other tests of the firmware once more, with AddressSanitizer."""
+"""Run the other tests of the firmware once more, with AddressSanitizer."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_with_address_sanitizer() -> None:
         **os.environ,
         "LD_PRELOAD": preload,
         "ARCTRUE_SANITIZE": "address",
-        # Python's own allocations are never all freed.
+        # Python does not free all of its own allocations.
         "ASAN_OPTIONS": "detect_leaks=0",
     }
     environment.pop("PYTEST_XDIST_WORKER", None)

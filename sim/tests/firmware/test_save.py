@@ -33,13 +33,13 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.register_access import coefficient_words
 
 REGION = range(0xF0_0000, 0x100_0000)
-"""A record a sector: 4 of 256 KB, 16 of 64 KB."""
+"""Sectors with one record each: 4 of 256 KB or 16 of 64 KB."""
 STEPS_MOST = 1_000
-"""Of 10 ms: an erase takes 0.5 s and is given up after 8 s."""
+"""Largest number of steps of 10 ms: an erase takes 0.5 s and is given up after 8 s."""
 
 
 class Board:
-    """What outlives a power cycle is the chip; ``power_on`` begins as main() does."""
+    """A board whose chip survives a power cycle; ``power_on`` starts as main() does."""
 
     def __init__(self, chip: Chip | None = None) -> None:
         self.chip = chip or Chip()
@@ -64,7 +64,7 @@ class Board:
         self.firmware.step()
 
     def order(self, line: str) -> str:
-        """The answer of ``save`` comes when the record has been read back."""
+        """Send a line; the answer of ``save`` comes when the record has been read back."""
         said = self.firmware.send(line)
         for _ in range(STEPS_MOST):
             if said:
@@ -83,7 +83,7 @@ class Board:
 
 @pytest.fixture
 def working() -> Board:
-    """Calibrated, with a subdivision error loaded."""
+    """Return a calibrated board with a loaded subdivision error."""
     board = Board()
     board.firmware.send("set orders 8")
     board.work(range(1, 5))
@@ -116,14 +116,15 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
         == (bank.amplitudes[bank.amplitudes != 0][before]).tolist()
     )
     assert state(working.firmware) == "load active"
-    # The calibration goes on, and leaves the loaded order alone.
+    # The calibration continues and does not touch the loaded order.
     moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
     working.work(range(10, 34), disc=moved)
     assert left(working.firmware, moved) < 2 * LEFT_ARCSEC
 
 
 def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
-    """Their words and those of the window come back with the first turn that confirms the rest."""
+    """Their words and those of the window return with the first turn that confirms the other
+    lanes."""
     board = Board()
     with_modulators(board.firmware)
     board.firmware.send("set orders 8")
@@ -144,7 +145,7 @@ def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
     assert board.core.get("conditions.width") == CONDITIONS.width
     assert board.core.get("conditions.dead_zone") == CONDITIONS.dead_zone_counts
     assert board.core.get("conditions.nominal_speed") > 0
-    # The calibration's next turn and the next save keep them.
+    # The calibration's next turn and the next save keep the words.
     board.work(range(10, 12))
     assert last_lane(board.core.active) == words
     assert board.order("save").startswith("ok, record 2: parameters and ")
@@ -165,7 +166,7 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """The same power cycle with nothing saved: what the test above owes to the record."""
+    """The same power cycle without a record shows what the record contributes to the test above."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4
@@ -225,7 +226,7 @@ def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
 
 
 def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: Board) -> None:
-    """Power on, set something, save: nothing has been judged yet, and nothing may be lost."""
+    """Power on, set a parameter, save: nothing has been judged yet, and nothing may be lost."""
     said = working.order("save")
     working.power_on()
     working.firmware.send("set keep 0.5")
@@ -249,7 +250,7 @@ def re_armed(board: Board, line: str) -> None:
 def test_a_save_after_a_re_arm_keeps_the_coefficients(
     working: Board, line: str, saved_before: bool
 ) -> None:
-    """No turn has come yet, nothing is active: what was at work before is kept, the file too."""
+    """No turn has come and nothing is active: the former coefficients and the file are kept."""
     if saved_before:
         working.order("save")
     bank = active_coefficients(working.core)
@@ -266,7 +267,7 @@ def test_a_save_after_a_re_arm_keeps_the_coefficients(
 
 
 def test_a_save_of_nothing_keeps_what_no_turn_has_confirmed(working: Board) -> None:
-    """Frozen at power-on, and the disc is another one: nothing is active, and nobody forgot."""
+    """The firmware is frozen at power-on with another disc: nothing is active, and all is kept."""
     working.firmware.send("freeze on")
     said = working.order("save")
     working.power_on()
@@ -287,7 +288,7 @@ def test_a_counts_per_rev_that_is_set_back_has_lost_nothing(working: Board) -> N
 
 
 def test_fewer_orders_than_the_record_has_are_not_written(working: Board) -> None:
-    """The invariant itself: `save_begin` with less than it has to keep."""
+    """Call `save_begin` with fewer orders than it has to keep: the invariant itself."""
     ffi, library = c_library()
     working.order("save")
     kept = working.save.kept_lanes
@@ -343,7 +344,7 @@ def test_records_are_written_in_turn_and_nothing_else(kind: str) -> None:
 
 
 def assert_only_records_are_written(chip: Chip) -> None:
-    """Never a boot image, nor the bitstream."""
+    """Assert that neither a boot image nor the bitstream is written."""
     for address in chip.erased:
         assert address in REGION
     for address, data in chip.programmed:
@@ -352,7 +353,7 @@ def assert_only_records_are_written(chip: Chip) -> None:
 
 
 def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
-    """Its records are told apart by ``keep``, in hundredths of their number."""
+    """Save so many records, told apart by ``keep``, the number in hundredths."""
     board = Board(Chip(kind))
     for record in range(1, number + 1):
         board.firmware.send(f"set keep 0.{record:02}")
@@ -362,7 +363,7 @@ def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
 
 @pytest.mark.parametrize("silence", ["all", "after_its_id"])
 def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> None:
-    """It had begun again with number 1, in the sector of the latest record."""
+    """The firmware used to start again with number 1, in the sector of the latest record."""
     board = saved_times(5)
     board.chip.fault = "silent" if silence == "all" else "silent_after_id"
     board.power_on()
@@ -405,7 +406,7 @@ def test_an_empty_flash_that_was_silent_at_the_start_is_written_at_once() -> Non
 @pytest.mark.parametrize("wear", ["erase", "program"])
 @pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
 def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
-    """Two of them next to each other; each is tried once until the power goes."""
+    """Two neighbouring sectors are worn; each is tried once until the power is off."""
     board = saved_times(1, kind)
     places = places_of(board.chip)
     board.chip.worn = {places[1]: wear, places[2]: wear}
@@ -424,7 +425,7 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
 
 
 def test_the_last_good_sector_keeps_its_record() -> None:
-    """All others are worn: the save is refused, and what is there stays."""
+    """All other sectors are worn: the save is refused, and the existing record stays."""
     board = saved_times(2)
     good = places_of(board.chip)[1]
     board.chip.worn = {place: "program" for place in places_of(board.chip) if place != good}
@@ -437,7 +438,7 @@ def test_the_last_good_sector_keeps_its_record() -> None:
 
 
 def test_a_record_that_was_not_confirmed_is_not_preferred() -> None:
-    """It is whole all the same: only its reading back failed; the next save has a higher number."""
+    """The record is whole, but its reading back failed; the next save has a higher number."""
     board = saved_times(1)
     board.firmware.send("set keep 0.5")
     board.firmware.send("save")
@@ -489,7 +490,7 @@ def test_the_turns_go_on_while_the_flash_is_erased(working: Board) -> None:
 
 
 class Memory:
-    """The region of the records as bytes, for what reads many of them."""
+    """The region of the records as bytes, for tests that read many of them."""
 
     def __init__(self, content: bytes | memoryview, sector: int = 4096) -> None:
         ffi, library = c_library()
@@ -508,14 +509,14 @@ class Memory:
         return True
 
     def found(self) -> int | None:
-        """The sequence number of what a power-on finds."""
+        """Return the sequence number of the record that a power-on finds."""
         if not c_library()[1].save_find(self.save):
             return None
         return int(self.save.sequence)
 
 
 def record_of(chip: Chip, place: int) -> bytes:
-    """The record in a sector, as long as what was last programmed there."""
+    """Return the record of a sector, as long as the last programming there."""
     length = 0
     for address, data in chip.programmed:
         if place <= address < place + chip.sector:
@@ -525,7 +526,7 @@ def record_of(chip: Chip, place: int) -> bytes:
 
 
 def records(working: Board) -> tuple[bytes, bytes]:
-    """Two records that follow each other, as the flash holds them."""
+    """Return two consecutive records as the flash holds them."""
     working.order("save")
     working.firmware.send("set keep 0.25")
     working.work(range(20, 22))
@@ -539,7 +540,7 @@ def flash_of(first: bytes, second: bytes) -> Memory:
 
 
 def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
-    """Record 3 goes where record 1 was: erased in part, erased, or written up to any byte."""
+    """Record 3 replaces record 1: erased in part, erased, or written up to any byte."""
     first, second = records(working)
     working.order("save")
     third = record_of(working.chip, places_of(working.chip)[2])
@@ -547,7 +548,7 @@ def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
     first = first.ljust(length, b"\xff")
     draw = np.random.default_rng(1)
     for cut in range(length):
-        # The byte under way has any of its bits.
+        # The byte being written has any of its bits.
         torn = bytes([third[cut] | int(draw.integers(256))])
         found = flash_of(third[:cut] + (torn if torn != third[cut : cut + 1] else b""), second)
         assert found.found() == 2, cut
@@ -591,7 +592,8 @@ def record_of_presets(**parameters: float) -> bytes:
 
 
 def with_words(record: bytes, **words: int) -> bytes:
-    """Changed, and with the right sum: as another firmware would leave it."""
+    """Return the record with changed words and a right checksum, as another firmware would
+    write."""
     places = {"magic": 0, "version": 1, "sequence": 2, "length": 3, "switches": 4, "parameters": 5}
     changed = bytearray(record[:-4])
     for name, word in words.items():
@@ -629,7 +631,7 @@ def test_the_sequence_number_wraps() -> None:
 
 
 def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
-    """An older firmware's record: one parameter less, and one that nobody knows any more."""
+    """An older firmware's record lacks one parameter and has one that is unknown now."""
     record = record_of_presets(keep=0.25, noise_limit=7.0)
     words = np.frombuffer(record, dtype="<u4").copy()
     ffi, library = c_library()

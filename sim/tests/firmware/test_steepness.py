@@ -1,4 +1,4 @@
-"""Tests the limit of a correction's slope over its file's temperature range: C, Python, console."""
+"""Test the limit of a correction's slope over its file's temperature range: C, Python, console."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def following(
     range_c: tuple[float, float] = (NAN, NAN),
     amplitude: float = 21.0,
 ) -> Coefficients:
-    """Order 40: |dε/dR| = 0.005 at 20 °C with 21 counts."""
+    """Return order 40: |dε/dR| = 0.005 at 20 °C with 21 counts."""
     cold = Coefficients.from_harmonics([ORDER], [amplitude], [0.0], COUNTS, 32)
     thermal = ThermalLanes.from_slopes({ORDER: np.array(slope_counts)}, COLD_C, 0.0, range_c)
     return dataclasses.replace(cold, thermal=thermal)
@@ -49,7 +49,7 @@ def answer(coefficients: Coefficients) -> str:
 
 
 STEEP = (1640.0, 0.0, 0.0, 0.0)
-"""8,221 counts at 25 °C: |dε/dR| = 1.97, and more than a lane holds."""
+"""Slope of 8,221 counts at 25 °C: |dε/dR| = 1.97, and more than a lane holds."""
 
 
 def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
@@ -59,7 +59,7 @@ def test_a_slope_that_becomes_too_steep_is_refused_everywhere() -> None:
     objections = of_steepness(steep)
     assert "too steep: |dε/dR| reaches" in objections[0]
     assert "between 10 and 30 °C" in objections[0]
-    # Within half a kelvin it stays below 1 and below 8,192 counts.
+    # Within half a kelvin the slope stays below 1 and the amplitude below 8,192 counts.
     narrow = following(STEEP, (19.5, 20.5))
     assert narrow.extent()[0] == pytest.approx(40 * 841.0 * 2 * np.pi / COUNTS, rel=1e-3)
     assert of_steepness(narrow) == []

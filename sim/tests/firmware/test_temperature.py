@@ -1,4 +1,4 @@
-"""The die's temperature: the conversion, and the serial port that it comes over."""
+"""Tests of the die's temperature: the conversion, and the serial port that delivers it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loaded lanes that follow the table's temperature, and what is believed of a thermometer."""
+"""Tests of loaded lanes that follow the table's temperature, and of accepted thermometer values."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from arctrue.table.temperature import TemperatureCourse
 
 COLD_C = 20.0
 RATE_ARCSEC, RATE_RAD = 1.5, 1.1
-"""Of order 1, a kelvin."""
+"""Size (″) and phase of the change of order 1 per kelvin."""
 CLOCK_HZ = 100_000_000
 
 
 def warm(celsius: float) -> Disc:
-    """The disc with its centre where the heat has shifted it."""
+    """Return the disc with its centre shifted by the heat."""
     cold = 150.0 * np.exp(0.4j)
     now = cold + RATE_ARCSEC * (celsius - COLD_C) * np.exp(1j * RATE_RAD)
     return Disc({1: (abs(now), float(np.angle(now))), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 
 
 def following(time_constant_s: float = 0.0) -> Coefficients:
-    """Order 1 as a file has it: at 20 °C, and its slope."""
+    """Return a file with order 1 at 20 °C and its slope."""
     cold = file_of({1: (150.0, 0.4)})
     per_k = RATE_ARCSEC / ARCSEC_PER_COUNT
     slope = np.array([per_k * math.cos(RATE_RAD), -per_k * math.sin(RATE_RAD), 0.0, 0.0])
@@ -46,7 +46,7 @@ def following(time_constant_s: float = 0.0) -> Coefficients:
 
 
 class Thermometer:
-    """What the table's shows; None: it does not answer."""
+    """The table's thermometer; with None it does not answer."""
 
     def __init__(self, made: Firmware) -> None:
         ffi, library = c_library()
@@ -65,13 +65,13 @@ class Thermometer:
         return True
 
     def pass_time(self, seconds: float, steps: int = 1) -> None:
-        """The core's clock goes on, with the main loop in between."""
+        """Advance the core's clock, with the main loop in between."""
         for _ in range(steps):
             self.now_s += seconds / steps
             clocks = round(self.now_s * CLOCK_HZ)
             self.made.core.set("snapshot.time", clocks)
             self.made.core.words[address_of_upper_time()] = clocks >> 32
-            # A swap, and what follows it.
+            # One step for a swap, and one for the work after it.
             self.made.step(2)
 
 
@@ -83,7 +83,7 @@ def address_of_upper_time() -> int:
 
 @pytest.fixture
 def running() -> Firmware:
-    """Calibrated at 20 °C, with a thermometer and a model that follows it loaded."""
+    """Return a firmware calibrated at 20 °C, with a thermometer and a model that follows it."""
     made = Firmware(ModelCore())
     made.thermometer = Thermometer(made)
     made.library.application_start(made.application)
@@ -99,7 +99,7 @@ def running() -> Firmware:
 
 
 def order1_left(made: Firmware, celsius: float) -> float:
-    """Largest error of the corrected reading but for the subdivision, arcsec."""
+    """Return the largest error of the corrected reading without the subdivision, in arcseconds."""
     angle = READINGS * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - warm(celsius).true_angle(angle)) * 3600.0
     applied = active_coefficients(made.core).error_counts(READINGS) * ARCSEC_PER_COUNT
@@ -204,7 +204,7 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
 
 
 def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> None:
-    """Two minutes without its cable, while the table goes on warming: nobody has to act."""
+    """The cable is off for two minutes while the table warms further: no operator is needed."""
     running.thermometer.celsius = None
     running.thermometer.pass_time(120.0, 240)
     assert field(running, "thermometer_state") == "silent"
@@ -215,7 +215,7 @@ def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> 
 
 
 def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
-    """3 K a minute are allowed for: no table warms by 20 K in two minutes."""
+    """3 K a minute are accepted, but no table warms by 20 K in two minutes."""
     running.thermometer.celsius = None
     running.thermometer.pass_time(120.0, 240)
     running.thermometer.celsius = COLD_C + 20.0
@@ -227,7 +227,7 @@ def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
 
 
 def followed(readings: list[float | None], lag_s: float = 0.0, every_s: float = 0.5) -> Any:
-    """The table's temperature after these readings; None: no answer."""
+    """Return the table's temperature after these readings; None stands for no answer."""
     ffi, library = c_library()
     at = iter(readings)
 
@@ -246,7 +246,7 @@ def followed(readings: list[float | None], lag_s: float = 0.0, every_s: float = 
 
 
 def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
-    """An ADT7420 says 0 °C until its first conversion."""
+    """An ADT7420 shows 0 °C until its first conversion."""
     _, library = c_library()
     table = followed([0.0, 21.0])
     assert not library.table_temperature_is_known(table)
@@ -258,7 +258,7 @@ def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
 
 @pytest.mark.parametrize("lag_s", [0.0, 3.0, 60.0])
 def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
-    """The observer's gains have no value where all of the lag has decayed: it begins anew."""
+    """The observer's gains have no value once the whole lag has decayed: it starts again."""
     readings = [20.0] * 8 + [None] * 1200 + [20.5] * 3
     table = followed(readings, lag_s)
     assert table.celsius == pytest.approx(20.5, abs=0.1)
@@ -267,7 +267,7 @@ def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
 def test_a_core_whose_time_begins_again_does_not_freeze_the_thermometer(
     running: Firmware,
 ) -> None:
-    """Another bitstream, or a reset of the fabric: the clock of the readings is at 0 again."""
+    """After another bitstream or a reset of the fabric the clock of the readings is 0 again."""
     running.thermometer.pass_time(100.0, 200)
     running.thermometer.now_s = 0.0
     running.thermometer.celsius = COLD_C + 0.8
@@ -311,7 +311,8 @@ def test_a_silent_thermometer_is_not_asked_all_the_time(running: Firmware) -> No
 
 
 def test_the_lag_is_taken_off() -> None:
-    """T_s of a table that warms evenly, in steps of 1/128 K; exact solution of the lag."""
+    """Compare T_s of an evenly warming table, in steps of 1/128 K, with the lag's exact
+    solution."""
     ffi, library = c_library()
     lag_s, rate = 60.0, 0.05
     course = TemperatureCourse((0.0, 300.0), (COLD_C, COLD_C + 300 * rate))
@@ -328,8 +329,8 @@ def test_the_lag_is_taken_off() -> None:
         found.append(table.celsius)
     behind = course.at(times) - np.array(found)
     assert (course.at(times) - shown)[-1] == pytest.approx(lag_s * rate, rel=0.02)
-    # Three equal poles: (1 + x + x²/2)·e⁻ˣ of what the slope's beginning left, x = t·16/τ; after
-    # x = 10 less than 0.003 of it. Then the steps: half of one, through the gains, some 0.05 K.
+    # Three equal poles leave (1 + x + x²/2)·e⁻ˣ of the start of the slope, x = t·16/τ; after x = 10
+    # this is below 0.003. Half a step, times the gains, adds some 0.05 K.
     late = behind[times > 37.5]
     assert abs(late.mean()) < 0.003
     assert late.std() < 0.02
@@ -346,7 +347,7 @@ def test_the_lag_is_taken_off() -> None:
 def test_a_lane_at_a_temperature(
     amplitude: float, phase: float, slopes: tuple[float, ...], warmth: float
 ) -> None:
-    """Against the sum of cosines itself, and against the file's own."""
+    """Compare with the sum of cosines itself, and with the bank of the host."""
     ffi, library = c_library()
     thermal = ThermalLanes.from_slopes({3: np.array(slopes)}, COLD_C)
     cold = Coefficients.from_harmonics([3], [amplitude], [phase], COUNTS, 4)
@@ -366,7 +367,7 @@ def test_a_lane_at_a_temperature(
     )
     turned = 2.0 * np.pi * made.phase_offset / 2**24
     found = made.amplitude / 2048 * np.cos(3 * angle + turned)
-    # A word of the amplitude, and of the phase at up to 4,096 counts.
+    # A word of the amplitude, and one of the phase at up to 4,096 counts.
     assert np.abs(found - expected).max() < 2 / 2048 + 1e-6 * abs(made.amplitude)
     host = cold.at(COLD_C + warmth)
     assert abs(int(host.amplitudes[0]) - made.amplitude) <= 1

@@ -1,8 +1,8 @@
-"""The UART's own C over a model of its registers: what QEMU's UART, which takes no time, hides.
+"""Tests of the UART's own C code over a model of its registers, with timing that QEMU lacks.
 
-Written from UG585, chapter 19 and appendix B.33: FIFOs, a transmitter that still shifts when its
-FIFO is empty, resets that end by themselves, a receiver trigger that is set when its level is
-reached and stays until it is cleared.
+The model is written from UG585, chapter 19 and appendix B.33: FIFOs, a transmitter that still
+shifts when its FIFO is empty, resets that end by themselves, a receiver trigger that is set when
+its level is reached and stays until it is cleared.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RX_OVERFLOW = 1 << 5
 FIFO = 64
 RESET_READS = 3
 CHARACTER_READS = 20
-"""Time goes on with the reads. At 115,200 baud a character takes as long as hundreds of them."""
+"""Reads a character takes: time advances with the reads, hundreds a character at 115,200 baud."""
 
 SEAM = """
 #include <stdint.h>
@@ -59,7 +59,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> tuple[FFI, Any]:
 
 
 def compiled_for(folder: Path, *options: str) -> tuple[FFI, Any]:
-    """board/uart.c with the model in place of the bus."""
+    """Compile board/uart.c with the model in place of the bus."""
     seam, made = folder / "seam.h", folder / "uart.so"
     seam.write_text(SEAM, encoding="ascii")
     places = folder / "places.c"
@@ -75,7 +75,8 @@ def compiled_for(folder: Path, *options: str) -> tuple[FFI, Any]:
 
 
 class Uart:
-    """The controller; ``arrivals``: number of the read before which a character comes."""
+    """The controller; ``arrivals`` maps the number of a read to the character that comes before
+    it."""
 
     def __init__(self, compiled: tuple[FFI, Any]) -> None:
         self.ffi, self.library = compiled
@@ -123,7 +124,7 @@ class Uart:
             self.shifting = self.waiting.popleft()
             self.shifted_at = self.reads + CHARACTER_READS
         if self.ticks_every and self.reads % self.ticks_every == 0:
-            # The timer's interrupt comes anywhere, and not while it is served.
+            # The timer's interrupt comes at any time, but not during its own service.
             every, self.ticks_every = self.ticks_every, 0
             self.library.uart_go_on(self.output)
             self.ticks_every = every
@@ -171,7 +172,7 @@ class Uart:
             self.library.uart_put(bytes([character]))
 
     def interrupts(self) -> None:
-        """As long as its line is high."""
+        """Serve interrupts as long as the line is high."""
         for _ in range(10):
             if not self.status & self.words["UART_IER"]:
                 return
@@ -202,7 +203,7 @@ def test_the_rate_and_the_paths(uart: Uart) -> None:
 
 @pytest.mark.parametrize("baud", [9600, 57_600, 115_200, 230_400, 921_600, 2_000_000, 3_000_000])
 def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
-    """33⅓ clocks a bit at 3 Mbaud leave 1.01 %; both ends together may be off by 5 %."""
+    """33⅓ clocks a bit at 3 Mbaud leave 1.01 %; both ends together may deviate by 5 %."""
     uart = Uart(compiled_for(tmp_path, f"-DBOARD_BAUD={baud}U"))
     uart.set_up()
     divisor, samples = uart.words["UART_BAUDGEN"], uart.words["UART_BAUDDIV"] + 1
@@ -216,7 +217,7 @@ def test_another_rate_of_the_build(tmp_path: Path, baud: int) -> None:
 
 @pytest.mark.parametrize("length", [1, 70, 300])
 def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
-    """What a fault says is followed by a new start, which resets both paths."""
+    """The message of a fault is followed by a restart, which resets both paths."""
     text = bytes(32 + place % 90 for place in range(length))
     uart.say(text)
     uart.library.uart_drain()
@@ -227,7 +228,7 @@ def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
 @pytest.mark.parametrize("first", range(1, 12))
 @pytest.mark.parametrize("apart", [1, 2, 3])
 def test_a_character_that_comes_at_any_moment_is_heard(uart: Uart, first: int, apart: int) -> None:
-    """Also between the handler's last look and its end."""
+    """This includes a character between the handler's last read and its end."""
     uart.arrive(ord("a"))
     uart.arrivals = {uart.reads + first: ord("b"), uart.reads + first + apart: ord("c")}
     for _ in range(30):
@@ -265,18 +266,19 @@ def test_a_fifo_that_overflows_is_told_where_it_did(uart: Uart, more: int) -> No
 
 CHARACTER_US = 10 / 115_200 * 1e6
 LINE = 2128
-"""Characters of telemetry with 40 orders."""
+"""Number of characters of a telemetry line with 40 orders."""
 
 
 def stall_us(uart: Uart, say: Callable[[], None]) -> float:
-    """For how long the main program is held up."""
+    """Return for how many microseconds the main program is delayed."""
     before = uart.reads
     say()
     return (uart.reads - before) / CHARACTER_READS * CHARACTER_US
 
 
 def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
-    """Past the ring it takes as long as its characters on the wire, but for those in the FIFO."""
+    """Without the ring a line takes the time of its characters on the wire, except those in the
+    FIFO."""
     text = bytes(32 + place % 90 for place in range(LINE))
     waited = stall_us(uart, lambda: uart.say(text))
     assert waited == pytest.approx((LINE - FIFO) * CHARACTER_US, rel=0.02)
@@ -298,7 +300,7 @@ def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
 
 @pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
 def test_the_order_is_kept_whenever_the_interrupt_comes(uart: Uart, every: int) -> None:
-    """Longer than the ring: what does not fit waits, and nothing is lost or told twice."""
+    """The text is longer than the ring: the excess waits, and nothing is lost or sent twice."""
     text = bytes(32 + place * 7 % 90 for place in range(3 * 4096))
     uart.ticks_every = every
     for first in range(0, len(text), 37):

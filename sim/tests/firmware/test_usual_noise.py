@@ -1,4 +1,4 @@
-"""What turns before a turn are for: the usual noise, and the running average."""
+"""Tests of the influence of earlier turns: the usual noise, and the running average."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sim.tests.firmware.test_application import turn
 
 NOISE_ARCSEC = 0.2
 NOISY = 5.0
-"""Times the usual noise; the limit is 3."""
+"""Factor on the usual noise; the limit is 3."""
 NOISY_TURNS_MOST = 5
 
 
@@ -20,7 +20,7 @@ def reason(running: Firmware, seed: int, noise: float) -> Any:
 
 
 def test_noise_that_rises_slowly_becomes_the_usual_one(running: Firmware) -> None:
-    """A fifth of each turn's: at 1.6 times in between, no turn comes near 3 times."""
+    """Each turn contributes a fifth: in steps of 1.6 no turn comes near 3 times the usual noise."""
     noise = NOISE_ARCSEC
     for seed in range(4):
         reason(running, seed, noise)
@@ -29,7 +29,7 @@ def test_noise_that_rises_slowly_becomes_the_usual_one(running: Firmware) -> Non
         found = [reason(running, 10 * step + seed + 10, noise) for seed in range(8)]
         assert "noise" not in found, f"at {noise:.2f}″"
     assert noise > 6 * NOISE_ARCSEC
-    # And it goes back.
+    # The usual noise also falls again.
     for seed in range(25):
         assert reason(running, 100 + seed, NOISE_ARCSEC) != "noise"
     assert reason(running, 200, NOISY * NOISE_ARCSEC) == "noise"
@@ -47,7 +47,7 @@ def test_only_noisy_turns_in_a_row_become_usual(running: Firmware) -> None:
 
 
 def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
-    """With equal weights the mean of n turns has a variance of 1/n, which `show harmonics` says."""
+    """With equal weights the mean of n turns has a variance of 1/n, as `show harmonics` states."""
     scatter = {}
     for keep in (0, 1):
         running.send(f"set keep {keep}")
@@ -58,6 +58,6 @@ def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
         scatter[keep] = order3[3]
         components = [item[1] for item in told["harmonics"] if item[0] in (4, 5, 6)]
         scatter[keep, "found"] = float(np.sqrt(np.mean(np.square(components))))
-    # What the separation adds is no noise and is not averaged; order 3 is nothing here.
+    # The part of the separation is no noise and is not averaged; order 3 has none here.
     assert scatter[1] == pytest.approx(scatter[0] / 4, rel=0.1)
     assert scatter[1, "found"] < 0.6 * scatter[0, "found"]

@@ -1,4 +1,4 @@
-"""Positions of 32 bits that wrap where the counts a turn do not divide 2³²."""
+"""Tests of positions of 32 bits that wrap where the counts a turn do not divide 2³²."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ ORDERS = {1: (150.0, 0.4), 2: (6.0, 4.2), 3: (1.2, 2.9)}
 SAMPLES = 600
 STEP_TURNS = 1.0 / SAMPLES
 WRAP = 1 << 31
-"""The first count that a signed word of 32 bits does not hold."""
+"""First count that a signed word of 32 bits does not hold."""
 NUMBER_OF_WRAPS = [0, 1, 5]
-"""Whole wraps that the table has passed before the one that is looked at."""
+"""Whole wraps that the table has passed before the tested one."""
 WRAPS_AT_TURNS = {
     "before the bank": -0.01,
     "in its first step": 0.5 * STEP_TURNS,
@@ -30,7 +30,7 @@ WRAPS_AT_TURNS = {
 LOOKED_AT_TURNS = 1.4
 NOISE_ARCSEC = 0.1
 LEFT_ARCSEC = 1.0
-"""Noise of 0.1″ leaves 0.3″ at gains below 20; the wrong turn leaves 13″ and more."""
+"""Largest error: noise of 0.1″ leaves 0.3″ at gains below 20; a wrong turn leaves 13″ or more."""
 COUNTS_PER_REV = [10_000_000, 3_600_000]
 
 
@@ -46,10 +46,13 @@ def started(counts_per_rev: int, method: int) -> Firmware:
 
 
 def turn_at_wrap(disc: Disc, direction: int, wrap_at_turns: float, wraps: int) -> Any:
-    """Counts (2, n) whose head 1 passes the last count of the word ``wrap_at_turns`` after the
-    first sample, ``wraps`` wraps later than the first one in that direction."""
+    """Return counts (2, n) whose head 1 passes the last count of the word.
+
+    This happens ``wrap_at_turns`` after the first sample, ``wraps`` wraps later than the first in
+    that direction.
+    """
     turn = disc.counts_per_rev
-    # Where the first sample has to be, and the true angle that is nearly there.
+    # Count at which the first sample has to be, and the true angle that is nearly there.
     first = direction * (WRAP * (1 + 2 * wraps) - round(wrap_at_turns * turn))
     start = 2.0 * np.pi * (first % turn) / turn
     counts = counts_of(disc, NOISE_ARCSEC, 1, samples=SAMPLES, direction=direction, start=start)
@@ -57,7 +60,7 @@ def turn_at_wrap(disc: Disc, direction: int, wrap_at_turns: float, wraps: int) -
 
 
 def left_arcsec(firmware: Firmware, disc: Disc) -> float:
-    """The largest error that the active coefficients leave."""
+    """Return the largest error that the active coefficients leave."""
     turn = disc.counts_per_rev
     reading = np.arange(0, turn, turn // 997)
     angle = reading * (2.0 * np.pi / turn)
@@ -90,7 +93,7 @@ def test_a_turn_at_a_wrap_is_applied_at_its_place(
 def test_a_dump_at_a_wrap_has_angles(
     counts_per_rev: int, direction: int, where: str, wraps: int
 ) -> None:
-    """What is read counts on over the wrap and is the angle modulo the turn, of both heads."""
+    """The dump counts on over the wrap and is the angle modulo the turn, for both heads."""
     disc = Disc(ORDERS, counts_per_rev=counts_per_rev)
     firmware = started(counts_per_rev, method=1)
     firmware.send("dump")

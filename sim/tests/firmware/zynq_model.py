@@ -1,7 +1,7 @@
-"""The registers of the Zynq that load the fabric and read its temperature, as they behave.
+"""A model of the Zynq's registers that load the fabric and read its temperature.
 
-Written from UG585 (device configuration interface, PS-XADC) and UG480, not from the C code: only
-the addresses' names are looked up in its header.
+It is written from UG585 (device configuration interface, PS-XADC) and UG480, not from the C code:
+only the names of the addresses are read from its header.
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ PROG_B, LOOPBACK = 1 << 30, 1 << 4
 INIT, QUEUE_EMPTY, QUEUE_FULL = 1 << 4, 1 << 30, 1 << 31
 CONFIGURED, DMA_AND_PCAP_DONE, DMA_DONE, AXI_ERROR = 1 << 2, 1 << 12, 1 << 13, 1 << 22
 QSPI_LEFT = 0x8403_FDFE
-"""What a boot ROM may leave: manual, deselected, slave, divided by 256, another clock mode."""
+"""Word that a boot ROM may leave: manual, deselected, slave, divided by 256, other clock mode."""
 QSPI_LINEAR = 0x8008_00C1
-"""Flash interface, HOLD driven high, words of 32 bits, master (UG585, qspi.Config_reg)."""
+"""Bits of flash interface, HOLD driven high, 32-bit words, master (UG585, qspi.Config_reg)."""
 QSPI_NEVER = 0x0401_C506
-"""Byte order, start, manual start, manual select, deselected, reference clock, phase, polarity."""
+"""Bits that stay 0: byte order, start, manual modes, deselected, reference clock, phase,
+polarity."""
 QSPI_REFERENCE_MHZ = 200
 QSPI_MOST_MHZ = 40
-"""Beyond it the data come late: the loop-back of MIO 8 is needed."""
+"""Largest clock in MHz; beyond it the data are late and need the loop-back of MIO 8."""
 
 
 def addresses() -> dict[str, int]:
-    """Name: address, of zynq/registers.h."""
+    """Return the addresses of zynq/registers.h by name."""
     text = (FIRMWARE / "zynq" / "registers.h").read_text("utf-8")
     bases = dict(re.findall(r"#define (\w+_BASE) (0x[0-9A-F]+)U\n", text))
     found = {name: int(value, 16) for name, value in bases.items()}
@@ -49,7 +50,7 @@ AT = addresses()
 
 
 def bitstream(length: int = 300_000, seed: int = 1) -> bytes:
-    """Padding, the synchronisation word as the port takes it, and something after it."""
+    """Return padding, the synchronisation word as the port takes it, and a body."""
     head = b"\xff" * 48 + struct.pack("<I", SYNC_WORD)
     word = struct.pack("<I", 0x9E37_79B9 * seed & 0xFFFF_FFFF)
     body = word * ((length - len(head)) // 4)
@@ -57,14 +58,14 @@ def bitstream(length: int = 300_000, seed: int = 1) -> bytes:
 
 
 def image(body: bytes, **other: int) -> bytes:
-    """Header and bitstream as the image builder writes them."""
+    """Return header and bitstream as the image builder writes them."""
     fields = {"magic": 0x53425441, "version": 1, "length": len(body), "crc": zlib.crc32(body)}
     fields |= other
     return struct.pack("<16I", *fields.values(), *[0] * 12) + body
 
 
 class ZynqModel:
-    """``stuck``: what does not work, init_high, init_low, clear, dma, dma_error, done or queue."""
+    """The registers; ``stuck`` fails: init_high, init_low, clear, dma, dma_error, done or queue."""
 
     def __init__(self, flash: bytes = b"", boot_mode: int = 1, stuck: str = "") -> None:
         self.flash = flash
@@ -83,10 +84,10 @@ class ZynqModel:
         self.received = b""
         self.pieces: list[int] = []
         self.finished_us: int | None = None
-        # How much later than the DMA the port has taken everything.
+        # Time in us from the end of the DMA until the port has taken everything.
         self.port_us = 1000
         self.port_done_us: int | None = None
-        # How much later than it is done a transfer leaves the queue.
+        # Time in us from its end until a transfer leaves the queue.
         self.queue_us = 40
         self.queue_empty_us = 0
         self.temperature_code: int | None = 0x977
@@ -174,7 +175,7 @@ class ZynqModel:
         start = (source & ~1) - FLASH - IMAGE_OFFSET
         self.received = (self.received or b"") + self.flash[start : start + length]
         self.pieces.append(length)
-        # 5 MB/s, as a slow flash.
+        # 5 MB/s, as from a slow flash.
         self.finished_us = self.now_us + length // 5
         self.last = bool(source & 1)
 

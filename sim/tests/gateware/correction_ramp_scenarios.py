@@ -1,4 +1,4 @@
-"""What the ramp meets, clock by clock; shared by the test of the model and that of the VHDL."""
+"""Inputs of the ramp, clock by clock, shared by the tests of the model and of the VHDL."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RATE_MAX = 2**32 - 1
 
 @dataclass(frozen=True)
 class RampScenario:
-    """``correction`` in 2⁻ᶠ count and ``marker``, one a clock; ``limit`` in counts."""
+    """A scenario: ``correction`` in 2⁻ᶠ count and ``marker``, one a clock; ``limit`` in counts."""
 
     name: str
     correction: NDArray[np.int64]
@@ -25,9 +25,9 @@ class RampScenario:
     limit: int
     ramp_rate: int
     inserted: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """Counts by which the reading jumps with a marker, (clocks,); empty: by none."""
+    """Counts by which the reading jumps with a marker, (clocks,); empty for no jump."""
     ramp_acceleration: int = 0
-    """2⁻⁵⁹ count a clock and clock; 0: no bound."""
+    """Acceleration in 2⁻⁵⁹ count a clock and clock; 0 for no bound."""
 
     def __str__(self) -> str:
         return self.name
@@ -40,7 +40,7 @@ def _markers(clocks: int, *at: int) -> NDArray[np.bool_]:
 
 
 def _steps(*parts: tuple[int, int]) -> NDArray[np.int64]:
-    """Levels in 2⁻ᶠ count, each for a number of clocks."""
+    """Return levels in 2⁻ᶠ count, each for a number of clocks."""
     return np.concatenate([np.full(clocks, level, dtype=np.int64) for level, clocks in parts])
 
 
@@ -52,7 +52,7 @@ def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int
 def _smooth(
     name: str, counts: float, ticks: int, rate: int, acceleration: int, *at: int
 ) -> RampScenario:
-    """One step of so many counts, and markers to another level at some ticks of 256 clocks."""
+    """Make one step of so many counts, and markers to another level at some ticks of 256 clocks."""
     clocks = 256 * ticks
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -71,7 +71,7 @@ def _smooth(
 
 
 def _marked_every_tick(counts: float, first: int, phase: int) -> RampScenario:
-    """A step; from the tick ``first`` on a marker in one clock of each 256, of the same ε."""
+    """Make a step; from tick ``first`` on, one clock of each 256 has a marker with the same ε."""
     clocks = 256 * 120
     level = np.zeros(clocks, dtype=np.int64)
     level[10:] = round(counts * COUNT)
@@ -98,7 +98,7 @@ def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
 
 
 def _healed_again_and_again(sense: int) -> RampScenario:
-    """Counts put back sooner than the ramp takes them up, beyond what the total can hold."""
+    """Counts are put back faster than the ramp absorbs them, beyond the range of the total."""
     clocks, period = 3000, 40
     marker = np.arange(clocks) % period == 7
     return RampScenario(
@@ -124,7 +124,7 @@ def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -
     )
 
 
-# The largest sum of 64 lanes and the offset, with a cosine that is one too large in its last bit.
+# Largest sum of 64 lanes and the offset, with a cosine that is one too large in its last bit.
 LARGEST = 64 * (8192 * COUNT + COUNT // 2) + 8192 * COUNT
 
 SCENARIOS = [

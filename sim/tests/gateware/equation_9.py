@@ -1,4 +1,4 @@
-"""Equation (9) in double precision, and how far the gateware may be from it."""
+"""Equation (9) in double precision, and the allowed deviation of the gateware."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
 
 
 def cosine_bound(bits: int = COSINE_WIDTH) -> float:
-    """δ_max of (A.1) + ε_max of (A.5) of the paper, as printed."""
+    """Return δ_max of (A.1) + ε_max of (A.5) of the paper, as printed."""
     iterations = CORDIC_ITERATIONS
     gains = [
         math.prod(math.sqrt(1 + 2.0 ** (-2 * i)) for i in range(j, iterations))
@@ -22,16 +22,16 @@ def cosine_bound(bits: int = COSINE_WIDTH) -> float:
 
 
 def correction_bound_counts(coefficients: Coefficients, bits: int = COSINE_WIDTH) -> float:
-    """Half a count for the single rounding, and the cosine's error at every amplitude."""
+    """Return half a count for the single rounding plus the cosine's error at every amplitude."""
     return 0.5 + float(np.abs(coefficients.amplitudes_counts).sum()) * cosine_bound(bits)
 
 
 def error_of_words_counts(
     coefficients: Coefficients, angle: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """ε in counts with the phase steps as they stand, also where they are of no whole order.
+    """Return ε in counts with the phase steps as they are, even if they have no whole order.
 
-    A bank that is swapped in while it is being written can hold such a step.
+    A bank that is swapped in while it is being written can have such a step.
     """
     error = np.full(angle.shape, coefficients.offset_counts)
     for step, amplitude, phase in zip(

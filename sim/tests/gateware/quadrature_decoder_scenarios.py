@@ -1,7 +1,7 @@
 """Motions, faults and settings for the decoder, shared by the tests of the model and the VHDL.
 
-Scenarios know the true place of the disc in every clock, in fractions of a count: what the
-decoder ought to say follows from it without decoding a pin.
+Scenarios know the true place of the disc in every clock, in fractions of a count: the expected
+output of the decoder follows from it without decoding a pin.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ UNITS = 2520
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """0: the disc stands."""
+    """Clocks a count; with 0 the disc stands."""
     down: bool = False
     wander: bool = False
     """Random speed that changes at random times, up to a count a clock in either direction."""
     jitter: Fraction = Fraction(0)
-    """The disc is off by a random part of a count, up to this, anew in each clock."""
+    """Largest random displacement of the disc in counts, drawn again in each clock."""
     jump: int = 0
     """Counts that the disc skips in the first clock."""
     glitch_clocks: int = 0
-    """A, B or Z turns over for so many clocks, at random times, but not beside an edge."""
+    """Clocks for which A, B or Z is inverted, at random times away from edges."""
     filter_length: int = 1
     minimum_edge_spacing: int = 0
     index_tolerance: int = 0
     counts_per_rev: int = 0
-    """0: that of the scenario."""
+    """Counts of a turn; with 0 those of the scenario."""
     clear: bool = False
-    """One clock at the start."""
+    """Clear for one clock at the start."""
     rearm: bool = False
     zero_again: bool = False
     heal: bool = False
@@ -54,13 +54,13 @@ class Scenario:
     start: int = 0
     """Place of the disc at the start, counts from the index."""
     index_at: Fraction = Fraction(0)
-    """The index edge lies so far after the edge of A or B, counts. 0: they coincide."""
+    """Distance in counts of the index edge after the edge of A or B; with 0 they coincide."""
     index_width: Fraction = Fraction(1)
-    """Z is high for so many counts."""
+    """Number of counts for which Z is high."""
     index_scatter: int = 0
-    """Each time it comes by, the index lies up to so many whole counts from its place."""
+    """Largest displacement of the index in whole counts, drawn again at each passage."""
     skew_clocks: tuple[int, int, int] = (0, 0, 0)
-    """A, B and Z come so much later."""
+    """Delays of A, B and Z in clocks."""
     first_timestamp: int = 0
     seed: int = 1
 
@@ -70,7 +70,7 @@ class Stimuli:
     """A scenario clock by clock; arrays of shape (clocks,)."""
 
     columns: dict[str, NDArray[np.int64]] = field(repr=False)
-    """The entity's inputs under their names."""
+    """The entity's inputs by name."""
     timestamp: NDArray[np.uint64] = field(repr=False)
     place: NDArray[np.int64] = field(repr=False)
     """True place of the disc from the index of its turn 0, 1 / UNITS count."""
@@ -78,18 +78,18 @@ class Stimuli:
     mark_scatter: NDArray[np.int64] = field(
         repr=False, default_factory=lambda: np.zeros(0, np.int64)
     )
-    """Counts by which the nearest index mark is out of its place."""
+    """Displacement of the nearest index mark in counts."""
 
     @property
     def count(self) -> NDArray[np.int64]:
-        """The edges of A and B to the left of the true place."""
+        """Number of edges of A and B to the left of the true place."""
         return self.place // UNITS
 
 
 def _there_and_back(clocks_a_count: int, counts: int, **settings: object) -> list[Segment]:
-    """Up, back beyond the start, and up to the start again: each stretch crosses the index.
+    """Go up, back beyond the start, and up to the start again: each stretch crosses the index.
 
-    It turns back in the middle of a count, unless a count lasts one clock only.
+    The disc turns back in the middle of a count, unless a count lasts one clock only.
     """
     clocks = clocks_a_count * counts
     return [
@@ -155,7 +155,7 @@ LOSSLESS: dict[str, Scenario] = {
     "wanders_turn_of_100": Scenario([RESET, Segment(4000, wander=True)], 100, start=-20, seed=3),
     "timestamp_wraps": Scenario(_there_and_back(3, 40), 100, start=-5, first_timestamp=2**64 - 150),
 }
-"""Not an edge is lost in these: position, angle and index are those of the disc."""
+"""Scenarios without a lost edge: position, angle and index are those of the disc."""
 
 SCATTERED: dict[str, Scenario] = {
     "index_repeats_to_1_count": Scenario(
@@ -194,7 +194,7 @@ SCATTERED: dict[str, Scenario] = {
         seed=7,
     ),
 }
-"""The index does not repeat exactly; no count is lost."""
+"""Scenarios in which the index does not repeat exactly; no count is lost."""
 
 FAULTY: dict[str, Scenario] = {
     "lost_count_between_index_marks": Scenario(
@@ -348,7 +348,7 @@ FAULTY: dict[str, Scenario] = {
         [
             RESET,
             Segment(20, filter_length=16),
-            # Levels last 18 clocks, then 14 and 10: the filter shows nothing of them any more.
+            # Levels last 18 clocks, then 14 and 10: the filter no longer shows any of them.
             Segment(180, 9, filter_length=16),
             Segment(280, 7, filter_length=16),
             Segment(60, filter_length=16),
@@ -420,18 +420,18 @@ FAULTY: dict[str, Scenario] = {
         start=-5,
     ),
 }
-"""Here the decoder meets faults, or settings change on the way."""
+"""Scenarios with faults, or with settings that change on the way."""
 
 RANDOM_SEEDS: dict[str, int] = {f"random_pins_{seed}": seed for seed in range(4)}
-"""Pins and settings at random: only for the comparison of model and VHDL."""
+"""Seeds of random pins and settings, only for the comparison of model and VHDL."""
 
 
 def skewed(
     skew_clocks: tuple[int, int, int], width: int = 17, dwell: int = 4, half_count_clocks: int = 8
 ) -> Scenario:
-    """Passages of a mark and a tremble by one count on both its edges, from both sides.
+    """Pass a mark from both sides, and tremble by one count on both its edges.
 
-    ``dwell``: half counts for which it stays before it turns back.
+    ``dwell`` is the number of half counts before the disc turns back.
     """
 
     def way(half_counts: int) -> Segment:
@@ -459,17 +459,17 @@ SKEWED: dict[str, Scenario] = {
     f"skewed_pins_{a}{b}{z}_mark_of_{width}": skewed((a, b, z), width)
     for a, b, z, width in ((0, 3, 1, 17), (3, 0, 2, 17), (1, 1, 0, 2), (2, 3, 3, 1), (1, 0, 3, 17))
 } | {
-    # Just above the spacing at which skew leaves every mark in its place, and below it.
+    # Just above and below the spacing at which skew leaves every mark in its place.
     f"skewed_pins_330_{2 * half_count}_clocks_a_count": skewed(
         (3, 3, 0), 17, half_count_clocks=half_count
     )
     for half_count in (4, 3, 2)
 }
-"""Pins that change up to three clocks apart where they ought to change together."""
+"""Pins that change up to three clocks apart where they should change together."""
 
 
 def scenarios_to_run(default_generics: bool) -> list[str]:
-    """Names for a bench: with other generics only those that show the difference."""
+    """Return names for a bench: with other generics only those that show the difference."""
     if default_generics:
         return [*LOSSLESS, *SCATTERED, *FAULTY, *SKEWED, *RANDOM_SEEDS]
     return [
@@ -481,7 +481,7 @@ def scenarios_to_run(default_generics: bool) -> list[str]:
 
 
 def _moves(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
-    """Units by which the disc moves in each clock, without jitter."""
+    """Return the units by which the disc moves in each clock, without jitter."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.wander:
         lengths = random.integers(1, 40, segment.clocks)
@@ -506,7 +506,7 @@ def _jitter(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
 def _glitches(
     pins: NDArray[np.int64], scenario: Scenario, random: np.random.Generator
 ) -> NDArray[np.int64]:
-    """Pins to turn over in each clock, shape (clocks, 3), away from every true change."""
+    """Return the pins to invert in each clock, shape (clocks, 3), away from every true change."""
     changes = np.flatnonzero((np.diff(pins, axis=0) != 0).any(axis=1)) + 1
     turned_over = np.zeros_like(pins)
     end = 0
@@ -584,7 +584,7 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
 def _held(
     random: np.random.Generator, values: list[int], clocks: int, mean: int
 ) -> NDArray[np.int64]:
-    """Random values, each held for a random time of ``mean`` clocks."""
+    """Return random values, each held for a random time of ``mean`` clocks."""
     changes = random.random(clocks) < 1 / mean
     return random.choice(values, clocks + 1)[np.cumsum(changes)]
 
@@ -615,7 +615,7 @@ def _at_random(seed: int, clocks: int = 8000) -> Stimuli:
 
 
 def stimuli(name: str) -> Stimuli:
-    """The inputs of a scenario or of random pins, and the true place of the disc."""
+    """Return the inputs of a scenario or of random pins, and the true place of the disc."""
     if name in RANDOM_SEEDS:
         return _at_random(RANDOM_SEEDS[name])
     return stimuli_of((LOSSLESS | SCATTERED | FAULTY | SKEWED)[name])

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """0: the table stands."""
+    """Clocks a count; with 0 the table stands."""
     down: bool = False
     tremble: int = 0
-    """Turn back after so many counts; 0: never."""
+    """Counts after which the table turns back; with 0 it never does."""
     jump: int = 0
-    """Counts by which the position jumps at the start, the angle with it."""
+    """Counts by which position and angle jump at the start."""
     angle_jump: int = 0
-    """Counts by which the angle alone jumps at the start: the first index."""
+    """Counts by which only the angle jumps at the start, as at the first index."""
     referenced: bool = True
-    """The angle counts from an index."""
+    """Whether the angle counts from an index."""
     phase_of_zero: int = 0
     """Place of A and B at position 0."""
     z_gated: bool = False
@@ -30,7 +30,7 @@ class Segment:
     enable: bool = True
     reset: bool = False
     clear: bool = False
-    """One clock at the start."""
+    """Clear for one clock at the start."""
     minimum_spacing: int = 1
     following_limit: int = 100
 
@@ -40,9 +40,9 @@ class Scenario:
     segments: list[Segment]
     counts_per_rev: int
     start: int = 0
-    """Position at the start, counts; the angle is the same modulo counts_per_rev."""
+    """Position at the start in counts; the angle is the same modulo counts_per_rev."""
     keeps_up: bool = True
-    """Whether the output may stay within one count of the position while it is enabled."""
+    """Whether the output must stay within one count of the position while it is enabled."""
 
 
 def _up_and_down(clocks_a_count: int, clocks: int = 600) -> list[Segment]:
@@ -199,7 +199,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(200, 2, angle_jump=13),
             Segment(200, 1, down=True, angle_jump=-7),
             Segment(50),
-            # Onto the zero and away from it, standing.
+            # The angle jumps to the zero and away from it while the table stands.
             Segment(50, angle_jump=-17),
             Segment(50, angle_jump=5),
             Segment(50, angle_jump=-5),
@@ -210,7 +210,7 @@ SCENARIOS: dict[str, Scenario] = {
         [
             Segment(200, 1, referenced=False),
             Segment(200, 1, angle_jump=13),
-            # At zero the reference is lost; the angle stands at zero as a re-arm holds it.
+            # At zero the reference is lost; the angle stays zero as in a re-arm.
             Segment(100, 2, down=True, referenced=False),
             Segment(100, 2, down=True, angle_jump=5),
             Segment(40, enable=False, referenced=False),
@@ -269,7 +269,7 @@ SCENARIOS: dict[str, Scenario] = {
 
 
 def random_scenario(seed: int) -> Scenario:
-    """Segments of random motion and settings."""
+    """Return segments of random motion and settings."""
     random = np.random.default_rng(seed)
     segments = [
         Segment(
@@ -304,7 +304,7 @@ SCENARIOS |= {f"random_{seed}": random_scenario(seed) for seed in range(5)}
 
 
 def _moves(segment: Segment) -> NDArray[np.int64]:
-    """Counts moved in each clock of a segment."""
+    """Return the counts moved in each clock of a segment."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.clocks_a_count:
         edges = moves[:: segment.clocks_a_count]
@@ -316,14 +316,14 @@ def _moves(segment: Segment) -> NDArray[np.int64]:
 
 
 def _at_start(values: list[int], lengths: list[int]) -> NDArray[np.int64]:
-    """Each segment's value in its first clock, 0 in all others."""
+    """Return each segment's value in its first clock, 0 in all others."""
     pulses = np.zeros(sum(lengths), dtype=np.int64)
     pulses[np.cumsum([0, *lengths[:-1]])] = values
     return pulses
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """The scenario clock by clock, under the names of the entity's inputs; shape (clocks,)."""
+    """Return the scenario clock by clock by names of the entity's inputs; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     turned = scenario.start + np.cumsum(np.concatenate([_moves(s) for s in scenario.segments]))
     offset = np.cumsum(_at_start([s.angle_jump for s in scenario.segments], lengths))

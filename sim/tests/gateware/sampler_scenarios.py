@@ -1,8 +1,8 @@
 """Motions and settings for the sampler, shared by the tests of the model and of the VHDL.
 
 A scenario is a list of segments; in each, head 1 moves one count every so many clocks (or stands)
-and the settings hold. Head 2 follows head 1 with an offset and a small error of its own, so that a
-pair torn between two clocks or two samples is seen.
+and the settings hold. Head 2 follows head 1 with an offset and a small error of its own, which
+exposes a pair of values from different clocks or samples.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ INDEX_SEEN = 0b11
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """0: the table stands."""
+    """Clocks a count; with 0 the table stands."""
     down: bool = False
     enable: bool = True
     mode: int = 0
@@ -30,9 +30,9 @@ class Segment:
     flags: int = INDEX_SEEN
     reset: bool = False
     tremble: bool = False
-    """One count up and down in turn, every clocks_a_count clocks."""
+    """Alternate one count up and one down, every clocks_a_count clocks."""
     zero_slip: int = 0
-    """With the first clock of the segment the zero of head 1 moves by so many counts."""
+    """Counts by which the zero of head 1 moves in the first clock of the segment."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Scenario:
     start: int = 0
     """Head 1 at the start, counts."""
     hold: tuple[int, int] = (0, 120)
-    """How long the processor keeps a READY bank: at least, at most, in clocks."""
+    """Least and largest number of clocks for which the processor keeps a READY bank."""
     expect: dict[str, int] = field(default_factory=dict)
-    """What must have happened: captures, overruns, full (banks full before a turn)."""
+    """Expected numbers of captures, overruns and full (banks full before a turn)."""
 
 
 def repeated(count: int, *segments: Segment) -> list[Segment]:
@@ -59,7 +59,7 @@ SCENARIOS: dict[str, Scenario] = {
     "up": Scenario([_UP], counts_per_rev=60, expect={"captures": 20, "overruns": 0, "full": 0}),
     "down": Scenario([_DOWN], counts_per_rev=60, start=7, expect={"captures": 20, "overruns": 0}),
     "turn_closed_by_the_last_word_of_the_bank": Scenario(
-        # A sample every 4 counts: the 16th lies 60 counts from the first.
+        # With a sample every 4 counts, the 16th lies 60 counts from the first.
         [Segment(3000, clocks_a_count=2, sample_period=8)],
         counts_per_rev=60,
         expect={"captures": 20, "full": 0},
@@ -102,7 +102,7 @@ SCENARIOS: dict[str, Scenario] = {
             Segment(777, clocks_a_count=3, sample_period=25),
             Segment(500, clocks_a_count=3, sample_period=7),
             Segment(300, clocks_a_count=3, sample_period=400),
-            # The interval under way is longer than the new period: it ends at once.
+            # The current interval is longer than the new period: it ends at once.
             Segment(400, clocks_a_count=3, sample_period=5),
             Segment(100, clocks_a_count=3, sample_period=1),
             Segment(100, clocks_a_count=3, sample_period=0),
@@ -161,14 +161,15 @@ SCENARIOS: dict[str, Scenario] = {
     "equal_angle_zero_moves": Scenario(
         [
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16),
-            # Lost counts of whole periods, some that two bits of a jump do not show, and one count.
+            # Lost counts are whole periods, some that two bits of a jump do not show, and one
+            # count.
             Segment(1201, clocks_a_count=2, mode=1, angle_step=16, zero_slip=4),
             Segment(1203, clocks_a_count=2, mode=1, angle_step=16, zero_slip=-7),
             Segment(1201, clocks_a_count=1, mode=1, angle_step=16, zero_slip=1, down=True),
-            # Twice, the second time while the grid is being found.
+            # The zero moves twice, the second time during the search for the grid.
             Segment(20, clocks_a_count=1, mode=1, angle_step=16, zero_slip=5000, down=True),
             Segment(1203, clocks_a_count=1, mode=1, angle_step=16, zero_slip=2, down=True),
-            # Onto a multiple and beside it, where the table stands.
+            # The zero moves to a multiple and beside it, where the table stands.
             Segment(200, mode=1, angle_step=16, zero_slip=3),
             Segment(800, clocks_a_count=3, mode=1, angle_step=16, zero_slip=-2),
             Segment(300, clocks_a_count=2, sample_period=7, zero_slip=4),
@@ -243,7 +244,7 @@ SCENARIOS["two_banks_of_the_default_depth"] = Scenario(
 
 
 def random_scenario(seed: int) -> Scenario:
-    """Segments of random motion and settings, with a bank of 13 words: no power of two."""
+    """Return segments of random motion and settings, with a bank of 13 words: no power of two."""
     random = np.random.default_rng(seed)
 
     def pick(values: list[int]) -> int:
@@ -278,7 +279,7 @@ SCENARIOS |= {f"random_{seed}": random_scenario(seed) for seed in range(4)}
 
 
 def _moves(segment: Segment) -> NDArray[np.int64]:
-    """Counts moved in each clock of a segment."""
+    """Return the counts moved in each clock of a segment."""
     moves = np.zeros(segment.clocks, dtype=np.int64)
     if segment.clocks_a_count:
         edges = moves[:: segment.clocks_a_count]
@@ -293,7 +294,7 @@ def _signed32(counts: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
-    """The scenario clock by clock, under the names of the sampler's inputs; shape (clocks,)."""
+    """Return the scenario clock by clock by names of the sampler's inputs; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
     first = np.cumsum([0, *lengths[:-1]])
     slips = np.array([segment.zero_slip for segment in scenario.segments])
@@ -310,9 +311,9 @@ def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
         **columns,
         "turn_position1": _signed32(turned),
         "zero_moved1": np.repeat(np.cumsum(slips != 0) % 2, lengths),
-        # Another value in every clock, whether or not head 1 moves.
+        # Head 2 has another value in every clock, whether or not head 1 moves.
         "turn_position2": _signed32(3 * turned - 7 * clock + 0x1234_5678),
         "counts_per_rev": np.full(len(turned), scenario.counts_per_rev),
-        # Both words of the time stamp take part.
+        # The time stamp uses both words.
         "timestamp": clock + 2**32 - len(turned) // 2,
     }

@@ -1,4 +1,4 @@
-"""The coefficient file: what is written is read, and what is wrong is named."""
+"""The coefficient file reads back as written, and its faults are named."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def test_files_that_are_none(tmp_path: Path, content: bytes | None) -> None:
 
 
 def thermal() -> Coefficients:
-    """Order 1 at 20 °C, its slope, and order 2, which is nothing at 20 °C."""
+    """Return order 1 at 20 °C, its slope, and order 2, which is zero at 20 °C."""
     lanes = ThermalLanes.from_slopes(
         {1: np.array([18.5, -7.25, 0.01, 0.0]), 2: np.array([0.0, 3.0, 0.0, -0.5])}, 20.0, 60.0
     )
@@ -140,7 +140,7 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
     assert read_coefficient_file(path) == thermal()
     assert "schema = 2\n" in path.read_text("utf-8")
     assert "schema = 1\n" in GOOD, "what needs no new reader stays readable for old ones"
-    # Equation: c0 + c1 (T - T0) + c2 (T - T0)^2, at angles of their own.
+    # Equation: c0 + c1 (T - T0) + c2 (T - T0)^2, at different angles.
     angle = np.arange(0, 2**24, 99_991)
     turn = angle * 2.0 * np.pi / 2**24
     expected = (

@@ -1,4 +1,4 @@
-"""Quantised coefficients: within half a unit of what was asked for, or refused."""
+"""Quantised coefficients are within half a unit of the requested values, or refused."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def test_words_are_the_nearest(counts_per_rev: int) -> None:
 
 
 def test_phase_step_is_exact_at_every_order() -> None:
-    """Below 2⁻²⁵ turn at the largest angle: half a unit of 2⁻⁴⁸ turn times 2²⁴ counts."""
+    """The error is below 2⁻²⁵ turn at the largest angle: half a unit of 2⁻⁴⁸ turn times 2²⁴
+    counts."""
     counts_per_rev = 16_777_213
     for order in (1, 2, 109, 16_384, 65_535):
         angle = counts_per_rev - 1

@@ -1,4 +1,4 @@
-"""The cosine's error against the bounds of the paper's appendix, and the rotation's constants."""
+"""Tests of the cosine's error against the bounds of the paper's appendix, and of the constants."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TURN = 1 << PHASE_WIDTH
 
 
 def test_every_phase_of_20_bits_stays_within_the_bound() -> None:
-    """(A.1) + (A.5) as printed; what the pages of the entities say is held as well."""
+    """The bound is (A.1) + (A.5) as printed; the statement of the entity's page holds too."""
     phase = swept_phases(20)
     assert phase.size == 2**20
     bound = cosine_bound()
@@ -51,7 +51,7 @@ def test_other_widths_and_iterations_stay_within_their_bounds(width: int, iterat
 
 
 def test_rotation_against_equation_10_in_fractions() -> None:
-    """The same directions in exact arithmetic: off by the roundings of ten iterations only."""
+    """Exact arithmetic with the same directions differs only by the roundings of ten iterations."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     folded = np.arange(0, TURN // 4, 49_999, dtype=np.int32)
     found = cordic_rotation(folded)
@@ -63,12 +63,12 @@ def test_rotation_against_equation_10_in_fractions() -> None:
             x, y = x - d * y / 2**i, y + d * x / 2**i
             z -= d * tables.steps[i]
         # Half a unit a rounding: one of the constant, one an iteration; y's roundings and its
-        # second-order rest count 2⁻⁶ and less.
+        # second-order part count 2⁻⁶ and less.
         assert abs(cosine - x * 2**COSINE_WIDTH) < 0.5 * (1 + CORDIC_ITERATIONS - 6) + 1
 
 
 def test_constants() -> None:
-    """Equation (11), and arctangents within half a unit of 2⁻²¹ turn."""
+    """Equation (11) holds, and arctangents are right to half a unit of 2⁻²¹ turn."""
     tables = rotation_tables(COSINE_WIDTH, CORDIC_ITERATIONS)
     assert start_radius() == pytest.approx(0.60725, abs=5e-6)
     assert tables.angle_fraction == 21
@@ -83,7 +83,7 @@ def test_constants() -> None:
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine, half a turn further exactly the negative."""
+    """A mirrored phase has the same cosine; half a turn further it has exactly the negative."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase)
     assert np.array_equal(lane_cosine(TURN - 1 - phase), cosine)
@@ -104,7 +104,7 @@ def test_what_is_not_built_is_refused(width: int, iterations: int) -> None:
 
 
 def test_picture(tmp_path: Path) -> None:
-    """The picture is drawn, and the number beside it is the swept one."""
+    """The picture is drawn, and the returned number is the swept one."""
     picture = tmp_path / "reports" / "error.png"
     phase = swept_phases(12)
     largest = draw_cordic_error(picture, (phase, lane_cosine(phase)))

@@ -1,4 +1,4 @@
-"""The ramp's model against what it promises, without looking at how it is worked out."""
+"""Tests of the ramp's model against its specification, independent of the implementation."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from arctrue.gateware.register_access import register_named
 
 LINEAR = [scenario for scenario in SCENARIOS if not scenario.ramp_acceleration]
 TICK = 256
-"""Clocks in which the velocity does not change."""
+"""Number of clocks in which the velocity does not change."""
 CLOCK_HZ = 1e8
 HOLDS_COUNTS = 2**19
-"""A total of s19 is below it."""
+"""Bound of a total of s19."""
 
 
 def run(scenario: RampScenario) -> np.ndarray:
@@ -37,7 +37,7 @@ def run(scenario: RampScenario) -> np.ndarray:
 
 
 def reset_value(path: str) -> int:
-    """Of a register with one field."""
+    """Return the reset value of a register with one field."""
     (field,) = register_named(path).fields
     return int(field.reset or 0)
 
@@ -51,7 +51,7 @@ def jumps(scenario: RampScenario) -> np.ndarray:
 def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     total = run(scenario)
     before = np.concatenate(([0], total[:-1])) + jumps(scenario) * COUNT
-    # A total that cannot hold the jump ends beside its limit.
+    # A total that cannot hold the jump ends at its limit.
     fits = scenario.marker & (np.abs(before + 0.5) < HOLDS_COUNTS * COUNT)
     assert np.array_equal(total[fits], before[fits])
     clipped = scenario.marker & ~fits
@@ -62,14 +62,14 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     behind[2:] |= scenario.marker[:-2]
     behind &= ~scenario.marker
     assert np.array_equal(total[1:][behind[1:]], total[:-1][behind[1:]])
-    # One clock hands out at most the rate, rounded up to a whole unit of 2⁻²⁷ count.
+    # The ramp moves at most by the rate in one clock, rounded up to a whole unit of 2⁻²⁷ count.
     rate = -(-scenario.ramp_rate * UNIT // RATE_ONE)
     change = np.abs(np.diff(total))
     ends = UNIT if scenario.ramp_acceleration else 0
-    # After a hold there come two clocks of ε at once; a unit at the lower limit.
+    # After a hold two clocks of ε come at once; plus a unit at the lower limit.
     moved = np.abs(np.diff(scenario.correction))
     moved[1:] += np.abs(np.diff(scenario.correction[:-1]))
-    # Of a jump that the total could not hold, it keeps less than a count beyond its limit.
+    # A jump that the total could not hold moves it by less than a count beyond its limit.
     at_limit = np.abs(total[:-1] + 0.5) > scenario.limit * COUNT
     jumped = at_limit & np.any(clipped)
     assert np.all((change <= moved + rate + ends + 1 + COUNT * jumped)[~scenario.marker[1:]])
@@ -77,7 +77,7 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
 
 @pytest.mark.parametrize("scenario", LINEAR, ids=str)
 def test_equals_a_plain_walk(scenario: RampScenario) -> None:
-    """Clock by clock, with the time since the marker as a fraction."""
+    """Compare with a walk clock by clock that has the time since the marker as a fraction."""
     held = 0
     caught, age = 0, 3
     top = scenario.limit * COUNT
@@ -138,7 +138,7 @@ def test_limited_flag_says_clipped() -> None:
     result = correction_ramp(correction, np.zeros(clocks, dtype=bool), 4, 0)
     assert result.limited.tolist() == [False, False, False, True, False, True, False, False]
     assert (result.total[:5] // COUNT).tolist() == [0, 3, 4, 4, -4]
-    # A unit beyond the lower limit, which rounds to it.
+    # The lower limit allows one unit more, which rounds to it.
     assert result.total[5:].tolist() == [-4 * COUNT - 1, 0, 0]
 
 
@@ -161,7 +161,7 @@ def test_acceleration_outside_the_format_is_refused(acceleration: int) -> None:
 
 
 def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarray:
-    """r, in counts, after a step of ε."""
+    """Return r in counts after a step of ε."""
     clocks = TICK * ticks
     level = np.full(clocks, round(counts * COUNT), dtype=np.int64)
     marker = np.arange(clocks) == 0
@@ -173,7 +173,7 @@ def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarra
 @pytest.mark.parametrize("counts", [2.5, -0.9])
 @pytest.mark.parametrize("clocks_to_rate", [1e4, 4e4])
 def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> None:
-    """Velocity and acceleration of r, against d/v + v/a and the bounds of motion at constant a."""
+    """Velocity and acceleration of r are compared with d/v + v/a and the bounds at constant a."""
     rate, ticks = 1_500_000, 600
     velocity = rate / 2**35
     acceleration = round(rate / clocks_to_rate * 2**24)
@@ -185,12 +185,12 @@ def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> No
     speed = np.diff(at) / TICK
     assert np.all(speed * np.sign(counts) >= 0), "it never goes back"
     assert np.abs(speed).max() <= velocity * (1 + 1e-9)
-    # The grid of the samples lies beside that of the ticks: two changes share one difference.
+    # The grid of the samples is shifted against that of the ticks: one difference has two changes.
     assert np.abs(np.diff(speed)).max() <= acceleration_clocks * TICK * (1 + 1e-3) + 2**-27
     assert np.abs(speed[:2]).max() <= 2 * acceleration_clocks * TICK
     last = np.flatnonzero(speed)[-1]
     assert np.abs(speed[last]) <= 2 * acceleration_clocks * TICK
-    # As fast as constant acceleration allows, but for a margin of a few ticks.
+    # The ramp is as fast as constant acceleration allows, up to a margin of a few ticks.
     reached = min(velocity, np.sqrt(abs(counts) * acceleration_clocks))
     shortest = abs(counts) / reached + reached / acceleration_clocks
     took = np.flatnonzero(r)[-1]
@@ -206,10 +206,10 @@ def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
 
 @pytest.mark.parametrize("phase", [0, 100, 238, *range(239, 256, 2)])
 def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
-    """2 counts; from half the way on a marker in the same clock of each 256, then none.
+    """2 counts: from half the way on each 256 clocks have a marker in the same clock, then none.
 
-    The total comes to 2 and not beyond, wherever in the tick the markers fall, and its velocity
-    never changes by more than the acceleration allows.
+    The total reaches 2 and not more, wherever in the tick the markers fall, and its velocity never
+    changes by more than the acceleration allows.
     """
     counts, rate, acceleration, ticks = 2.0, RATE_ONE * 24, 2**32 - 1, 600
     clocks = TICK * ticks
@@ -228,14 +228,14 @@ def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
     assert not done.busy[-1]
     near = np.convolve(marker, np.ones(6))[:clocks] > 0
     speed = np.diff(done.total)[~near[1:]] / COUNT
-    # Each clock hands out whole units: a mean over a tick is that of two velocities at most.
+    # Each clock moves whole units: a mean over a tick is that of two velocities at most.
     mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
     change = np.abs(mean[TICK:] - mean[:-TICK]).max()
     assert change <= 3 * acceleration / 2**59 * TICK + 2**-27
 
 
 def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> None:
-    """The total stays beside its limit, on its side, in place of turning over to the other one."""
+    """The total stays at its limit on the same side instead of wrapping to the other side."""
     for sense in (1, -1):
         (scenario,) = [s for s in SCENARIOS if s.name == f"healed again and again, {sense}"]
         result = correction_ramp(
@@ -256,7 +256,7 @@ def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> N
 
 
 def test_a_marker_on_the_way_leaves_the_velocity() -> None:
-    """A swap, ε back and forth, while r moves: r brakes, turns and comes back."""
+    """ε is swapped back and forth while r moves: r brakes, turns and returns."""
     (scenario,) = [s for s in SCENARIOS if s.name == "smooth, markers on the way"]
     total = run(scenario)
     rest = total - scenario.correction

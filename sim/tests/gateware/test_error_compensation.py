@@ -1,4 +1,4 @@
-"""Rounding, fold and limit against exact fractions."""
+"""Tests of rounding, fold and limit against exact fractions."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_offset_is_aligned() -> None:
 
 
 def test_switching_on_and_off_never_steps() -> None:
-    """With ε standing at 100 counts the output moves by at most one count a clock."""
+    """With ε constant at 100 counts the output moves by at most one count a clock."""
     clocks = 4000
     rate_units = 255
     apply = np.zeros(clocks, dtype=bool)

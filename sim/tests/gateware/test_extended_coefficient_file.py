@@ -1,4 +1,4 @@
-"""Schema 3 of the coefficient file: each part is read as written; a lacking generic is named."""
+"""Schema 3 of the coefficient file: each part reads back; a missing generic is named."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The glitch filter model against its definition, sample by sample."""
+"""Test of the glitch filter model against its definition, sample by sample."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from arctrue.gateware.glitch_filter import glitch_filter
 
 
 def by_definition(levels: list[int], lengths: list[int]) -> list[int]:
-    """Output after each clock: a level that stood through the last ``length`` samples wins."""
+    """Return the output after each clock: a level constant through ``length`` samples wins."""
     output, outputs = levels[0], []
     for clock, length in enumerate(lengths):
         window = levels[clock + 1 - max(length, 1) : clock + 1] if clock + 1 >= length else []

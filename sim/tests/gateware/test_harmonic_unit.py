@@ -1,4 +1,4 @@
-"""Terms and pair sums of equation (9) against double precision and whole numbers."""
+"""Tests of terms and pair sums of equation (9) against double precision and integers."""
 
 from __future__ import annotations
 
@@ -54,7 +54,8 @@ def test_lane_adds_its_partner() -> None:
 
 
 def test_largest_pair_fits() -> None:
-    """Both amplitudes at the end of their format, cosines of ±1: within s15.27, near 2¹⁴ counts."""
+    """Both amplitudes are at the end of their format, cosines ±1: within s15.27, near 2¹⁴
+    counts."""
     phases = np.array([[0, 0], [TURN // 2, TURN // 2]], dtype=np.int32)
     sums = harmonic_unit(phases, [-LARGEST, -LARGEST])[:, 0]
     assert np.all(np.abs(sums) < 2 ** (PAIR_WIDTH - 1))

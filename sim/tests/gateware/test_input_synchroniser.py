@@ -13,7 +13,7 @@ def test_levels_come_stages_clocks_later(stages: int) -> None:
     assert delayed.shape == levels.shape
     assert (delayed[stages:] == levels[:-stages]).all()
     assert not delayed[:stages].any()
-    # Shorter than the delay.
+    # The input is shorter than the delay.
     assert input_synchroniser([1], stages).tolist() == [0]
 
 

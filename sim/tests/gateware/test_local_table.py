@@ -1,4 +1,4 @@
-"""The local table against straight lines in float64, and what it takes away."""
+"""Tests of the local table against straight lines in float64, and of its correction."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TURN = 2**24
 
 
 def lines_counts(angle: np.ndarray, table: LocalTable) -> np.ndarray:
-    """The same in float64: lines through the points of each window, which closes on itself."""
+    """Return lines through the points of each window in float64; a window closes on itself."""
     total = np.zeros(angle.size)
     number = POINTS // len(table.starts)
     for window, start in enumerate(table.starts):
@@ -28,7 +28,7 @@ def lines_counts(angle: np.ndarray, table: LocalTable) -> np.ndarray:
 @pytest.mark.parametrize("counts_per_rev", [TURN, 1_234_567, 9_999])
 @pytest.mark.parametrize(("windows", "width"), [(1, 0), (1, 6), (2, 1), (4, 2), (4, 6)])
 def test_lines_within_the_bound(windows: int, width: int, counts_per_rev: int) -> None:
-    """Random points; the bound is derived in the head of the entity."""
+    """The points are random; the head of the entity derives the bound."""
     random = np.random.default_rng(windows + 10 * width)
     starts = tuple(
         int(counts_per_rev * (0.9 + n / windows)) % counts_per_rev for n in range(windows)
@@ -45,7 +45,7 @@ def test_lines_within_the_bound(windows: int, width: int, counts_per_rev: int) -
 
 
 def test_a_scratch_is_taken_away() -> None:
-    """A hill of 20 arcsec, 0.2 degrees wide, in a window of 1/64: less than a tenth is left."""
+    """A hill of 20 arcsec, 0.2 degrees wide, in a window of 1/64: less than a tenth remains."""
     counts_arcsec = TURN / 1_296_000
     start, centre = int(0.3 * TURN), int(0.3 * TURN) + TURN // 128
     wide = 0.2 / 360 * TURN
@@ -58,7 +58,7 @@ def test_a_scratch_is_taken_away() -> None:
     table = LocalTable(TURN, (start,), 6, 8, points)
     angle = np.arange(0, TURN, 101)
     left = scratch(angle) - local_table(angle, table) * 2.0**-VALUE_FRACTION
-    # Half a unit of a point, and the lines; in all far below a tenth of 259 counts.
+    # Half a unit of a point, and the lines: in all far below a tenth of 259 counts.
     assert np.abs(left).max() < 0.05
     assert scratch(angle).max() > 250
 
@@ -98,7 +98,7 @@ def test_words_of_a_file_become_a_bank() -> None:
 
 @pytest.mark.parametrize(("width", "leaps"), [(0, 0.0), (4, 2.0)])
 def test_the_slope_of_a_table_counts_with_that_of_the_lanes(width: int, leaps: float) -> None:
-    """A wave of 300 counts over the window has the slope 2π·300 / its length; and it leaps by 2."""
+    """A wave of 300 counts over the window has the slope 2π·300 / its length, and a leap of 2."""
     place = 2.0 * np.pi * np.arange(POINTS) / POINTS
     points = tuple(np.rint((300.0 * np.sin(place) + leaps) * 2**6).astype(int).tolist())
     table = extension.LocalTable(points, (0,), width, 6)

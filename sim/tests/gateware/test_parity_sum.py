@@ -1,4 +1,4 @@
-"""Weights of the parity, and the head that a step is ascribed to, by their definitions."""
+"""Tests of the weights of the parity, and of the head that a step is ascribed to."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
 
 
 def test_parity_holds_no_motion() -> None:
-    """Of table or axis: what remains of 2 µm (54 counts) is the rounding of weights and counts."""
+    """For 2 µm of table or axis (54 counts) only the rounding of weights and counts remains."""
     weights = parity_weights(PLACES)
     assert weights.sum() == 0
     assert np.abs(weights).max() <= WEIGHT_ONE
@@ -32,7 +32,7 @@ def test_three_heads_have_no_parity() -> None:
 
 
 def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
-    """Over random directions of the motion: 13.4 counts of a reading, 3.8 of eccentricity."""
+    """Random directions of the motion: 13.4 counts of a reading, 3.8 of eccentricity."""
     rng = np.random.default_rng(2)
     for _ in range(2000):
         way = rng.uniform(0.0, 2.0 * np.pi)
@@ -43,7 +43,7 @@ def test_a_motion_of_half_a_micrometre_is_no_step_and_64_counts_are() -> None:
         head = int(rng.integers(0, 4))
         rounded[head] += int(rng.choice([-1, 1])) * (2 * STEP_COUNTS + int(rng.integers(0, 4000)))
         assert stepped_head(rounded, STEP_COUNTS) == head
-        # Between the limit and its double perhaps nobody, but nobody else.
+        # Between the limit and its double the answer may be no head, but no other head.
         small = np.rint(moved).astype(np.int64)
         small[head] += int(rng.integers(STEP_COUNTS, 2 * STEP_COUNTS))
         assert stepped_head(small, STEP_COUNTS) in (None, head)

@@ -1,4 +1,4 @@
-"""Compares the phase of every lane with exact integer arithmetic, at every order and count."""
+"""Compare the phase of every lane with exact integer arithmetic, at every order and count."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_every_order_at_the_end_of_the_turn(counts_per_rev: int) -> None:
         error = (turns * counts_per_rev - order * angle * 2**48) % (counts_per_rev * 2**48)
         error = min(error, counts_per_rev * 2**48 - error)
         assert error < counts_per_rev * 2**23
-        # Rounded half up, once.
+        # The phase is rounded half up, once.
         assert phase == ((turns + offset * 2**24 + 2**23) // 2**24) % TURN
 
 
@@ -85,7 +85,7 @@ def test_words_that_change_with_the_angle() -> None:
 
 
 def test_speed_of_phases_and_harmonics() -> None:
-    """12,000 angles × 32 lanes: 0.12 s of the 0.2 s that the whole pipeline's model may take."""
+    """12,000 angles × 32 lanes take 0.12 s of the 0.2 s allowed for the whole pipeline's model."""
     rng = np.random.default_rng(7)
     angles = np.arange(12_000, dtype=np.int64) * 1398
     steps = rng.integers(0, 2**48, 32)

@@ -1,4 +1,4 @@
-"""The decoder model against the true place of the disc, which no pin was decoded for."""
+"""Tests of the decoder model against the true place of the disc, known without decoding a pin."""
 
 import itertools
 from dataclasses import replace
@@ -36,12 +36,14 @@ def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
 
 
 def latency(given: Stimuli) -> int:
-    """Clocks from the pins to the position; the lossless scenarios keep one filter length."""
+    """Return the clocks from the pins to the position; lossless scenarios keep one filter
+    length."""
     return latency_clocks(int(given.columns["filter_length"][-1]))
 
 
 def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarray]:
-    """Clocks in which the disc has just passed its index, and the directions (+1, -1)."""
+    """Return the clocks in which the disc has just passed its index, and the directions (+1,
+    -1)."""
     index = int(scenario.index_at * UNITS)
     turns = (given.place - index) // (scenario.counts_per_rev * UNITS)
     passed = np.diff(turns)
@@ -50,7 +52,8 @@ def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarr
 
 
 def told_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and last clock for each mark to be told: with a step, or so much after it."""
+    """Return the first and last clock in which each mark is reported: with a step, or shortly
+    after."""
     steps = np.append(np.flatnonzero(np.diff(given.count)) + 1, 2 * len(given.count))
     step = np.searchsorted(steps, marks)
     settled = np.minimum(steps[step] + INDEX_SKEW, steps[np.minimum(step + 1, len(steps) - 1)])
@@ -85,7 +88,7 @@ def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
     turn = scenario.counts_per_rev
     marks, _ = true_marks(scenario, given)
     assert marks.size >= 2, "a scenario without the index tests nothing here"
-    # From the start before the first index, from the index (in count 0) after it.
+    # The angle counts from the start before the first index, from the index (in count 0) after it.
     before = (given.count - given.count[2]) % turn
     after = given.count % turn
     seen = int(np.argmax(trace.index_seen))
@@ -139,7 +142,7 @@ def test_time_of_the_last_edge(name: str) -> None:
     delay = latency(given)
     edges = np.flatnonzero(np.diff(given.count)[2:]) + 3
     edges = edges[edges + delay < len(trace.step)]
-    # The time stamp delay - 1 clocks after that of the pin's change, modulo 2**64.
+    # The time stamp is that of delay - 1 clocks after the pin's change, modulo 2**64.
     expected = given.timestamp[edges] + np.uint64(delay - 1)
     assert (trace.last_edge_time[edges + delay] == expected).all()
     held = trace.last_edge_time[edges[0] + delay :]
@@ -185,7 +188,7 @@ def test_illegal_transitions_are_told_and_not_counted() -> None:
     assert (trace.position == 0).all()
     assert not trace.step.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
-    # Cleared in the clock in which a jump is counted: that one stays.
+    # A jump counted in the clock of the clear stays.
     assert trace.illegal_count[cleared - 1 : cleared + 1].tolist() == [8, 1]
     assert trace.illegal_count[-1] == 13 - 8
     assert trace.illegal[cleared:].all()
@@ -195,7 +198,7 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     scenario, given, trace = played("lost_count_between_index_marks")
     marks, _ = true_marks(scenario, given)
     intervals = trace.index_interval[np.flatnonzero(trace.index_strobe)]
-    # A jump over two counts is counted as none or, upwards with the next step, lost.
+    # A jump over two counts counts as zero or, with the next step upwards, as a loss.
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
@@ -221,7 +224,7 @@ def test_a_lost_period_shows_only_at_the_index() -> None:
 
 
 def marks_of_scattered_index(name: str) -> tuple[Scenario, Stimuli, DecoderTrace, np.ndarray]:
-    """And the true places of the marks that were passed, counts."""
+    """Return the run of a scenario and the true places of the passed marks, in counts."""
     scenario, given, trace = played(name)
     shifted = given.place - int(scenario.index_at * UNITS) - given.mark_scatter * UNITS
     turns = shifted // (scenario.counts_per_rev * UNITS)
@@ -252,7 +255,7 @@ def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
     steps = np.abs(np.diff(places[: len(at)]))
     off = np.minimum(steps, np.abs(steps - scenario.counts_per_rev))
     assert off.max() == 2 * scenario.index_scatter
-    # Judged in the clock after the strobe.
+    # The mark is judged in the clock after the strobe.
     tolerance = given.columns["index_tolerance"][at[1:] + 1]
     wrong = off > tolerance
     assert trace.index_error_count[-1] == wrong.sum()
@@ -275,16 +278,16 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
     off = (trace.angle[delay:-1] - given.count[:-delay]) % turn
     off = np.where(off > turn // 2, off - turn, off)
     ends = np.cumsum([segment.clocks for segment in scenario.segments]) - delay - 1
-    # At the end of each stretch: the zero is right again after counts were lost, but where it
-    # may not be found; the index stays seen, so that the correction goes on.
+    # At the end of each stretch the zero is right again after a loss of counts, except where it
+    # must not be found; the index stays seen, so that the correction continues.
     assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
     first = int(np.argmax(trace.index_seen))
     assert trace.index_seen[first:].all()
-    # Never further off than what was lost, and back within two turns of it.
+    # The angle is never further off than the lost counts, and right again within two turns.
     assert set(off[first:].tolist()) <= {0, -4, 8, -12}
     wrong_clocks = np.diff(np.flatnonzero(np.diff(off[first:]) != 0))[::2]
     assert (wrong_clocks[:2] <= 2 * turn * 3 + 20).all()
-    # The position keeps what it lost.
+    # The position keeps the loss.
     assert trace.position[-1] == given.count[-delay] - given.count[2] + (-4 + 8 - 12)
     # The angle is turn_position modulo the turn throughout.
     assert (trace.turn_position[first:] % turn == trace.angle[first:]).all()
@@ -292,7 +295,7 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
 
 @pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
 def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
-    """At 5 counts a turn off and nearer, seen once each."""
+    """The false marks are 5 counts a turn off or nearer, and are seen once each."""
     count = np.repeat(np.arange(700), 8)
     mark = (count % 100 == 0) | np.isin(count, false_at)
     clock = np.arange(count.size)
@@ -341,14 +344,15 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
     _, given, trace = played("faster_than_the_filter")
     too_fast = np.flatnonzero(np.diff(given.count) != 0)
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
-    # At the fifth count too many of the levels before the filter, through the synchroniser.
+    # The report comes at the fifth excess count of levels before the filter, after the
+    # synchroniser.
     told = int(np.argmax(trace.overspeed))
     assert too_fast[0] < told <= too_fast[5] + latency_clocks()
     assert not trace.illegal.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
     assert not trace.overspeed[cleared + 1 : cleared + 20].any()
     assert trace.overspeed[-1]
-    # Periods told are those lost, but for the one under way when the levels came to rest.
+    # The reported periods are the lost ones, without the current one when the levels came to rest.
     lost = abs(int(given.count[cleared] - given.count[2] - trace.position[cleared])) // PERIOD
     assert lost >= 8
     assert abs(int(trace.overspeed_count[cleared - 1]) - lost) <= 1
@@ -369,7 +373,7 @@ def test_what_the_filter_is_for_is_no_overspeed(name: str) -> None:
 
 @pytest.mark.parametrize("pulse", range(1, 9))
 def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
-    """At any place between the edges of the other pin, twelve clocks apart."""
+    """The pulse is at any place between the edges of the other pin, twelve clocks apart."""
     clock = np.arange(400)
     count = clock // 12
     for at in range(150, 198):
@@ -385,7 +389,7 @@ def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
 
 def test_spacing_up_to_its_end() -> None:
     _, _, trace = played("edges_65535_clocks_apart")
-    # Apart by 65,534, 65,535 and 66,001 clocks, with 65,535 asked for.
+    # Edges are 65,534, 65,535 and 66,001 clocks apart; the required spacing is 65,535.
     assert trace.position[-1] == 4
     assert trace.overspeed_count[-1] == 1
 
@@ -408,11 +412,11 @@ def test_rearm_forgets_the_index_and_starts_the_angle_at_zero() -> None:
     after = np.flatnonzero(rearm) + 1
     for output in ("angle", "turn_position", "index_seen", "index_strobe", "index_interval"):
         assert not getattr(trace, output)[after].any(), output
-    # The position never minds.
+    # The re-arm never changes the position.
     delay = latency(given)
     expected = given.count[2:-delay] - given.count[2]
     assert trace.position[2 + delay : -1].tolist() == expected.tolist()
-    # Each stretch counts by the turn that stood at its rearm, whatever comes later.
+    # Each stretch counts with the turn set at its re-arm, whatever comes later.
     ends = [*after[np.diff(after, append=10**9) > 1], len(rearm) + 1]
     turns = set()
     for start, end in itertools.pairwise(ends):
@@ -429,7 +433,7 @@ def test_index_before_a_rearm_is_no_measure_for_the_one_after_it() -> None:
     pins = {
         "a": np.isin(count % 4, (1, 2)),
         "b": np.isin(count % 4, (2, 3)),
-        # The mark after the rearm lies 33 counts after the one before it.
+        # The mark after the re-arm lies 33 counts after the one before it.
         "z": np.isin(count, (100, 133, 183)),
     }
     rearm = count == 120
@@ -477,7 +481,8 @@ def test_z_without_a_step_is_no_index() -> None:
 
 @pytest.mark.parametrize("width", [1, 2, 17])
 def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
-    """Every order of A, B and Z within three clocks; trembles on both edges of a mark."""
+    """A, B and Z come in every order within three clocks; the disc trembles on both edges of a
+    mark."""
     for skew in itertools.product(range(4), repeat=3):
         given = stimuli_of(skewed(skew, width))
         trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
@@ -490,10 +495,10 @@ def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
 
 
 def marks_off(clocks_a_count: int, skew: tuple[int, int, int], width: int) -> tuple[int, int]:
-    """Marks told, and the largest distance of one from its place in counts.
+    """Return the number of reported marks, and their largest distance from the place in counts.
 
-    Turns up and down past a mark, a tremble by one and by two counts about both its edges. A, B
-    and Z come ``skew`` clocks late.
+    The disc turns up and down past a mark, and trembles by one and two counts about both its edges.
+    A, B and Z come ``skew`` clocks late.
     """
     first, last = 20, 20 + width
     ways = [40, -40, 40, -40]
@@ -522,10 +527,11 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """Pins up to ``most`` clocks apart: from the header's spacing on no mark is off, below it some.
+    """Pins are up to ``most`` clocks apart: no mark is off at the header's spacing, some are below
+    it.
 
-    The header's: a step's Z is taken INDEX_SKEW clocks after it, and that of the next step comes
-    up to ``most`` clocks before it.
+    The header derives it: a step's Z is taken INDEX_SKEW clocks after it, and the Z of the next
+    step comes up to ``most`` clocks before that step.
     """
     least = most + INDEX_SKEW + 1
     skews = [skew for skew in SKEWS if max(skew) <= most]
@@ -544,7 +550,7 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """Z half a count beside its step: at 14 clocks a count no mark is off, at 12 some are."""
+    """Z is half a count beside its step: at 14 clocks a count no mark is off, at 12 some are."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),
@@ -561,7 +567,8 @@ def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> N
 
 @pytest.mark.parametrize("z_early", [0, 1])
 def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
-    """Up through a mark of 6 counts, back by one, on: the far edge is not the zero."""
+    """The disc goes up through a mark of 6 counts, back by one, and on: the far edge is not the
+    zero."""
     ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5
     count = np.repeat(np.concatenate([[0], np.cumsum(ways)]), 20)
     mark = np.roll((count >= 10) & (count < 16), -z_early)
@@ -573,7 +580,7 @@ def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> Non
 
 
 def test_a_reversal_within_a_count_leaves_no_trace() -> None:
-    """Z changes within a count; the table turns back there, on both edges of the mark."""
+    """Z changes within a count, where the table turns back, on both edges of the mark."""
     half_counts = [*range(40), *range(39, 37, -1), *range(39, 60), *range(59, 10, -1)]
     half_counts = np.repeat(half_counts, 12)
     count = half_counts // 2

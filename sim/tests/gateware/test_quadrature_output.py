@@ -1,4 +1,4 @@
-"""The quadrature output model against what a receiver of its edges would see."""
+"""Tests of the quadrature output model against the view of a receiver of its edges."""
 
 import itertools
 
@@ -16,7 +16,7 @@ from arctrue.gateware.quadrature_output import (
 from arctrue.generated import number_formats
 
 STARTED = 60
-"""Clocks."""
+"""Clocks after which the output has started."""
 
 
 def played(scenario: Scenario) -> tuple[dict[str, np.ndarray], OutputTrace]:
@@ -25,7 +25,7 @@ def played(scenario: Scenario) -> tuple[dict[str, np.ndarray], OutputTrace]:
 
 
 def decoded(trace: OutputTrace) -> np.ndarray:
-    """Counts that a receiver has counted in each clock; A leads B upwards. Checks every transition.
+    """Return the count of a receiver in each clock, A leading B upwards; check every transition.
 
     The state's place in 00, 10, 11, 01 is the count modulo 4, by the paper's rule.
     """
@@ -47,19 +47,19 @@ def without_reset(names: dict[str, Scenario]) -> list[str]:
 def test_edges_are_legal_and_spaced(name: str) -> None:
     columns, trace = played(SCENARIOS[name])
     at = edges(trace)
-    # The spacing in force when the edge was decided, three clocks before it shows.
+    # The spacing is that in force when the edge was decided, three clocks before it shows.
     spacing = np.maximum(columns["minimum_spacing"], 1)[at[:-1] - 3]
     assert (np.diff(at) >= spacing).all()
 
 
 def turned(columns: dict[str, np.ndarray]) -> np.ndarray:
-    """The position without its wrap, from 0."""
+    """Return the position without its wrap, from 0."""
     moves = np.diff(columns["corrected_position"])
     return np.concatenate([[0], np.cumsum((moves + 2**31) % 2**32 - 2**31)])
 
 
 def turned_from(columns: dict[str, np.ndarray], trace: OutputTrace) -> int:
-    """Position, from its start, that the output has while its pins are those of the reset."""
+    """Return the position, from its start, that the output shows while its pins are reset."""
     to_phase = -columns["phase_of_zero"][0] - columns["corrected_position"][0]
     return int((to_phase + 2) % 4 - 2)
 
@@ -74,12 +74,12 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
     shown = decoded(trace)[LATENCY:] + turned_from(columns, trace)
     position = turned(columns)[: len(shown)]
     behind = position - shown
-    # First it goes to the levels that belong to the position, by two edges at the most.
+    # First the output goes to the levels that belong to the position, by at most two edges.
     assert np.abs(behind[:STARTED]).max() <= 3
     assert np.abs(behind[STARTED:]).max() <= 1
     if (columns["minimum_spacing"] > 1).any():
         return
-    # Two counts the same way and a clock of rest: nothing is held back.
+    # After two counts in the same direction and a clock of rest nothing is held back.
     last_way = 0
     for clock, move in enumerate(np.diff(position), start=1):
         if move == 0 and last_way in (-2, 2) and clock > STARTED:
@@ -89,7 +89,7 @@ def test_output_is_the_position_six_clocks_ago_within_one_count(name: str) -> No
 
 
 def never_stops(name: str) -> bool:
-    """Enabled throughout, and without a fault."""
+    """Tell whether the output is enabled throughout and has no fault."""
     return always_enabled(name) and not played(SCENARIOS[name])[1].cannot_keep_up.any()
 
 
@@ -102,7 +102,7 @@ def test_following_error_is_what_the_pins_lack_of_the_position_two_clocks_ago(na
 
 
 def settings_of(name: str) -> tuple[bool, int, int]:
-    """z_gated, z_state and the counts of Z, where they are the same throughout."""
+    """Return z_gated, z_state and the counts of Z, where they are the same throughout."""
     (found,) = {(g.z_gated, g.z_state, g.z_width) for g in SCENARIOS[name].segments}
     return found[0], found[1], (1, 2, 4)[found[2]]
 
@@ -112,7 +112,7 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
     scenario = SCENARIOS[name]
     columns, trace = played(scenario)
     gated, state, width = settings_of(name)
-    # The pins, and where the angle's zero was three clocks ago.
+    # The pins, and the place of the angle's zero three clocks ago.
     shown = decoded(trace)[4:] + turned_from(columns, trace)
     turn = scenario.counts_per_rev
     zero = (turned(columns) - columns["corrected_angle"])[: len(shown)][:-1]
@@ -131,7 +131,7 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
 @pytest.mark.parametrize("way", [-1, 1])
 @pytest.mark.parametrize("of_zero", range(4))
 def test_the_zero_lies_in_one_state_whatever_the_start(start: int, way: int, of_zero: int) -> None:
-    """Power-up at any count: Z comes in the state of the head's own A and B at its index."""
+    """After power-up at any count, Z comes in the state of the head's own A and B at its index."""
     position = start + way * (np.arange(2000) // 3)
     enable = np.arange(2000) > 40  # enabled on the way, not where it started
     trace = quadrature_output(
@@ -174,7 +174,7 @@ def test_a_reset_moves_neither_a_nor_b() -> None:
         trace = quadrature_output(
             OutputInputs(position, position % 40, 40, reset=reset, enable=enable)
         )
-        # An edge may be on its way; then it stands until it is enabled anew.
+        # An edge may be on its way; then the output stands until it is enabled again.
         assert edges(trace)[-1] <= at + 2
         held.add((int(trace.a[-1]), int(trace.b[-1])))
     assert len(held) == 4
@@ -189,7 +189,7 @@ def test_what_was_missed_is_not_replayed() -> None:
     # The limit of 100 counts, six clocks of ten behind.
     assert fault < 20 + 4 * (100 / 0.6 + 10)
     assert not ((at > fault + 5) & (at < stands_from + 3000)).any()
-    # Cleared while it stands: two edges to the levels of the present position, at most.
+    # Cleared while it stands: at most two edges to the levels of the present position.
     assert ((at > fault + 5) & (at < stands_from + 3060)).sum() <= 2
     resumed = decoded(trace)[stands_from + 3080 :]
     position = turned(columns)[stands_from + 3080 - LATENCY :][: len(resumed)]
@@ -199,7 +199,7 @@ def test_what_was_missed_is_not_replayed() -> None:
 @pytest.mark.parametrize("turn", [4, 5, 37, 1000])
 @pytest.mark.parametrize("down", [False, True])
 def test_z_comes_once_a_turn_together_with_an_edge(turn: int, down: bool) -> None:
-    # No reference to the position: a receiver counts exactly one turn from Z to Z.
+    # The position has no reference: a receiver counts exactly one turn from Z to Z.
     position = np.arange(20 * turn) // 3 * (-1 if down else 1)
     trace = quadrature_output(OutputInputs(position, position % turn, turn))
     shown = decoded(trace)
@@ -223,7 +223,7 @@ def test_no_edge_at_enable_and_none_while_disabled() -> None:
     columns, trace = played(SCENARIOS["enable_without_burst"])
     enable = columns["enable"].astype(bool)
     at = edges(trace)
-    # Edges that were on their way when enable fell: within the three clocks that the entity tells.
+    # Edges on their way when enable fell come within the three clocks that the entity states.
     recent = np.array([enable[max(0, t - 3) : t + 1].any() for t in range(len(enable))])
     assert recent[at].all()
     for start in np.flatnonzero(np.diff(enable.astype(int)) == 1):
@@ -234,7 +234,8 @@ def test_no_edge_at_enable_and_none_while_disabled() -> None:
 
 def test_output_forgets_its_lag_when_disabled() -> None:
     _, trace = played(SCENARIOS["enable_while_far_behind"])
-    # Behind by almost a thousand before the seven disabled clocks, not an edge after them.
+    # The output is almost a thousand counts behind before the seven disabled clocks, and makes no
+    # edge after them.
     assert trace.following_error[79] > 900
     assert (trace.following_error[83:87] == 0).all()
     at = edges(trace)
@@ -271,7 +272,7 @@ def test_flag_stays_through_disable() -> None:
 @pytest.mark.parametrize("fold", [1, 2, 4, 8])
 @pytest.mark.parametrize("clocks_a_count", [11.0, 17.3, 71.5])
 def test_jitter_of_a_folded_pipeline(fold: int, clocks_a_count: float) -> None:
-    """A reading stands for FOLD clocks: edges come 0 to FOLD - 1 clocks late, and no later."""
+    """A reading is held for FOLD clocks: edges come 0 to FOLD - 1 clocks late, and no later."""
     clock = np.arange(20_000)
     position = np.floor(clock / clocks_a_count).astype(np.int64)
     at = edges(quadrature_output(OutputInputs(position[clock // fold * fold], 0, 2**24)))[4:]
@@ -290,10 +291,10 @@ HEAL_AT = 300
 
 
 def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
-    """Place of the output's (A, B), less that of the head, long after 2 counts were put back.
+    """Return the place of the output's (A, B) less the head's, long after 2 counts were put back.
 
     Head 1 lost 2 counts by an illegal transition: its levels are 2 places on. The output starts in
-    the clock ``start``; the counts are put back in HEAL_AT and come to it on the ramp.
+    the clock ``start``; the counts are put back in HEAL_AT and reach it through the ramp.
     """
     clocks, turn = 3000, 1000
     clock = np.arange(clocks)
@@ -331,8 +332,8 @@ def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
 
 
 def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
-    """From the clock after the heal on, while the counts are in the pipeline."""
+    """Starts follow from the clock after the heal, while the counts are in the pipeline."""
     starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)
     assert {place_after_a_heal(start) for start in starts} == {0}
-    # A phase that came as late as the position would be that of before, for all later turns.
+    # A phase as late as the position would be the former one, for all later turns.
     assert place_after_a_heal(HEAL_AT + 5, phase_late_clocks=PIPELINE) == 2

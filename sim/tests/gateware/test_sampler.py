@@ -1,4 +1,4 @@
-"""The sampler model against what a capture is, said of the whole run and of the inputs alone."""
+"""Tests of the sampler model against the definition of a capture, from the inputs alone."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def played(scenario: Scenario, seed: int) -> tuple[dict[str, np.ndarray], Sample
 
 
 def turned(columns: dict[str, np.ndarray], clocks: np.ndarray) -> np.ndarray:
-    """Counts that head 1 lies away from its first sample, across the wrap too."""
+    """Return the distance of head 1 in counts from its first sample, across the wrap too."""
     counts = columns["turn_position1"][clocks]
     return (counts - counts[0] + 2**31) % 2**32 - 2**31
 
@@ -34,7 +34,7 @@ def check_capture(
 ) -> None:
     clocks = capture.sample_clocks
     inside = slice(clocks[0], clocks[-1] + 1)
-    # Both heads from one clock, and every trigger from the first to the last sample is there.
+    # Both heads come from one clock, and every trigger from the first to the last sample is there.
     assert (capture.samples[:, 0] == columns["turn_position1"][clocks]).all()
     assert (capture.samples[:, 1] == columns["turn_position2"][clocks]).all()
     assert clocks.tolist() == (clocks[0] + np.flatnonzero(trace.trigger[1:][inside])).tolist()
@@ -45,7 +45,7 @@ def check_capture(
     assert away[-1] or len(clocks) == scenario.depth
     assert len(clocks) <= scenario.depth
     assert bool(capture.flags & FULL_BEFORE_TURN) == (not away[-1])
-    # Sampling was enabled, both indices were there, and no fault is left out.
+    # Sampling was enabled, both indices were seen, and no fault flag is missing.
     assert columns["enable"][inside].all()
     assert (columns["flags"][inside] & 0b11 == 0b11).all()
     assert capture.flags & 0xFF == np.bitwise_or.reduce(columns["flags"][inside])
@@ -62,7 +62,7 @@ def test_captures_are_whole_and_owned(name: str, seed: int) -> None:
         assert trace.bank_ready[capture.clock]
         assert not trace.bank_ready[capture.clock - 1]
         assert trace.ready_bank[capture.clock] == capture.bank
-    # A bank is filled only while it is not the processor's.
+    # A bank is filled only while the processor does not own it.
     for earlier, later in zip(trace.captures, trace.captures[1:], strict=False):
         if later.sequence:
             assert later.sequence == earlier.sequence + 1
@@ -93,7 +93,7 @@ def test_release_is_in_time_up_to_the_clock_after_the_closing_sample() -> None:
 
 
 def test_a_jump_in_the_clock_after_the_first_sample_closes_no_turn() -> None:
-    # A decoder makes none: the entity's distance is that of the second clock on.
+    # A decoder makes no such jump: the entity's distance starts with the second clock.
     position = np.where(np.arange(20) < 3, 0, 100)
     trace = sampler(SamplerInputs(position, position, counts_per_rev=50, sample_period=1), depth=16)
     assert trace.captures[0].sample_clocks.tolist() == [0, 1, 2, 3]

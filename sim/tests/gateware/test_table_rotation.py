@@ -1,4 +1,4 @@
-"""Compares the table's cosine with float64 within its bound, and with exact products."""
+"""Compare the table's cosine with float64 within its bound, and with exact products."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SWEPT = 2.1e-5
 
 
 def test_every_phase_stays_within_the_bound() -> None:
-    """All 2**24 phases against numpy's cosine; the bound is derived in the head of the entity."""
+    """Compare all 2**24 phases with numpy's cosine; the head of the entity derives the bound."""
     largest = 0.0
     for start in range(0, TURN, BLOCK):
         phase = np.arange(start, start + BLOCK, dtype=np.int32)
@@ -38,7 +38,7 @@ def test_every_phase_stays_within_the_bound() -> None:
         largest = max(largest, float(error.max()))
     assert largest <= error_bound() < 2.7e-5
     assert largest <= SWEPT
-    # Less than half of the CORDIC's: 5.2e-5 swept, 1.18e-4 as the paper bounds it.
+    # Less than half of the CORDIC's: 5.2e-5 swept, 1.18e-4 by the paper's bound.
     assert largest < 5.2e-5 / 2
     assert error_bound() < cosine_bound() / 4
 

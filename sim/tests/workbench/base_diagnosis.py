@@ -1,4 +1,4 @@
-"""Diagnoses a set with the paper's model alone."""
+"""Diagnose a set with the paper's model alone."""
 
 from __future__ import annotations
 

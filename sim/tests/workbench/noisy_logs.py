@@ -1,6 +1,6 @@
 """Logs of an hour from the physics: noise of many kinds, and regular lines to be found in it.
 
-Plain numpy; no noise here is drawn from a kernel of the workbench.
+The module uses plain numpy; no noise is drawn from a kernel of the workbench.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Draw = Callable[[np.random.Generator, Float], Float]
 
 
 def ornstein_uhlenbeck(random: np.random.Generator, time_s: Float, constant_s: float) -> Float:
-    """Unit variance, exact over uneven steps."""
+    """Return Ornstein–Uhlenbeck noise of unit variance, exact over uneven steps."""
     kept = np.exp(-np.diff(time_s, prepend=time_s[0] - 1e9) / constant_s)
     found = np.zeros(time_s.size)
     drawn = random.normal(size=time_s.size)
@@ -28,7 +28,10 @@ def ornstein_uhlenbeck(random: np.random.Generator, time_s: Float, constant_s: f
 def driven_oscillator(
     random: np.random.Generator, time_s: Float, period_s: float, quality: float
 ) -> Float:
-    """Unit deviation: x″ + (ω/Q)x′ + ω²x = noise, in 20 steps of Euler and Cromer a row or more."""
+    """Return an oscillator driven by noise, unit deviation: x″ + (ω/Q)x′ + ω²x = noise.
+
+    The steps of Euler and Cromer are a quarter of a row or shorter.
+    """
     omega = 2.0 * np.pi / period_s
     span = float(time_s[-1] - time_s[0]) + 8.0 * quality * period_s / np.pi
     step = min(float(np.median(np.diff(time_s))) / 4.0, period_s / 60.0)
@@ -46,7 +49,8 @@ def driven_oscillator(
 
 
 def flicker(random: np.random.Generator, time_s: Float, slope: float) -> Float:
-    """Unit deviation, density f^(−slope), by a transform over twice the length."""
+    """Return noise of unit deviation and density f^(−slope), from a transform over twice the
+    length."""
     count = 2 * time_s.size
     frequency = np.fft.rfftfreq(count)
     frequency[0] = frequency[1]
@@ -56,19 +60,23 @@ def flicker(random: np.random.Generator, time_s: Float, slope: float) -> Float:
 
 
 def walk(random: np.random.Generator, time_s: Float, freedom: float) -> Float:
-    """Unit deviation: the sum of Student's t steps; a large ``freedom`` is Brown's motion."""
+    """Return a walk of unit deviation, the sum of Student's t steps.
+
+    A large ``freedom`` makes it Brownian motion.
+    """
     found = np.cumsum(random.standard_t(freedom, time_s.size))
     return np.asarray(found / np.std(found))
 
 
 def moving_mean(random: np.random.Generator, time_s: Float, rows: int) -> Float:
-    """Unit deviation: white noise averaged over so many rows, a density with zeros."""
+    """Return white noise averaged over ``rows``, unit deviation; its density has zeros."""
     found = np.convolve(random.normal(size=time_s.size + rows - 1), np.ones(rows), mode="valid")
     return np.asarray(found / np.std(found))
 
 
 def clock(random: np.random.Generator, rows: int, step_s: float, kind: str) -> Float:
-    """Even rows, rows with jitter, or jitter with a pause of a tenth of the log."""
+    """Return the times of even rows, of rows with jitter, or with a pause of a tenth of the log
+    too."""
     time_s = np.arange(rows) * step_s
     if kind != "even":
         time_s = time_s + random.uniform(-0.3, 0.3, rows) * step_s
@@ -124,11 +132,11 @@ NULLS: dict[str, Draw] = {
         + 0.3 * random.normal(size=t.size)
     ),
 }
-"""Noise without a line, each of a kind of its own, arcseconds."""
+"""Functions that draw noise without a line in arcseconds, one for each kind."""
 
 
 def with_lines(time_s: Float, lines: Sequence[tuple[float, float]], phase: float = 0.4) -> Float:
-    """Sum of a·cos(2πt/P + phase) over (amplitude a, period P in seconds)."""
+    """Return the sum of a·cos(2πt/P + phase) over (amplitude a, period P in seconds)."""
     found = np.zeros(time_s.size)
     for number, (amplitude, period_s) in enumerate(lines):
         found += amplitude * np.cos(2.0 * np.pi * time_s / period_s + phase * (1.0 + number))

@@ -1,4 +1,4 @@
-"""Runs the commands that a page of the documents shows, and compares what it says they print.
+"""Run the commands that a page of the documents shows, and compare their output with the page.
 
 A ``console`` block holds commands after ``$`` and lines of their output; ``…`` stands for lines
 left out. A block with ``title="FILE"`` is a file to write.
@@ -22,7 +22,7 @@ BLOCK = re.compile(
 )
 NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
 RELATIVE = 0.05
-"""Figures of a page may differ by this from what another processor or library computes."""
+"""Relative difference that another processor or library may cause in a figure of a page."""
 WIDTH = 100
 
 
@@ -43,7 +43,7 @@ class FileToWrite:
 
 
 def steps(page: Path) -> Iterator[Command | FileToWrite]:
-    """Commands and files of a page, in order."""
+    """Yield the commands and files of a page, in order."""
     for block in BLOCK.finditer(page.read_text(encoding="utf-8")):
         if block["title"]:
             yield FileToWrite(block["title"], block["text"])
@@ -62,7 +62,7 @@ def _commands(text: str) -> list[Command]:
 
 
 def run(command: Command) -> str:
-    """The output of an ``arctrue`` command, run in this process; it must succeed."""
+    """Run an ``arctrue`` command in this process, which must succeed; return its output."""
     assert command.words[0] == "arctrue"
     _loaded_set.console.width = WIDTH
     result = CliRunner().invoke(main, command.words[1:], catch_exceptions=False)
@@ -72,7 +72,7 @@ def run(command: Command) -> str:
 
 
 def assert_shown(command: Command, output: str) -> None:
-    """Every line that the page shows stands in the output, in order, with its figures."""
+    """Assert that the output has every line of the page, in order, with its figures."""
     lines = iter(output.splitlines())
     for wanted in command.shown:
         passed: list[str] = []
@@ -88,7 +88,7 @@ def assert_shown(command: Command, output: str) -> None:
 
 
 def same(wanted: str, line: str) -> bool:
-    """Equal words, and numbers equal within RELATIVE (p below 1e-6 is p below 1e-6)."""
+    """Tell whether words are equal, and numbers within RELATIVE (p below 1e-6 is p below 1e-6)."""
     words = [" ".join(NUMBER.sub("#", text).split()) for text in (wanted, line)]
     if words[0] != words[1]:
         return False

@@ -1,4 +1,4 @@
-"""Compares what ``diagnose --json`` says today of 40 benchmark sets with what was recorded.
+"""Compare the output of ``diagnose --json`` for 40 benchmark sets with recorded output.
 
 The record holds verdicts, names, numbers and keys; sentences are left out, because they may be
 reworded. ``python -m scripts.record_verdicts`` writes it.
@@ -24,17 +24,19 @@ from arctrue.workbench.model.model import default_model
 RECORD = Path(__file__).parent / "recorded_verdicts.jsonl"
 SETS = 40
 WHOLE_CANDIDATES = 3
-"""Of the candidates after these only the name and the evidence are recorded."""
+"""Number of candidates recorded in full; of the further ones, only name and evidence."""
 DIGITS = 7
 RELATIVE = 1e-3
-"""Largest relative difference of two numbers that count as equal. The fit of the noise stops when
-a round gains less than 0.01 of log likelihood, so that another order of summation may move what
-follows from it in the fourth digit."""
+"""Largest relative difference of two numbers that count as equal.
+
+The fit of the noise stops when a round gains less than 0.01 of log likelihood, so that another
+order of summation may move the results in the fourth digit.
+"""
 LEAST = 1e-6
 """Absolute difference (arcseconds, or the parameter's unit) below which two numbers are equal."""
 SMALLEST_P = 1e-300
 EVIDENCE = 0.02
-"""Largest difference of ΔBIC, which twice the tolerance of the log likelihood moves."""
+"""Largest difference of ΔBIC, which is twice the tolerance of the log likelihood."""
 SENTENCES = {
     "description",
     "unlike",
@@ -44,18 +46,18 @@ SENTENCES = {
     "unlike_benchmark",
 }
 LACKING = {"cannot_be_tested", "look_alikes"}
-"""Effects with sentences that say what the set lacks."""
+"""Keys of effects whose sentences say what the set lacks."""
 
 
 def tasks() -> list[Task]:
-    """The first sets of the tier ``quick``: four of every world or more."""
+    """Return the first sets of the tier ``quick``, at least four of every world."""
     tier = TIERS["quick"]
     assert tier.seed is not None
     return set_tasks(tier.sets, tier.samples, tier.seed, "")[:SETS]
 
 
 def verdict_of(task: Task) -> dict[str, Any]:
-    """What ``diagnose --json`` writes of the set of a task, without its sentences."""
+    """Return the output of ``diagnose --json`` for the set of a task, without its sentences."""
     _, found = diagnosed(make_set(task).measurement)
     data = diagnosis_data(found, default_model().names())
     candidates = data["candidates"]
@@ -68,18 +70,18 @@ def verdict_of(task: Task) -> dict[str, Any]:
 
 
 def recorded() -> dict[str, dict[str, Any]]:
-    """The record by the names of the sets."""
+    """Return the record by the names of the sets."""
     lines = RECORD.read_text(encoding="utf-8").splitlines()
     return {item["set"]: item for item in map(json.loads, lines)}
 
 
 def line_of(verdict: Mapping[str, Any]) -> str:
-    """One line of the record."""
+    """Return one line of the record."""
     return json.dumps(_rounded(verdict), separators=(",", ":"), sort_keys=True)
 
 
 def differences(before: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Where two verdicts differ by more than the tolerance, one sentence each."""
+    """Yield a sentence for each place where two verdicts differ by more than the tolerance."""
     if isinstance(before, Mapping) and isinstance(now, Mapping):
         for key in sorted({*before, *now}):
             if key not in before or key not in now:

@@ -1,4 +1,4 @@
-"""A table with a reversal error as a polygon sees it, written down from the definition."""
+"""A set of a table with a reversal error measured with a polygon, written from the definition."""
 
 from __future__ import annotations
 
@@ -18,8 +18,11 @@ def reversal_set(
     varies: float = VARIES,
     noise: float = 0.05,
 ) -> MeasurementSet:
-    """Up and down over the same stations; half the reversal error either way, which differs from
-    station to station by a drawn factor of the standard deviation ``varies``."""
+    """Make a set that goes up and down over the same stations with a reversal error.
+
+    Half the error acts each way; it differs between stations by a drawn factor with the standard
+    deviation ``varies``.
+    """
     random = np.random.default_rng(seed)
     up = np.arange(stations) * 360.0 / stations
     target = np.tile(np.concatenate([up, up[::-1]]), cycles)

@@ -1,4 +1,4 @@
-"""Small measurement sets written down from the definitions, without the package's own models."""
+"""Small measurement sets written from the definitions, without the package's own models."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 
 Float = NDArray[np.float64]
 Error = Callable[[Float, Float, float], Float]
-"""ε of (disc angle rad, temperature °C, speed rad/s), arcseconds."""
+"""Function ε of (disc angle rad, temperature °C, speed rad/s), in arcseconds."""
 
 COUNTS_PER_REV = 1 << 24
 LINES = 16_384
@@ -21,13 +21,13 @@ SAMPLES_A_TURN = 1200
 TURNS = 3
 RUNS = ((30.0, 20.0, 20.0, 0.0), (-30.0, 20.0, 20.0, 60.0), (90.0, 20.0, 20.0, 120.0),
         (30.0, 23.5, 24.5, 1800.0))  # fmt: skip
-"""deg/s, temperature at start and end, start time."""
+"""Speed in deg/s, temperature at start and end, and start time of each run."""
 CAPTURE_NOISE = 0.1
 REFERENCE_NOISE = 0.15
 
 
 def paper_error(disc: Float, temperature: Float, speed: float) -> Float:
-    """Orders 1, 2, 3 and 5."""
+    """Return an error of orders 1, 2, 3 and 5."""
     return (
         90.0 * np.cos(disc + 0.4)
         + 0.8 * np.cos(2 * disc + 1.0)
@@ -48,7 +48,7 @@ def measurement_set(
     turns: int = TURNS,
     reference: bool = True,
 ) -> MeasurementSet:
-    """A capture of ``runs`` runs and a reference run on 24 faces in both directions.
+    """Make a capture of ``runs`` runs and a reference run on 24 faces in both directions.
 
     ``head2_only`` adds arcseconds of (time s, speed rad/s) to head 2; ``electrical`` adds
     arcseconds of the electrical phase to both heads.

@@ -29,17 +29,17 @@ from arctrue.workbench.observations.build import observations_of
 Float = NDArray[np.float64]
 EFFECTS = built_in()
 TESTS = 19
-"""Effects that a p pays for: those of the catalogue but the model's own, as a diagnosis has it."""
+"""Number of tested effects: those of the catalogue without the model's own, as in a diagnosis."""
 SETS = 12
 LEAST = 9
-"""Of 12 sets at 95 %: fewer are found in 1 of 450 such tests (binomial)."""
+"""Least number of 12 sets found at 95 %: fewer occur in 1 of 450 such tests (binomial)."""
 INDEX_ARCSEC = 0.08
-"""Scatter of a run's offset: a count of 0.077″."""
+"""Scatter of a run's offset: one count of 0.077″."""
 
 
 @pytest.mark.parametrize(("rank", "freedom"), [(1, 10.0), (1, 4.0), (3, 20.0), (23, 60.0)])
 def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> None:
-    """Both sets draw χ² of their own: the one that states the size, and the one that shows it."""
+    """The set that states the size and the set that shows the effect each draw their own χ²."""
     random = np.random.default_rng(5)
     gain = needed_gain(rank, TESTS, freedom)
     size, draws = np.sqrt(gain), 40_000
@@ -53,20 +53,21 @@ def test_needed_gain_has_its_power_in_drawn_noise(rank: int, freedom: float) -> 
 
 
 def test_noise_that_two_degrees_of_freedom_state_has_a_bound_too() -> None:
-    """A log of a servo asked for F above 10⁷, where the series of noncentral F ends in NaN."""
+    """A servo log asked for F above 10⁷, where the series of the noncentral F ends in NaN."""
     rank, freedom, threshold, draws = 4, 2.0, 3.8e7, 200_000
     random = np.random.default_rng(7)
     stating, showing = (random.chisquare(freedom, draws) / freedom for _ in range(2))
     columns = random.normal(size=(draws, rank))
     columns[:, 0] += np.sqrt(_powerful(rank, freedom, threshold) * stating)
     found = float(np.mean(np.sum(columns**2, axis=1) / rank / showing > threshold))
-    # Three standard errors of the draws, and 32 quantiles of a noise of two degrees of freedom.
+    # Three standard errors of the draws, and 32 quantiles of noise with two degrees of freedom.
     assert found == pytest.approx(0.95, abs=0.0015 + 0.012)
 
 
 @pytest.mark.parametrize("rank", [1, 2, 8])
 def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
-    """Least squares by numpy, four folds: log predictive density by more than 2 of its errors."""
+    """Least squares in numpy with four folds: the log predictive density rises by 2 of its
+    errors."""
     random = np.random.default_rng(6)
     rows, draws = 400, 1500
     columns = np.linalg.qr(random.normal(size=(rows, rank)))[0]
@@ -81,12 +82,13 @@ def test_rows_left_out_show_it_with_the_stated_power(rank: int) -> None:
             change[folds == fold] = out @ (inverse @ values[folds != fold])
         gain = 0.5 * float(values @ values - (values - change) @ (values - change))
         shown += gain > 2.0 * np.linalg.norm(change)
-    # Three standard errors of 1500 draws at 95 %; the folds' own scatter is left out: it costs 2 %.
+    # Three standard errors of 1500 draws at 95 %; the ignored scatter of the folds costs 2 %.
     assert shown / draws == pytest.approx(0.95, abs=0.017 + 0.02)
 
 
 def _of_runs(seed: int, added: Callable[[int, Float], Float]) -> MeasurementSet:
-    """Four runs whose offsets scatter, with what ``added`` adds to head 2: (run, 0 … 1 in it)."""
+    """Make four runs with scattering offsets; ``added`` of (run, 0 … 1 within it) goes to head
+    2."""
     random = np.random.default_rng([seed, 1])
     offsets = random.normal(0.0, INDEX_ARCSEC, len(RUNS))
     starts = np.array([start for *_, start in RUNS]) / TURNS
@@ -100,7 +102,7 @@ def _of_runs(seed: int, added: Callable[[int, Float], Float]) -> MeasurementSet:
 
 
 def _wandering(seed: int, added: Callable[[Float, Float], Float]) -> MeasurementSet:
-    """A reference whose noise is half slow: 0.15″ white, 0.15″ with a memory of 100 s."""
+    """Make a reference whose noise is half slow: 0.15″ white, 0.15″ with a memory of 100 s."""
     random = np.random.default_rng([seed, 2])
     made = measurement_set(seed=seed, runs=1, turns=1, cycles=6)
     assert made.reference is not None
@@ -116,7 +118,7 @@ def _wandering(seed: int, added: Callable[[Float, Float], Float]) -> Measurement
 
 
 def _made(effect: str, seed: int, size: float) -> MeasurementSet:
-    """A set with an effect of this RMS in the channel that shows it, from its definition."""
+    """Make a set with an effect of RMS ``size`` in the channel that shows it, by definition."""
     if effect == "reference_drift":
         return _wandering(seed, lambda time, _: size * np.sqrt(12.0) * time / np.ptp(time))
     if effect == "hysteresis":
@@ -150,7 +152,7 @@ def _residuals(made: MeasurementSet) -> Residuals:
     ],
 )
 def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:
-    """Where few runs or slow noise set the limit; each set states a size, and the next shows it."""
+    """Few runs or slow noise set the limit: each set states a size, and the next set shows it."""
     found = 0
     for seed in range(SETS):
         of = EFFECTS[effect]()

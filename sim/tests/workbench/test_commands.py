@@ -1,4 +1,4 @@
-"""The commands of the workbench as a user runs them: files in, words, JSON and pictures out."""
+"""Tests of the commands of the workbench with files in, and words, JSON and pictures out."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ def _json(path: Path) -> Any:
 
 
 def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path) -> None:
-    """compare → diagnose → add → compare → another set of the same table → export."""
+    """Run compare → diagnose → add → compare → another set of the same table → export."""
     model = tmp_path / "model.toml"
     pictures = tmp_path / "pictures"
 
     compared = _run("compare", warm_set, "--out", pictures, "--json", tmp_path / "c.json")
     assert compared.exit_code == 0, compared.output
     assert "temperature × order 1" in compared.output
-    # What is missing is no noise: neighbours are alike. The white reference passes.
+    # A missing effect is no noise: its residuals are correlated. The white reference passes.
     assert "residual of the capture fails a test: an effect is" in compared.output
     assert _json(tmp_path / "c.json")["noise"]["reference"]["tests"]["normality_p"] > 0.001
     assert {path.name for path in pictures.iterdir()} == {
@@ -130,7 +130,7 @@ def test_an_unknown_effect_is_adopted_and_the_error_falls(tmp_path: Path) -> Non
     step = _json(tmp_path / "a.json")
     assert step["verdict_after"] == "adequate"
     assert step["heldout_after_arcsec"]["capture"] < 1.05 * step["noise_arcsec"]["capture"]
-    # The model file knows where the effect is: no --effects any more.
+    # The model file knows where the effect is, so that --effects is no longer needed.
     assert _run("compare", folder, "--model", model).exit_code == 0
 
 
@@ -148,7 +148,7 @@ def test_a_setting_is_changed_by_adding_again(warm_set: Path, tmp_path: Path) ->
     assert found.effects[place].settings == {"orders": [1, 2, 3]}
     assert len(found.effects[place].coefficients) == 6
     assert [step.action for step in found.history] == ["fit", "add", "set"]
-    # Order 5 is there with 0.4″: without it the error rises.
+    # Order 5 has 0.4″: without it the error rises.
     assert found.history[-1].rms_arcsec["capture"] > 2.0 * found.history[-2].rms_arcsec["capture"]
     again = _run(
         "add", "graduation_harmonics", warm_set, "--model", model, "--set", "orders=[1, 2, 3]"

@@ -1,4 +1,4 @@
-"""The diagnosis on small sets whose hidden effect is written down here, not in the package."""
+"""Tests of the diagnosis on small sets whose hidden effect is written here, not in the package."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
 
 
 def test_too_small_to_matter_is_said_not_named() -> None:
-    # 0.03″ of reversal is found in 480 × 6 rows, but is less than half a count.
+    # A reversal of 0.03″ is significant in 480 × 6 rows, but is less than half a count.
     result = diagnosis_of(measurement_set(reversal_arcsec=0.05, cycles=60))
     assert result.verdict == "adequate"
     assert [item.name for item in result.negligible] == ["hysteresis"]

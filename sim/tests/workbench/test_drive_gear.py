@@ -1,4 +1,4 @@
-"""Lines of a gear on the faces of a polygon, their orders counted by hand."""
+"""Tests of the lines of a gear on the faces of a polygon; their orders are counted by hand."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_lines_beside_the_tooth_count_are_taken_where_they_are_there(lines, expe
 
 
 def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
-    """72 is 3 × 24, a constant; 71 and 73 are both order 1, as a lean of the polygon is."""
+    """72 is 3 × 24, a constant; 71 and 73 are both order 1, like a lean of the polygon."""
     effect, trials = _narrowed(_with_lines(72, {72: 1.0, 71: 0.3}))
     assert effect.settings["multiples"] == []
     assert sorted([effect.settings["below"], effect.settings["above"]]) == [[], [1]]
@@ -62,8 +62,11 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
 
 
 def test_side_lines_that_only_the_noise_beside_the_gear_shows_are_taken() -> None:
-    """In the noise that holds the gear itself the side lines are nothing; in that of the rows they
-    stand at 20 σ, and without them the faces of the polygon fit better than the gear."""
+    """The side lines are insignificant in the noise that contains the gear, but have 20 σ of the
+    rows.
+
+    Without them the faces of the polygon would fit better than the gear.
+    """
     measurement = _with_lines(65, {65: 2.1, 64: 0.22, 66: 0.22})
     found = diagnose(observations_of(measurement), default_model().terms(EFFECTS), EFFECTS)
     assert found.candidates[0].name == "drive_gear_error"
@@ -72,10 +75,10 @@ def test_side_lines_that_only_the_noise_beside_the_gear_shows_are_taken() -> Non
 
 
 def test_lines_that_the_stations_cannot_tell_apart_are_not_both_taken() -> None:
-    """90 and 270 are orders 6 and 6 of the other sign on 24 faces."""
+    """On 24 faces, 90 is order 6 and 270 is order 6 with the other sign."""
     effect, trials = _narrowed(_with_lines(90, {90: 2.2, 89: 0.3, 91: 0.3}))
     assert effect.settings == {"multiples": [1], "below": [1], "above": [1]}
-    # A wave with its pair of side lines is what a gear off its centre shows: one of few forms.
+    # An eccentric gear shows a wave with its pair of side lines: one of few forms.
     assert trials == len(USUAL)
 
 

@@ -1,4 +1,4 @@
-"""``arctrue effects check`` passes effects that are right and names what is wrong in others."""
+"""``arctrue effects check`` passes correct effects and names the faults of others."""
 
 from __future__ import annotations
 
@@ -249,7 +249,7 @@ def observations() -> Observations:
 
 @pytest.mark.parametrize("name", sorted(set(built_in()) - {"graduation_harmonics"}))
 def test_the_catalogue_itself_passes(name: str, observations: Observations) -> None:
-    """Nothing of a built-in effect is wrong, but what a set with one warm run cannot tell."""
+    """A built-in effect has no fault except what a set with one warm run cannot tell."""
     checks = checks_of(built_in()[name], observations, built_in())
     allowed = {"independence", "shape and finite values"}
     wrong = [one for one in checks if one.outcome == "wrong" and one.question not in allowed]

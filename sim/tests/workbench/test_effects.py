@@ -1,4 +1,4 @@
-"""Every effect declares what people need; a user's own file is used like a built-in one."""
+"""Every effect declares what a user needs; a user's own file works like a built-in effect."""
 
 from __future__ import annotations
 

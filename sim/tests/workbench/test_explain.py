@@ -1,4 +1,4 @@
-"""The explanation of a set: logs and turns written here, with causes of known size."""
+"""Tests of the explanation of sets: logs and turns written here, with causes of known size."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WORM_S = 86_164.1 / TEETH
 
 
 def _log(folder: Path, lines: list[tuple[float, float]], seed: int) -> float:
-    """A guide star's log of half an hour; returns the RMS of its noise, arcseconds."""
+    """Write a guide star's log of half an hour; return the RMS of its noise in arcseconds."""
     random = np.random.default_rng(seed)
     time_s = clock(random, 1600, 1.2, "jitter")
     noise = 0.8 * ornstein_uhlenbeck(random, time_s, 20.0) + 0.4 * random.normal(size=time_s.size)
@@ -50,12 +50,12 @@ def test_two_regular_causes_are_added_and_listed_by_size(tmp_path: Path) -> None
     found = _explained(folder, "--model", model)
     assert [cause["effect"] for cause in found["causes"]] == ["drive_gear_error", "periodic_error"]
     worm, gear = (cause["taken_arcsec"]["reference"] for cause in found["causes"])
-    # RMS of a sine is its amplitude over √2; a tenth of it: noise of 0.9″ that is slow.
+    # The RMS of a sine is its amplitude over √2; slow noise of 0.9″ changes it by a tenth.
     assert worm == pytest.approx(8.0 / np.sqrt(2.0), rel=0.1)
     assert gear == pytest.approx(3.0 / np.sqrt(2.0), rel=0.1)
     period = found["causes"][1]["parameters"]["period_time"]
     assert abs(period["value"] - 131.0) < 4.0 * period["sigma"]
-    # The fit takes some of the slow noise with its columns.
+    # The columns of the fit absorb some of the slow noise.
     assert found["left_arcsec"]["reference"] == pytest.approx(noise, rel=0.1)
     stored = read_model(model)
     assert stored.names()[1:] == ["drive_gear_error", "periodic_error"]
@@ -72,7 +72,7 @@ def test_noise_alone_gets_nothing(tmp_path: Path) -> None:
 
 
 def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: Path) -> None:
-    """0.4″/K of order 1 over the temperatures of the set, beside the paper's error."""
+    """The set has 0.4″/K of order 1 over its temperatures, beside the paper's error."""
 
     def warm(disc: Any, temperature: Any, speed: Any) -> Any:
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(
@@ -90,7 +90,7 @@ def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: 
 
 
 def test_what_cannot_be_told_apart_is_said_with_the_measurement_that_would(tmp_path: Path) -> None:
-    """A line of 3.3 Hz at one speed may be fixed to time or to the angle."""
+    """A line of 3.3 Hz at one speed may be fixed to the time or to the angle."""
     folder, model = tmp_path / "line", tmp_path / "model.toml"
     made = measurement_set(
         runs=1,

@@ -1,4 +1,4 @@
-"""What is not written for the gateware, and models of another table."""
+"""Tests of orders that are not exported, and of models of another table."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path
 def test_lanes_that_double_the_error_are_refused(
     made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
 ) -> None:
-    """The reference of another disc: the model's lanes add to its error."""
+    """The reference belongs to another disc: the model's lanes increase its error."""
     assert made.reference is not None
     assert made.capture is not None
     other = tmp_path / "other"
@@ -74,7 +74,7 @@ def test_lanes_that_double_the_error_are_refused(
     assert forced.exit_code == 0, forced.output
     assert (out / "coefficients.toml").exists()
 
-    # Without a reference the two heads tell, as in the firmware.
+    # Without a reference the two heads decide, as in the firmware.
     swapped = replace(
         made.capture,
         head1_counts=made.capture.head2_counts,

@@ -52,7 +52,7 @@ def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_reversal_error_is_a_lane_of_order_0(folder: Path, model: Path, tmp_path: Path) -> None:
-    """Half of it, times the direction; the file needs MODULATORS and reads back."""
+    """The lane has half the error times the direction; the file needs MODULATORS and reads back."""
     answer = _run("export", folder, "--model", model, "--out", tmp_path, "--modulators")
     assert answer.exit_code == 0, answer.output
     assert "order 0 × direction" in answer.output
@@ -82,7 +82,7 @@ def test_without_the_flag_it_is_left_and_said_so(folder: Path, model: Path, tmp_
 
 
 def test_a_steep_reversal_is_refused(folder: Path, model: Path, tmp_path: Path) -> None:
-    """50″ within 0.02° is a slope of 0.69: above a half."""
+    """50″ within 0.02° is a slope of 0.69, above the limit of a half."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--modulators")
     answer = _run(*words, "--reversal-width", "0.02")
     assert answer.exit_code != 0
@@ -116,7 +116,7 @@ def test_products_with_the_size_of_the_speed_have_no_modulator(made: Measurement
 
 
 def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
-    """The export of order 1, and of ``order`` × direction."""
+    """Return the export of order 1 and of ``order`` × direction."""
     observations = observations_of(made)
     settings = {"fixed_to": "disc"}
     plain = ModelEffect(
@@ -141,7 +141,7 @@ def exported(made: MeasurementSet, order: int, lanes: int) -> Coefficients:
 def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
     made: MeasurementSet, order: int
 ) -> None:
-    """Otherwise the calibration would fit it, with the direction of its turn in the value."""
+    """Otherwise the calibration would fit that lane and include the direction of its turn."""
     held = exported(made, order, 4)
     assert held.extension is not None
     ((modulated, name),) = held.extension.modulators
@@ -154,21 +154,21 @@ def test_the_plain_lane_of_a_modulated_order_is_always_in_the_file(
 
 
 def test_a_plain_lane_of_0_takes_no_room_from_what_is_there(made: MeasurementSet) -> None:
-    """Two lanes: order 3 × direction and order 1; no lane is left for the calibration either."""
+    """Order 3 × direction and order 1 use both lanes; none is left for the calibration."""
     held = exported(made, 3, 2)
     assert held.orders.tolist() == [1, 3]
     assert (held.amplitudes != 0).all()
 
 
 def with_columns(made: MeasurementSet, names: tuple[str, ...]) -> MeasurementSet:
-    """A load that goes from 20 to 60 in the reference run, under each name."""
+    """Return the set with a load from 20 to 60 in the reference run, under each name."""
     assert made.reference is not None
     load = np.linspace(20.0, 60.0, made.reference.target_deg.size)
     return replace(made, reference=replace(made.reference, conditions=dict.fromkeys(names, load)))
 
 
 def column_export(made: MeasurementSet, names: tuple[str, ...]) -> Export:
-    """The export of a model with order 3 × (column − 40), 0.3″ and −0.4″ a unit, for each name."""
+    """Export a model with order 3 × (column − 40), 0.3″ and −0.4″ a unit, for each name."""
     entries = [
         ModelEffect(
             "product_of_parts",
@@ -188,7 +188,8 @@ def column_export(made: MeasurementSet, names: tuple[str, ...]) -> Export:
 
 
 def test_a_product_with_a_column_follows_a_word_of_the_host(made: MeasurementSet) -> None:
-    """20 from the zero is the most, so that the word is 1 at 40 + 30: 0.5″ · 30 there."""
+    """The largest distance from the zero is 20, so that the word is 1 at 40 + 30: 0.5″ · 30
+    there."""
     result = column_export(made, ("load_n",))
     held = result.coefficients
     assert held.extension is not None
@@ -199,7 +200,7 @@ def test_a_product_with_a_column_follows_a_word_of_the_host(made: MeasurementSet
     assert result.followed == [
         "order 3 × load_n: 15″ at load_n = 70, where word a is 1; it is 0 at 40"
     ]
-    # At a load of 55 the host writes 0.5: what the gateware takes off is the model's error.
+    # At a load of 55 the host writes 0.5: the gateware then removes the model's error.
     at_55 = modulated(held, Modulators(word_a=MODULATOR_ONE // 2))
     counts_seen = np.arange(0, COUNTS, 997)
     angle = 3.0 * counts_seen * 2.0 * np.pi / COUNTS

@@ -1,4 +1,4 @@
-"""A scratch of a fitted model goes into the gateware's local table."""
+"""A scratch in a fitted model goes into the gateware's local table."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ def bell(place_deg: float, width_deg: float, height_arcsec: float) -> LocalError
 def test_a_table_takes_bells_off(
     places_deg: list[float], widths_deg: list[float], windows: int, exponent: int
 ) -> None:
-    """Every reading of the turn in steps of 997 counts, against the bells in float64."""
+    """Compare readings all over the turn, 997 counts apart, with the bells in float64."""
     errors = [bell(p, w, 12.0) for p, w in zip(places_deg, widths_deg, strict=True)]
     table = table_of(errors, TURN)
     assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)
     reading = np.arange(0, TURN, 997) * 2.0 * np.pi / TURN
     total = np.sum([one.error_arcsec(reading) for one in errors], axis=0)
     left = np.abs(total - taken_off_arcsec(table, TURN, reading)).max()
-    # Straight lines: step²/8 times the largest curvature, h/w² of each bell that may overlap; a
-    # point and the reading are rounded, and outside of its window a bell has e^-12.5 of its height.
+    # Straight lines err by step²/8 times the largest curvature, h/w² of each bell that may overlap.
+    # A point and the reading are rounded, and outside its window a bell has e^-12.5 of its height.
     step_deg = 360.0 / 2**exponent / (4096 / windows)
     lines = step_deg**2 / 8.0 * sum(12.0 / width**2 for width in widths_deg)
     steepest = 12.0 * 0.607 / (min(widths_deg) * 3600.0)
@@ -88,13 +88,13 @@ def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The file needs LOCAL_TABLE, takes the scratch off, and no console command loads it."""
+    """The file needs LOCAL_TABLE and removes the scratch, and no console command loads it."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--local-table")
     answer = _run(*words, "--json", tmp_path / "e.json")
     assert answer.exit_code == 0, answer.output
     said = re.search(r"in the local table: graduation_defect at (\S+)°", answer.output)
     assert said is not None, answer.output
-    # The table holds the reading: 90″ of eccentricity are 0.025°.
+    # The table is addressed by the reading: 90″ of eccentricity are 0.025°.
     assert float(said[1]) == pytest.approx(PLACE_DEG, abs=0.05)
     (effect,) = (
         item
@@ -112,7 +112,7 @@ def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path:
     reading = np.radians(np.linspace(PLACE_DEG - 3.0, PLACE_DEG + 3.0, 2001))
     taken = taken_off_arcsec(held.extension.local_table, TURN, reading)
     true = scratched(reading, reading, 0.0) - paper_error(reading, reading, 0.0)
-    # Fitted to 16 samples of 0.1″ across the scratch; the reading is 0.025° from the angle.
+    # The fit has 16 samples of 0.1″ across the scratch; the reading is 0.025° from the angle.
     assert np.abs(taken - true).max() < 0.1 * abs(HEIGHT_ARCSEC)
     with pytest.raises(ValueError, match="local table"):
         load_frames(held)

@@ -1,4 +1,4 @@
-"""Lines of no whole order become lanes whose phase goes on from turn to turn."""
+"""Lines of no whole order become lanes whose phase continues from turn to turn."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def observations(made: MeasurementSet) -> Observations:
 
 
 def model() -> Model:
-    """A belt, a gear off its centre, and a wave that is fixed to the disc."""
+    """Return a model of a belt, an eccentric gear, and a wave fixed to the disc."""
     sides = {"multiples": [1], "below": [1], "above": [1]}
     wave = {"orders": [2.75], "fixed_to": "disc"}
     return Model(
@@ -77,7 +77,7 @@ def exported(observations: Observations, **options: bool) -> Export:
 
 
 def error_arcsec(angle_rad: np.ndarray) -> np.ndarray:
-    """The model's error in float64, over any number of turns."""
+    """Return the model's error in float64, over any number of turns."""
     total = np.zeros(angle_rad.size)
     for order, cosine, sine in (
         (0.5, 12.0, -5.0),
@@ -102,27 +102,28 @@ def test_every_line_has_a_lane_with_its_turn_step(observations: Observations) ->
 def test_the_gateware_takes_the_model_away_in_every_turn(
     observations: Observations, turn: int
 ) -> None:
-    """The bit-true pipeline against the equation: half a count of rounding, no drift."""
+    """Compare the bit-true pipeline with the equation: half a count of rounding and no drift."""
     held = exported(observations, with_real_orders=True).coefficients
     angles = np.arange(0, COUNTS, 4099)
     turns = np.full(angles.size, turn)
     found = compensate(angles, angles, held, turns=turns).correction / 2048.0
     total_rad = 2.0 * np.pi * (turn + angles / COUNTS)
     exact = error_arcsec(total_rad) / ARCSEC_PER_COUNT
-    # Phases in 2⁻²⁴ turn, cosines and amplitudes: with 24 counts in all far below a tenth.
+    # Phases of 2⁻²⁴ turn, cosines and amplitudes are rounded: with 24 counts in all far below a
+    # tenth.
     assert np.abs(found - exact).max() < 0.02
     seen = held.error_counts(angles + turn * COUNTS)
     assert np.abs(seen - exact).max() < 0.02
 
 
 def test_the_bank_of_another_turn(observations: Observations) -> None:
-    """What the gateware calls turn 5 may be turn 0 of the set."""
+    """Turn 5 of the gateware may be turn 0 of the set."""
     held = exported(observations, with_real_orders=True).coefficients
     angles = np.arange(0, COUNTS, 40_009)
     first = compensate(angles, angles, held, turns=np.zeros(angles.size, dtype=np.int64))
     moved = held.from_turn(5)
     later = compensate(angles, angles, moved, turns=np.full(angles.size, 5))
-    # An offset is rounded twice then: 2⁻²⁵ turn, at an amplitude of 12 counts.
+    # An offset is then rounded twice: 2⁻²⁵ turn, at an amplitude of 12 counts.
     assert np.abs(first.correction - later.correction).max() <= 1
 
 
@@ -152,7 +153,7 @@ def test_lines_in_time_and_of_the_capture_have_none(observations: Observations) 
 
 
 def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> None:
-    """Head 1 sees y: the last two of its coefficients."""
+    """Head 1 sees y, whose coefficients are the last two."""
     values = np.array([0.3, 0.1, -2.0, 5.0])
     lanes = BearingBallPass().real_lanes(values, {"order": 7.31}, observations)
     assert lanes == [RealLane(7.31, -2.0, 5.0)]
@@ -165,7 +166,7 @@ def test_a_ball_pass_is_a_lane_where_y_is_known(observations: Observations) -> N
 
 
 def test_few_counts_a_turn_are_refused(made: MeasurementSet) -> None:
-    """The offset of the next turn would not be ready at the fastest speed."""
+    """The offset of the next turn would not be ready at the highest speed."""
     small = replace(made, table=replace(made.table, counts_per_rev=620))
     with pytest.raises(ValueError, match="needs 624 at least"):
         exported(observations_of(small), with_real_orders=True)

@@ -1,4 +1,4 @@
-"""What the residual follows: the cause first, what only resembles it as its shadow."""
+"""Tests of what the residual follows: the cause first, and its shadow as a mere resemblance."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _warm(disc, temperature, speed):  # type: ignore[no-untyped-def]
 def test_time_is_the_shadow_of_heat() -> None:
     found = [item for item in _findings(error=_warm) if item.channel == "capture"]
     first = found[0]
-    # The warm run is also the late one.
+    # The warm run is also the last one.
     assert first.follows in ("temperature × order 1", "time × order 1")
     assert first.shadow_of is None
     assert first.share > 0.9
@@ -49,9 +49,9 @@ def test_two_causes_both_stand_by_themselves() -> None:
     assert any("× order 1" in name for name in alone)
     phases = [item for name, item in alone.items() if name.startswith("electrical phase")]
     assert phases
-    # Neither takes the other's share: together no more than everything.
+    # Neither takes the other's share: the two together are no more than everything.
     assert sum(item.share_beyond for item in alone.values()) < 1.1
-    # 0.8″ in each head is 0.64 arcsec² in the difference; the heat 1.9″ in one run of four.
+    # 0.8″ in each head is 0.64 arcsec² in the difference; the heat has 1.9″ in one run of four.
     assert all(item.share_beyond > 0.1 for item in phases)
 
 
@@ -60,15 +60,15 @@ def test_nothing_beyond_chance_is_no_finding() -> None:
 
 
 def test_share_of_the_excess() -> None:
-    # Noise 3, whole 5: the excess is 16 of 25.
+    # With a noise of 3 and a whole of 5, the excess is 16 of 25.
     assert ExcessOf(100, 5.0, 4.0).share(0.32) == pytest.approx(0.5)
-    # An effect that does not repeat is no excess over the repeats: the whole counts.
+    # An effect that does not repeat is no excess over the repeats: the whole is the base.
     assert ExcessOf(100, 5.0, 0.5).share(0.32) == pytest.approx(0.32)
     assert ExcessOf(100, 5.0, 4.0).share(-0.1) == 0.0
 
 
 def test_the_picture_shows_what_the_text_says() -> None:
-    """A bar a sentence, in the order of the sentences, as long as the share in it."""
+    """The chart has one bar for each sentence, in their order, as long as the stated share."""
     found = [
         Finding("capture", "temperature × order 1", 0.97, 0.97, None, "97 % …"),
         Finding("capture", "time", 0.81, 0.02, "temperature × order 1", "time …"),

@@ -1,4 +1,4 @@
-"""The fit against numpy's own least squares, and its uncertainties against repetition."""
+"""Tests of the fit against numpy's least squares, and of its uncertainties against repetition."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _graduation() -> Term:
 
 def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
     observations = observations_of(measurement_set(runs=1, reference=False))
-    # With the same weight for every row: what the noise makes of the weights is tested beside it.
+    # Every row has the same weight: another test covers the weights that follow from the noise.
     noise = white_noise(observations, (CAPTURE_NOISE, None))
     solution = fit([_graduation()], observations, noise=noise)
     rows = observations.capture
@@ -37,7 +37,7 @@ def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
         for wave in (np.cos, np.sin):
             design.append(wave(order * (rows.angle_rad + ALPHA)) - wave(order * rows.angle_rad))
     expected, *_ = np.linalg.lstsq(np.stack(design, axis=1), rows.difference_arcsec, rcond=None)
-    # The run offset's prior pulls the constant alone, by less than a thousandth of its sigma.
+    # The prior of the run offset changes only the constant, by less than 0.001 of its sigma.
     np.testing.assert_allclose(solution.coefficients, expected[1:], atol=1e-6)
 
 
@@ -50,7 +50,7 @@ def test_noise_of_both_channels_and_the_truth_are_found() -> None:
     disc = np.linspace(0.0, 2.0 * np.pi, 100)
     found = solution.context.error_arcsec(disc)
     left = found - paper_error(disc, disc, 0.0)
-    # Orders 11 and 12 are amplified 19 and 5 times at 33°; the reference run holds them.
+    # Orders 11 and 12 are amplified 19 and 5 times at 33°; the reference run determines them.
     assert np.max(np.abs(left - left.mean())) < 0.05
 
 
@@ -65,7 +65,7 @@ def test_covariance_is_that_of_repetition() -> None:
         sigma = np.sqrt(np.diag(solution.covariance))[:10]
     assert sigma is not None
     ratio = np.std(draws, axis=0, ddof=1) / sigma
-    # 40 draws know each standard deviation to 11 %, their mean over 10 to 4 %.
+    # 40 draws know each standard deviation to 11 %, and the mean over 10 of them to 4 %.
     assert np.mean(ratio) == pytest.approx(1.0, abs=0.12)
 
 

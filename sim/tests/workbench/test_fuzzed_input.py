@@ -1,4 +1,4 @@
-"""Damaged files: the readers give a set, a model, or one sentence that says where it is wrong."""
+"""Readers of damaged files return a set or a model, or one sentence that says what is wrong."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ NASTY = (
 
 
 def _damaged(text: bytes, chance: random.Random) -> bytes:
-    """One to three of: bytes changed, cut out, doubled; fields and lines changed, swapped, cut."""
+    """Apply one to three changes: bytes changed, cut or doubled; fields or lines changed or cut."""
     data = bytearray(text)
     for _ in range(chance.randint(1, 3)):
         kind = chance.randrange(7)
@@ -86,7 +86,7 @@ def _damaged(text: bytes, chance: random.Random) -> bytes:
 
 
 def _check_set(folder: Path, damaged: str) -> None:
-    """A set whose rows are finite numbers, or an error that names the place."""
+    """Assert that a set has finite rows, or that its error names the place."""
     found, fault = None, None
     try:
         found = read_measurement_set(folder)
@@ -255,7 +255,8 @@ def test_the_commands_say_one_sentence(tmp_path: Path, change: Callable[[str], s
 
 
 def test_stored_models_of_any_shape_are_refused_by_name(tmp_path: Path) -> None:
-    """A model file that is valid TOML but fits no effect: a sentence, whatever is wrong."""
+    """A model file is valid TOML but fits no effect: the reader always answers with one
+    sentence."""
     folder = tmp_path / "set"
     folder.mkdir()
     for name, text in {
@@ -284,7 +285,7 @@ def test_stored_models_of_any_shape_are_refused_by_name(tmp_path: Path) -> None:
 
 
 def test_terms_are_plain(tmp_path: Path) -> None:
-    """What the fuzzed model file stands for is a list of terms."""
+    """The undamaged model file of the fuzz test stands for a list of terms."""
     from arctrue.workbench.effects.registry import built_in
 
     (tmp_path / "m.toml").write_bytes(_model_text(tmp_path))

@@ -1,4 +1,4 @@
-"""Columns and sums of harmonics against cosine and sine of each multiple."""
+"""Tests of columns and sums of harmonics against cosine and sine of each multiple."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import pytest
 from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_sum
 
 ANGLE = np.random.default_rng(5).uniform(-2000.0, 2000.0, 20_000)
-"""Over several hundred turns, and more than two of the blocks that a sum goes through."""
+"""Angles over several hundred turns, which fill more than two blocks of a sum."""
 TOLERANCE = 1e-11
-"""Twenty multiplications of rounded factors; the angle itself has a last bit of 2e-13."""
+"""Error of twenty multiplications of rounded factors; the angle's last bit is 2e-13."""
 
 
 @pytest.mark.parametrize(

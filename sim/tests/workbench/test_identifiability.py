@@ -1,4 +1,4 @@
-"""Identifiability of a set: undetermined coefficients, similar effects, smallest effects found."""
+"""Tests of identifiability: undetermined coefficients, similar effects, smallest effects found."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_blind_order_and_unseparable_motion_are_told() -> None:
     assert told.undetermined == ["graduation_harmonics: cos 120", "graduation_harmonics: sin 120"]
     assert told.rank == 4 + 1
     motion = Term(EFFECTS["radial_error_motion"](orders=[2]), {})
-    # Without a reference the difference alone shows two of the six columns of order 2.
+    # Without a reference, the difference shows only two of the six columns of order 2.
     told = identifiability(fit([_graduation(orders=[1, 2]), motion], alone))
     assert any("2" in name for name in told.undetermined)
     both = observations_of(measurement_set())
@@ -82,7 +82,7 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
     found = {1.0: 0, 0.4: 0}
     for size in found:
         for seed in range(25):
-            # ± half the reversal in the two directions: its RMS is half of it.
+            # Half the reversal acts in each direction, so that its RMS is half of it.
             made = measurement_set(
                 runs=1, cycles=2, seed=seed, reversal_arcsec=2.0 * smallest * size
             )
@@ -90,7 +90,7 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
             # As in the diagnosis, the noise is estimated again with the effect in the model.
             null = restricted_likelihood(residuals)
             found[size] += evidence(residuals, null, EFFECTS["hysteresis"](), {}).gain > 6.635
-    # 95 % of 25 is 23.75; fewer than 20 has a chance of 1 in 3,000. At 0.4 of it 19 % are expected.
+    # 95 % of 25 is 23.75; fewer than 20 have p = 1/3,000. At 0.4 of the size 19 % are expected.
     assert found[1.0] >= 20
     assert found[0.4] <= 14
 

@@ -1,4 +1,7 @@
-"""A reading that is τ old, beside a motion that is integrated here: constant and every order."""
+"""Tests of a reading that is τ old, with an integrated motion: constant and every order.
+
+The motion is integrated in this file.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +31,10 @@ def _error_arcsec(angle_rad: Float) -> Float:
 
 
 def _observations(passes: list[tuple[float, float]], delay_s: float) -> Observations:
-    """Passes of one turn from speed to speed, °/s; rows every half degree.
+    """Make passes of one turn from speed to speed in °/s, with a row every half degree.
 
-    At a constant acceleration a, ω² = ω₀² + 2aθ; the reading at t is that of t − τ, its angle and
-    the error of that angle.
+    At a constant acceleration a, ω² = ω₀² + 2aθ. The reading at t shows the angle of t − τ and the
+    error at that angle.
     """
     random = np.random.default_rng(5)
     parts: list[tuple[Float, ...]] = []
@@ -66,13 +69,13 @@ def _base() -> Term:
 
 @pytest.mark.parametrize("delay_us", [300.0, 5000.0])
 def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: float) -> None:
-    """At 90 °/s, 5 ms turn order 20 by 9°: 3.9″ that no constant of a speed can take."""
+    """At 90 °/s, 5 ms turn order 20 by 9°: no constant of a speed can describe these 3.9″."""
     observations = _observations([(20.0, 20.0), (90.0, 90.0), (-45.0, -45.0)], delay_us * 1e-6)
     latency = EFFECTS["latency"]()
     solution = fit([_base(), Term(latency, {})], observations)
     left = solution.reference_residual_arcsec()
     assert left is not None
-    # 2,160 rows, 42 coefficients: the scatter is known to 1.5 %.
+    # 2,160 rows and 42 coefficients: the scatter is known to 1.5 %.
     assert float(np.sqrt(np.mean(left**2))) == pytest.approx(NOISE_ARCSEC, rel=0.06)
     found = solution.parameters()[-1]["latency"]
     assert found.sigma < 2.0
@@ -80,7 +83,7 @@ def test_the_delay_takes_the_constant_and_its_coupling_to_every_order(delay_us: 
 
 
 def test_ramps_tell_a_delay_from_a_reversal_error() -> None:
-    """Up and back, each faster and faster: at one steady speed the two would look the same."""
+    """The set accelerates up and back; at one steady speed the two effects would look the same."""
     found = diagnose(_observations([(10.0, 60.0), (-10.0, -60.0)], 300e-6), [_base()], EFFECTS)
     assert found.verdict == "named"
     assert found.named is not None
@@ -90,7 +93,7 @@ def test_ramps_tell_a_delay_from_a_reversal_error() -> None:
 
 
 def _fast_log(delay_s: float) -> Observations:
-    """A row each millisecond: up to 2,700 °/s, on, and back to a fifth of it.
+    """Make a log of a row each millisecond: up to 2,700 °/s, on, and back to a fifth of it.
 
     Between two corners the acceleration a is constant, and before(t) = θ − ωτ + aτ²/2.
     """
@@ -106,9 +109,9 @@ def _fast_log(delay_s: float) -> Observations:
 
 
 def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
-    """At 2,700 °/s, 100 µs are 970″: without them the orders that are fitted are far off.
+    """At 2,700 °/s, 100 µs are 970″: fitted without the delay, the orders are far off.
 
-    Columns of the delay at those orders leave a rest beside the noise of 20″: it is no effect.
+    Columns of the delay at these orders leave an error beside the noise of 20″ that is no effect.
     """
     found = diagnose(_fast_log(100e-6), [_base()], EFFECTS)
     assert found.named is not None, found.decision.unlike

@@ -1,4 +1,4 @@
-"""Where a line is looked for: beside whole and half orders, and where it repeats."""
+"""Tests of where lines are searched: beside whole and half orders, and where they repeat."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _ball_pass(order: float, size: float = 1.0) -> list[Place]:
 
 
 def test_a_strong_line_is_found_nearer_to_a_whole_order_than_the_turns_resolve() -> None:
-    """Twelve turns resolve 0.042; a line of 7 σ a row is placed to some 10⁻⁴ (Rife, Boorstyn)."""
+    """Twelve turns resolve 0.042; a line of 7 σ a row is located to some 10⁻⁴ (Rife, Boorstyn)."""
     for order in (3.025, 9.53):
         assert abs(_ball_pass(order)[0].nonlinear["order"] - order) < 0.002
 
@@ -55,7 +55,7 @@ def test_a_half_order_is_no_ball_pass() -> None:
 
 
 def test_an_order_that_grows_is_no_vibration_beside_it() -> None:
-    """θ·cos 6θ is a line beside order 6 of any size that the graduation takes back."""
+    """θ·cos 6θ is a line beside order 6 whose size the graduation absorbs whatever it is."""
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:
         return paper_error(disc, temperature, speed) + 0.15 * disc * np.cos(6.0 * disc)
@@ -72,7 +72,7 @@ def test_an_order_that_grows_is_no_vibration_beside_it() -> None:
 
 
 def test_less_than_its_fewest_periods_is_no_line() -> None:
-    """A curve of 1.2 periods in the record lies below all that is looked for."""
+    """A curve of 1.2 periods in the record lies below the searched range."""
     target = np.arange(1080.0)
     time = target / 2.0
     random = np.random.default_rng(5)
@@ -89,10 +89,10 @@ def test_less_than_its_fewest_periods_is_no_line() -> None:
 
 
 def test_a_line_that_is_noise_still_is_found_up_to_where_the_model_takes_it() -> None:
-    """Order 13.041 in runs of three turns: the model takes 97 % of it, and it rises the noise.
+    """Runs of three turns have a line of order 13.041: the model absorbs 97 %, and the noise rises.
 
-    The nearest place that is looked at is where the model leaves a twentieth, 1/(4·turns) = 0.083
-    or less from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more beside the other orders).
+    The nearest searched place is where the model leaves a twentieth, 1/(4·turns) = 0.083 or less
+    from the order (1 − sinc²(3δ) = 0.05 at δ = 0.042, more beside the other orders).
     """
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:

@@ -1,4 +1,4 @@
-"""The forward search for lines on logs that are written here from the physics."""
+"""Tests of the forward search for lines on logs that are written from the physics."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tests.workbench.noisy_logs import NULLS, clock, ornstein_uhlenbeck, with_li
 
 WORM_S = 478.0
 MOUNT = [(8.5, WORM_S), (4.3, 180.3), (1.8, 71.9), (0.8, 43.1)]
-"""Amplitudes, arcsec, and periods, s, of a mount: its worm, and gears before it."""
+"""Amplitudes (arcsec) and periods (s) of a mount: its worm, and the gears before it."""
 HOUR_S = 3600.0
 SAME_AMPLITUDE = 0.25
-"""Of an amplitude: three of its standard uncertainties in OU noise of 0.9″ and 25 s over half an
-hour, √(2·2τσ²/T) = 0.21″, for the line of 2.5″ and more; the small line has a bound of its own."""
+"""Relative tolerance of an amplitude: three standard uncertainties √(2·2τσ²/T) = 0.21″ for lines of
+2.5″ or more, in OU noise of 0.9″ and 25 s over half an hour. The small line has its own bound."""
 
 
 def _record(time_s: np.ndarray, error: np.ndarray, declared_s: float | None = None) -> Record:
@@ -48,7 +48,7 @@ def _mount(seed: int, rows: int = 3000, step_s: float = 0.65) -> tuple[np.ndarra
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
-    """Four lines far above the scatter of neighbours, the worm's in four periods of the log."""
+    """Four lines are far above the scatter of neighbours; the log has four periods of the worm."""
     time_s, error = _mount(seed)
     found = search_lines(_record(time_s, error, declared_s=WORM_S))
     periods = _periods(found)
@@ -56,7 +56,7 @@ def test_the_largest_line_of_a_mount_is_first(seed: int) -> None:
     amplitudes = [line.amplitude_arcsec for line in found.lines[:3]]
     assert amplitudes == pytest.approx([8.5, 4.3, 1.8], rel=SAME_AMPLITUDE)
     assert found.lines[0].multiple == 1
-    # Each of the others is one of the mount's.
+    # Each of the other lines belongs to the mount.
     assert all(min(abs(period / own - 1.0) for _, own in MOUNT) < 0.02 for period in periods)
 
 
@@ -70,7 +70,7 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
 
 
 def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
-    """Something rang for a while: the other blocks do not predict it."""
+    """An oscillation lasted for a while: the other blocks do not predict it."""
     random = np.random.default_rng(4)
     time_s = clock(random, 1600, 1.0, "even")
     ringing = np.where(time_s < 500.0, 2.0 * np.sin(2.0 * np.pi * time_s / 50.0), 0.0)
@@ -82,14 +82,14 @@ def test_a_line_that_is_there_in_half_of_the_log_is_none() -> None:
 
 @pytest.mark.parametrize("kind", NULLS)
 def test_noise_shows_no_line(kind: str) -> None:
-    """One log of each kind; ``scripts.calibrate_line_search`` looks at many."""
+    """One log of each kind is searched; ``scripts.calibrate_line_search`` searches many."""
     random = np.random.default_rng((7, list(NULLS).index(kind)))
     time_s = clock(random, 900, 4.0, "jitter")
     assert _periods(search_lines(_record(time_s, NULLS[kind](random, time_s)))) == []
 
 
 def test_a_long_log_takes_seconds() -> None:
-    """72,000 rows of an hour: issue 26 asks for 10 s of processor."""
+    """The log has 72,000 rows in an hour: issue 26 asks for at most 10 s of processor time."""
     random = np.random.default_rng(5)
     time_s = np.arange(72_000) * (HOUR_S / 72_000)
     coarse = time_s[::20]
@@ -104,7 +104,8 @@ def test_a_long_log_takes_seconds() -> None:
 
 
 def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
-    """Six averaged rows a period: their mean has sinc(1/6) = 0.955 of it, which is allowed for."""
+    """With six averaged rows a period, the mean has sinc(1/6) = 0.955, which the columns allow
+    for."""
     time_s = np.arange(8000) * 0.5
     record = _record(time_s, np.cos(2.0 * np.pi * time_s / 15.0))
     columns = record.line_columns(1.0 / 15.0)
@@ -124,7 +125,7 @@ def test_averaged_rows_keep_the_amplitude_of_a_short_period() -> None:
     ids=lambda parts: " ".join(part.kind for part in parts) or "white",
 )
 def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
-    """Against the covariance written out, its determinant, and differences of both."""
+    """Compare with the written-out covariance, its determinant, and differences of both."""
     random = np.random.default_rng(6)
     clock_s = np.sort(random.uniform(0.0, 300.0, 240))
     readings = random.integers(1, 4, clock_s.size).astype(np.float64)
@@ -150,7 +151,7 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
         return -0.5 * float(left @ precise @ left + np.linalg.slogdet(whole)[1])
 
     value, slopes = with_slopes(clock_s, readings, values, noise, range(noise.logs.size))
-    # Two exponentials 10 % apart stand for smooth noise: 0.003 of its variance.
+    # Two exponentials with constants 10 % apart stand for smooth noise: 0.003 of its variance.
     nearly = 1e-3 if noise.smooth else 1e-9
     assert value == pytest.approx(written_out(noise), rel=nearly)
     for index, slope in enumerate(slopes):
@@ -161,7 +162,8 @@ def test_likelihood_and_slopes_of_a_kernel(parts: tuple[Part, ...]) -> None:
 
 
 def test_drawn_kernel_noise_has_its_covariance() -> None:
-    """Of 4,000 draws, within 5 standard uncertainties, √(2/4000) of a variance."""
+    """The covariance of 4,000 draws agrees within 5 standard uncertainties, √(2/4000) of a
+    variance."""
     clock_s = np.array([0.0, 3.0, 10.0])
     noise = KernelNoise(0.1, (Part("oscillator", 1.0, 20.0, 0.05),))
     factor = KernelFactor(clock_s, np.ones(3), noise)
@@ -175,7 +177,7 @@ def test_drawn_kernel_noise_has_its_covariance() -> None:
 
 
 def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise: float) -> Record:
-    """A log over a part of the turns, with the 20 orders of the table in its model."""
+    """Make a log over a part of the turns, with the 20 orders of the table in its model."""
     random = np.random.default_rng(5)
     place = turns * np.arange(rows) / rows
     error = noise * random.normal(size=rows)
@@ -189,9 +191,9 @@ def _on_an_arc(turns: float, rows: int, lines: list[tuple[float, float]], noise:
 
 
 def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
-    """What 20 orders leave of order 25 on 0.3 of a turn, a fourth of it in amplitude.
+    """On 0.3 of a turn, 20 orders leave a fourth of the amplitude of order 25.
 
-    Order 25 itself would be four times what is there, and cancel against the others.
+    Order 25 itself would have four times that amplitude and cancel against the other orders.
     """
     record = _on_an_arc(0.3, 400, [], 1.0)
     line = record.columns(np.array([25.0]))
@@ -199,9 +201,9 @@ def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
     left = line[:, 0] - record.base @ (record.base.T @ line[:, 0])
     seen = left * 6.0 / np.linalg.norm(left)
     found = search_lines(replace(record, residual_arcsec=record.residual_arcsec + seen))
-    # Its RMS is 6/√400 = 0.3″; twice the amplitude of an even wave of that RMS is the bound.
+    # The RMS is 6/√400 = 0.3″; the bound is twice the amplitude of an even wave of that RMS.
     assert all(one.amplitude_arcsec < 2.0 * np.sqrt(2.0) * 6.0 / 20.0 for one in found.lines)
-    # A line of the same gain, of which the model makes nothing, is found.
+    # A line with the same gain that the model does not describe is found.
     far = record.columns(np.array([90.0]))[:, 0]
     seen = far * 8.0 / np.linalg.norm(far)
     shown = replace(record, residual_arcsec=record.residual_arcsec + seen)
@@ -209,7 +211,7 @@ def test_what_the_orders_of_an_arc_leave_is_no_larger_than_it_is() -> None:
 
 
 def test_a_line_between_two_orders_is_found() -> None:
-    """Order 6.5 on 1.3 turns, of which the orders make half: what is left is far above noise."""
+    """The orders describe half of order 6.5 on 1.3 turns; the residual is far above the noise."""
     record = _on_an_arc(1.3, 300, [(30.0, 6.5)], 1.0)
     lines = search_lines(record).lines
     assert lines[0].rate == pytest.approx(6.5, abs=0.1)
@@ -217,7 +219,7 @@ def test_a_line_between_two_orders_is_found() -> None:
 
 
 def test_a_line_takes_no_more_than_there_is() -> None:
-    """Blocks judge what a line has beside the model, not a part that the model then cancels."""
+    """Blocks judge what a line adds to the model, not a part that the model then cancels."""
     record = _on_an_arc(1.3, 400, [(10.0, 6.5)], 1.0)
     columns = record.columns(np.array([6.5]))
     noise = KernelNoise(1.0)

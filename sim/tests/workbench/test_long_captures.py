@@ -1,4 +1,4 @@
-"""Long captures: searched on a part, fitted to every row, and the same answer as from the whole."""
+"""A part of a long capture is searched, every row is fitted; the answer is that of the whole."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ EFFECTS = built_in()
 TURNS = 12
 ROWS = len(RUNS) * TURNS * SAMPLES_A_TURN
 LIMIT = 20_000
-"""Of 57,600 rows: two pairs of turns of each run."""
+"""Largest number of searched rows of 57,600: two pairs of turns of each run."""
 
 
 def _warm_error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -58,7 +58,7 @@ def _graduation() -> Term:
 def _within_sigma(first: dict[str, object], other: dict[str, object]) -> None:
     for name, item in first.items():
         there = other[name]
-        # Part and whole share rows: they differ by less than the part's own uncertainty says.
+        # Part and whole share rows: they differ by less than the part's own uncertainty.
         assert abs(item.value - there.value) < 4.0 * max(item.sigma, there.sigma), name  # type: ignore[attr-defined]
 
 
@@ -71,7 +71,7 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
     assert 0.9 * LIMIT < rows.run.size <= LIMIT
     assert set(np.unique(rows.run)) == set(range(len(RUNS)))
     _, counts = np.unique(rows.revolution, return_counts=True)
-    # The angle of a first sample decides whether a turn of noise-free steps has one row more.
+    # The angle of the first sample decides whether a turn of noise-free steps has one row more.
     assert np.all(np.abs(counts - SAMPLES_A_TURN) <= 1)
     again = observations_of(warm).capture
     assert again is not None
@@ -80,10 +80,10 @@ def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: Non
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: int) -> None:
-    """Against the fit of all rows at once, with the noise that the part has shown.
+    """Compare with the fit of all rows at once, with the noise that the part has shown.
 
-    In one block it is the same sum. Else the correlation is cut once in 57,600 rows, which may
-    cost a time constant (108 s at most) of 576 s of what slow noise tells: here 0.4 % of a σ.
+    In one block both are the same sum. Otherwise the correlation is cut once in 57,600 rows, which
+    may cost one time constant (108 s at most) in 576 s of slow noise: here 0.4 % of a σ.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(part, "MOST_ROWS", LIMIT)
@@ -113,7 +113,8 @@ def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: 
         np.testing.assert_allclose(np.sqrt(np.diag(streamed.covariance)), sigma, rtol=0.01)
         assert figures.rms_arcsec == pytest.approx(expected.rms_arcsec, rel=1e-3)
     away = (searched.coefficients - whole.coefficients) / np.sqrt(np.diag(searched.covariance))
-    # Heat is not in this model, so that the residual is no white noise; it is a part all the same.
+    # The model lacks the heat, so that the residual is not white; the part is representative
+    # anyway.
     assert np.sqrt(np.mean(away**2)) < 2.0
 
 
@@ -172,7 +173,7 @@ def test_a_fault_that_the_part_does_not_show_is_told(in_part: None) -> None:
 def test_a_vibration_is_found_window_by_window(
     monkeypatch: pytest.MonkeyPatch, in_part: None
 ) -> None:
-    """Windows of 9 s in runs of 144 s, of which a part is kept."""
+    """Windows of 9 s lie in runs of 144 s, of which a part is kept."""
     monkeypatch.setattr(scan, "LONGEST_WINDOW", 900)
     made = measurement_set(
         turns=TURNS,
@@ -183,7 +184,7 @@ def test_a_vibration_is_found_window_by_window(
     observations = observations_of(made)
     assert observations.stored is not None
     found = places_of(EFFECTS["vibration"](), Residuals(fit([_graduation()], observations)))
-    # A tenth of what the run resolves: 1/144 s.
+    # A tenth of the resolution of the run: 1/144 s.
     assert found[0].nonlinear["frequency"] == pytest.approx(7.3123, abs=0.0007)
 
 
@@ -222,7 +223,7 @@ def test_many_short_runs_all_stay_in_the_part(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_dense_turns_are_thinned_evenly() -> None:
-    # 2 turns of 100,000 rows: no pair of whole turns fits, one in eight rows of them does.
+    # 2 turns of 100,000 rows: no pair of whole turns fits, but one in eight rows of them does.
     revolution = np.repeat([0, 1], 100_000).astype(np.int32)
     pieces = part._stretches(revolution, 0, 25_000, np.random.default_rng(1))
     assert pieces == [(0, 200_000, 8)]
@@ -259,8 +260,8 @@ def test_the_command_judges_all_rows_and_tells_how_far_it_is(
     assert f"comparing: 100 % of {ROWS:,} rows" in done.stderr
     channel = json.loads(out.read_text(encoding="utf-8"))["channels"]["capture"]
     assert channel["rows"] == ROWS
-    # The stored figures are of every row as well, and of the same coefficients. The offsets of the
-    # runs are weighed by the noise, which is estimated anew beside what is stored.
+    # The stored figures also come from every row and the same coefficients. The noise, which
+    # weights the offsets of the runs, is estimated anew.
     assert read_model(model).history[-1].rms_arcsec["capture"] == pytest.approx(
         channel["rms_arcsec"], rel=1e-3
     )

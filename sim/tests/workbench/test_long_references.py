@@ -1,4 +1,4 @@
-"""Long references: searched on a part, fitted to every row, and the same answer as from all."""
+"""A part of a long reference is searched, every row is fitted; the answer is that of all rows."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NOISE_ARCSEC = 0.3
 
 
 def _observations(limit: int, *, with_time: bool = True) -> Observations:
-    """Two runs of five turns; a line between the orders."""
+    """Make two runs of five turns with a line between the orders."""
     random = np.random.default_rng(8)
     way = np.arange(ROWS // 2) * (5.0 * 360.0 / (ROWS // 2))
     target = np.concatenate([way, way[::-1]])
@@ -56,7 +56,7 @@ def test_the_part_is_stretches_of_every_run() -> None:
     assert rows.row is not None
     assert 0.8 * LIMIT <= rows.run.size <= LIMIT
     assert set(np.unique(rows.run)) == {0, 1}
-    # Rows have their own numbers, so that noise is not carried over a gap as if there were none.
+    # Rows keep their own numbers, so that the noise is not continuous over a gap.
     np.testing.assert_array_equal(rows.target_rad, whole.target_rad[rows.row])
     noise = fit([_base()], observations).noise.reference
     assert noise is not None
@@ -71,7 +71,8 @@ def _all_at_once(searched: Solution) -> Solution:
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
-    """In one block it is the same sum; else the correlation is cut at the end of a block."""
+    """In one block both are the same sum; otherwise the correlation is cut at the end of a
+    block."""
     searched = fit([_base()], _observations(LIMIT))
     whole = _all_at_once(searched)
     with pytest.MonkeyPatch.context() as patch:
@@ -87,7 +88,7 @@ def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
     share = 1e-6 if block_rows > ROWS else 0.05
     np.testing.assert_array_less(np.abs(streamed.coefficients - whole.coefficients), share * sigma)
     np.testing.assert_allclose(np.sqrt(np.diag(streamed.covariance)), sigma, rtol=0.01)
-    # The part alone knows four times less.
+    # The part has a quarter of the rows: twice the uncertainty.
     assert np.median(np.sqrt(np.diag(searched.covariance)) / sigma) == pytest.approx(2.0, rel=0.1)
 
 
@@ -96,7 +97,7 @@ def test_a_line_is_found_in_the_part_and_measured_in_all_rows() -> None:
     grown, solution = fitted(model, _observations(LIMIT), EFFECTS)
     assert solution.every_row
     order = grown.effects[1].parameters["order"]
-    # Cramér–Rao: two runs of five turns, each with half the rows, one phase for both.
+    # Cramér–Rao: two runs of five turns, each with half the rows, and one phase for both.
     least_sigma = np.sqrt(6.0 / ROWS) * NOISE_ARCSEC / (np.pi * 0.05 * 5.0)
     assert order.sigma == pytest.approx(least_sigma, rel=0.2)
     assert order.value == pytest.approx(ORDER, abs=4.0 * least_sigma)

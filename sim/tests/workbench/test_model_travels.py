@@ -1,4 +1,4 @@
-"""A model that is moved with its own effects works there, and says where its steps came from."""
+"""A model that moves with its own effects works there, and states the origin of its steps."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_model_with_its_effects_can_be_moved(tmp_path: Path) -> None:
         assert re.fullmatch(r"[0-9a-f]{64}", step.measurement_sha256)
         assert step.measurement_sha256 == set_digest(there / "set")
 
-    # A further step keeps what the earlier ones say; the folder is not listed twice.
+    # A further step keeps the earlier statements; the folder is not listed twice.
     earlier = read_model(moved).history
     _run("add", "hysteresis", there / "set", "--effects", there / "effects", "--model", moved)
     later = read_model(moved)

@@ -1,4 +1,4 @@
-"""The ladder's noise is one figure of the set: it is what was simulated, whatever the model has."""
+"""The ladder's noise is one figure of the set: the simulated noise, whatever the model contains."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ from tests.workbench.small_sets import (
 )
 
 ROWS_A_TURN = 6_000.37
-"""Rows 2.7 lines apart: between two of them the signal goes round, and none repeats exactly."""
+"""Rows of a turn, 2.7 lines apart, so that the signal phase varies and never repeats exactly."""
 NOISE = 0.1
 ROW_NOISE = NOISE * np.sqrt(2.0)
-"""Of R₂ − R₁."""
+"""Noise of R₂ − R₁, arcseconds."""
 HIDDEN = 0.63
 KNOWN_TO = 0.1
-"""Four standard deviations of a scatter from some 6,000 differences that share rows are 5 %; twice
-0.02 of a period leave 2π·0.02·0.63″/√3, which is 5 % of the noise more."""
+"""Relative tolerance: four standard deviations of a scatter from some 6,000 differences that share
+rows are 5 %; twice 0.02 of a period leave 2π·0.02·0.63″/√3, another 5 % of the noise."""
 SHAKE_HZ = 7.0
 
 
 def hidden_capture(seed: int = 4) -> MeasurementSet:
-    """Three turns with an error of the interpolation of both heads."""
+    """Make three turns with an interpolation error of both heads."""
     random = np.random.default_rng(seed)
     size = int(3 * ROWS_A_TURN)
     angle = 0.3 + np.arange(size) * 2.0 * np.pi / ROWS_A_TURN
@@ -96,7 +96,7 @@ def test_it_does_not_lie_above_what_an_adequate_model_leaves(after: Analysis) ->
 
 
 def test_a_few_rows_leave_no_less_than_the_noise() -> None:
-    """A fit of many coefficients leaves less than the noise of a row; that is not its floor."""
+    """A fit of many coefficients leaves less than the noise of a row, which is not its floor."""
     for seed in range(1, 5):
         made = measurement_set(paper_error, seed=seed, runs=1, cycles=2, turns=1)
         seen = analyse(made, "", default_model(), built_in())
@@ -143,7 +143,7 @@ def test_what_does_not_repeat_is_noise_until_it_is_known() -> None:
 
     made = measurement_set(paper_error, head2_only=shake, runs=1, cycles=1, reference=False)
     first = analyse(made, "", default_model(), built_in())
-    # Repeats scatter as much as all that is left.
+    # Repeats scatter as much as the whole residual.
     (step,) = first.model.history
     assert step.noise_arcsec["capture"] <= step.rms_arcsec["capture"]
     last = with_effect(first, "vibration", {})
@@ -165,6 +165,6 @@ def test_steps_on_another_set_have_its_own_noise() -> None:
     assert [item.noise_arcsec["capture"] for item in with_one_floor(history)] == [
         0.3, 0.2, 0.3, 0.3,
     ]  # fmt: skip
-    # A set that was changed under its name is another one.
+    # A set that was changed under its name is another set.
     changed = [*history[:3], structs.replace(history[3], measurement_sha256="3")]
     assert floor_of(changed) == {"capture": 0.4}

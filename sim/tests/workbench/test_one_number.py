@@ -1,4 +1,5 @@
-"""*Left* and *held out* are the same figures wherever they are shown, and are what adding gives."""
+"""*Left* and *held out* are the same figures wherever they are shown, and are those after
+adding."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ from arctrue.workbench.model.model import default_model
 from arctrue.workbench.observations.build import observations_of
 
 SAME = 1e-9
-"""Relative: the same sums of the same rows, in the same order."""
+"""Relative tolerance for the same sums of the same rows in the same order."""
 
 
 def _warm(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -51,7 +52,7 @@ SETS = {
     "drift of a head": {"head2_only": lambda time, speed: 1e-3 * time},
     "no reference": {"error": _warm, "reference": False},
 }
-"""Twelve, of 6,400 rows or fewer."""
+"""Twelve sets of 6,400 rows or fewer."""
 
 
 def _made(name: str) -> MeasurementSet:
@@ -73,12 +74,12 @@ def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None
     data = json.loads((tmp_path / "d.json").read_text("utf-8"))
     _run("compare", str(folder), "--json", str(tmp_path / "c.json"))
     compared = json.loads((tmp_path / "c.json").read_text("utf-8"))["channels"]
-    # As it was written: rounded to the digits of the file.
+    # The set as it was written: rounded to the digits of the file.
     seen = analyse(read_measurement_set(folder), "", default_model(), built_in())
     first = seen.model.history[-1]
     ranking = {"diagnosis": data, "sentences": []}
 
-    # Before anything is added: JSON, comparison, ladder.
+    # Before an effect is added: JSON, comparison and ladder.
     for channel, value in first.rms_arcsec.items():
         assert data["residual_rms_arcsec"][channel] == pytest.approx(value, rel=SAME)
         assert compared[channel]["rms_arcsec"] == pytest.approx(value, rel=SAME)
@@ -125,7 +126,7 @@ def _card(ranking, name, seen):  # type: ignore[no-untyped-def]
 
 
 def test_left_is_the_rms_of_measured_less_predicted() -> None:
-    """Against plain least squares of the columns written down here: the paper's 20 orders."""
+    """Compare with plain least squares of the columns written here: the paper's 20 orders."""
     made = measurement_set(runs=1, turns=2, cycles=2, reference=False)
     observations = observations_of(made)
     grown, _ = fitted(default_model(), observations, built_in())
@@ -143,5 +144,5 @@ def test_left_is_the_rms_of_measured_less_predicted() -> None:
     )
     measured = rows.difference_arcsec
     left = measured - columns @ np.linalg.lstsq(columns, measured, rcond=None)[0]
-    # White noise: weights are all alike; readings for angles move an order by 90″ of 10⁶.
+    # White noise has equal weights; readings used as angles move an order by 90″ of 10⁶.
     assert step.rms_arcsec["capture"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=1e-3)

@@ -1,4 +1,5 @@
-"""A line without a name: any order or frequency, with its σ, and only what the data can know."""
+"""Tests of lines without a name: any order or frequency, its σ, and only what the data
+determine."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ def _reference(
     teeth: float | None = None,
     step_deg: float = 1.0,
 ) -> Observations:
-    """One head against a reference on the move; orders with amplitudes, and one line in time."""
+    """Make one head against a moving reference: orders with amplitudes, and one line in time."""
     random = np.random.default_rng(11)
     targets, times, runs = [], [], []
     start = 0.0
@@ -81,7 +82,7 @@ def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
 
 
 def test_without_a_disc_nothing_is_said_of_one() -> None:
-    """A whole order of a reference alone may be a gear's or a motor's as well as the encoder's."""
+    """A whole order in a reference alone may come from a gear or a motor as well as the encoder."""
     said = " ".join(sentences(_diagnosed(_reference([(40.0, 0.6)]))))
     assert "Missing: periodic_error." in said
     assert "disc" not in said
@@ -117,7 +118,7 @@ def test_it_is_added_again_for_the_next_line() -> None:
 
 
 def test_a_drive_of_a_broken_tooth_count_has_its_own_name() -> None:
-    """A worm, a belt and a motor: 53.71 periods a turn, as the set states."""
+    """A worm, a belt and a motor make 53.71 periods a turn, as the set states."""
     found = _diagnosed(_reference([(53.71, 0.6)], teeth=53.71))
     assert found.named is not None
     assert found.named.name == "drive_gear_error"
@@ -130,7 +131,7 @@ def test_nothing_is_named_in_noise_alone() -> None:
 
 
 def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
-    """Offsets of the runs, half an hour apart, follow some slow sine whatever they are."""
+    """Offsets of runs that are half an hour apart always fit some slow sine."""
     observations = observations_of(measurement_set(turns=2, reference=False))
     rows = observations.capture
     assert rows is not None

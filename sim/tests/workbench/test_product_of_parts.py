@@ -1,4 +1,4 @@
-"""A product of parts is an effect like any other: settings say it, in a model file too."""
+"""A product of parts is an effect like any other; its settings define it, in a model file too."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_settings_that_say_none_are_refused(settings: dict[str, object], said: s
 def test_it_is_listed_and_nobody_looks_for_it_without_settings(observations: Observations) -> None:
     effects = catalogue()
     assert set(effects) - set(ORDER) == {"product_of_parts"}
-    # The set has no angle of a second axis, so that no mount is asked about.
+    # The set has no angle of a second axis, so that no mount is considered.
     expected = set(ORDER) - {"hysteresis", "pointing_geometry"}
     assert set(absent_effects(effects, ["hysteresis"], observations)) == expected
 

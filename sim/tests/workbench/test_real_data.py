@@ -1,4 +1,4 @@
-"""Findings on two measured machines, stated beside the sets in docs/data."""
+"""Findings on two measured machines agree with the statements beside the sets in docs/data."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ def test_source_and_licence_are_beside_the_data(name: str) -> None:
 
 
 def test_motor_reversal_error(motor: Observations) -> None:
-    """Up and down differ by 1,200″: the means of the two directions say it without a fit."""
+    """Up and down differ by 1,200″: the means of the two directions show it without a fit."""
     lines = [_line(order) for order in (126, 108, 72, 42)]
     found = diagnose(motor, [_base(), *lines], EFFECTS)
-    # All at one speed: a delay of the reference would look the same, and latency cannot be tested.
+    # All rows have one speed: a delay of the reference would look the same and cannot be tested.
     assert found.verdict == "ambiguous"
     assert found.effect_class == ["hysteresis", "latency"]
     assert found.candidates[0].name == "hysteresis"
@@ -63,13 +63,14 @@ def test_motor_reversal_error(motor: Observations) -> None:
     assert rows.direction is not None
     up = float(np.mean(rows.error_arcsec[rows.direction > 0]))
     down = float(np.mean(rows.error_arcsec[rows.direction < 0]))
-    # Rows are weighted by their noise, which is correlated over the turn: not the plain means.
+    # Rows are weighted by noise that is correlated over the turn: the result is not the plain mean.
     assert reversal == pytest.approx(up - down, rel=0.2)
     assert abs(reversal) == pytest.approx(1200.0, rel=0.2)
 
 
 def test_motor_orders_above_the_model(motor: Observations) -> None:
-    """Multiples of the 21 pole pairs and of 36, each found by the scan of what is left."""
+    """The search of the residual finds multiples of the 21 pole pairs and of 36, one after
+    another."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     effect = EFFECTS["periodic_error"]()
     assert not effect.missing(motor)
@@ -86,7 +87,7 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
 
 @pytest.mark.large
 def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
-    """Each verdict is added: both families of lines, up and down; at last it says: more is left."""
+    """Each verdict is added: both families of lines, up and down; at the end an error is left."""
     terms, named, orders = [_base()], [], []
     for _ in range(12):
         found = diagnose(motor, terms, EFFECTS)
@@ -107,7 +108,7 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
 
 
 def test_motor_lack_of_fit_is_told_without_repeats(motor: Observations) -> None:
-    """No station repeats; order 126 is a lack of fit all the same, and is named."""
+    """No station repeats, yet order 126 is a lack of fit and is named."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
     lack_of_fit_p = found.channels["reference"].lack_of_fit_p
@@ -143,9 +144,9 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
 
 
 def test_beside_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
-    """On 9° an order of 30 is three quarters of a period: a slow curve, no property of the axis.
+    """On 9°, order 30 is three quarters of a period: a slow curve, and no property of the axis.
 
-    The second record of such a mount, another night, shows the same 16 periods a tooth.
+    The second record of such a mount, from another night, shows the same 16 periods a tooth.
     """
     terms = [
         Term(EFFECTS["reference_drift"](degree=2), {}),
@@ -160,7 +161,7 @@ def test_beside_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -
         assert abs(multiple - round(multiple)) < 3.0 * order.sigma / 225.0
         assert "fixed to the drive" in " ".join(sentences(found))
         terms.append(found.named.term)
-    # No line of an order is left, and no "adequate" of a set that can test few effects.
+    # No line of an order is left, and a set that can test few effects is not "adequate".
     assert found.verdict == "cannot_tell"
     assert found.decision.cannot_tell is not None
     assert found.next_measurement is not None

@@ -1,7 +1,7 @@
-"""A change that is meant to change no result leaves recorded verdicts as they are.
+"""A change that is meant to change no result leaves the recorded verdicts as they are.
 
-Four of the recorded sets are diagnosed again, of four worlds with different contents;
-``python -m scripts.record_verdicts --check`` does so with all 40.
+The test diagnoses four of the recorded sets again, of four worlds with different contents; ``python
+-m scripts.record_verdicts --check`` does so with all 40.
 """
 
 from __future__ import annotations

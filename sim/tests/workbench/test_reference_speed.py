@@ -1,4 +1,4 @@
-"""Which rows of a reference run were read on the move, from rows as a bench would write them."""
+"""Tests of which rows of a reference run were read in motion, from rows like those of a bench."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FACES = np.arange(24) * 15.0
 def _reference(
     passes: list[tuple[np.ndarray, np.ndarray]], cycles: bool = True, jitter_s: float = 0.0
 ) -> Reference:
-    """Passes of (targets in degrees, times from the pass's start), ten seconds between them."""
+    """Make passes of (targets in degrees, times from the start of the pass), ten seconds apart."""
     random = np.random.default_rng(3)
     times, start = [], 0.0
     for _, since in passes:
@@ -40,7 +40,7 @@ def _steady(targets: np.ndarray, deg_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("cycles", [True, False])
 def test_stations_of_a_polygon_stand_still(cycles: bool) -> None:
-    """Every pass takes the same four seconds a station: no speed that a ladder could be made of."""
+    """Every pass takes the same four seconds a station: such times define no speed."""
     assert reference_speed(_reference([_stops(FACES), _stops(FACES[::-1])] * 3, cycles)) is None
 
 
@@ -60,19 +60,19 @@ def test_faces_passed_at_several_speeds_are_on_the_move() -> None:
 
 
 def test_a_hurried_hand_is_no_speed() -> None:
-    """Stops of three to seven seconds: the times do not follow the distances."""
+    """Stops last three to seven seconds: the times do not follow the distances."""
     passes = [_stops(FACES), _stops(FACES, 2.5), _stops(FACES)]
     assert reference_speed(_reference(passes, jitter_s=1.0)) is None
 
 
 def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
-    """Up to 40°/s and down again in a minute, ten rows a second: up to 4° between rows."""
+    """The ramp goes to 40°/s and back in a minute with ten rows a second: up to 4° between rows."""
     time = np.arange(0.0, 60.0, 0.1)
     wanted = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
     angle = np.cumsum(wanted) * 0.1
     speed = reference_speed(_reference([(angle, time)]))
     assert speed is not None
-    # The slope over 65 rows is exact but where it takes in the top or the end: 32 rows a side.
+    # The slope over 65 rows is exact unless it includes the top or an end: 32 rows a side.
     away = np.abs(np.degrees(speed) - wanted)
     inner = (np.abs(time - 30.0) > 3.3) & (time > 3.3) & (time < 56.7)
     assert away[inner].max() < 0.1
@@ -80,6 +80,7 @@ def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
 
 
 def test_stations_at_unequal_distances_stand_still() -> None:
-    """Stars from east to west, a minute each: the ways are as unlike as the stars' places."""
+    """Stars from east to west take a minute each: the distances vary like the places of the
+    stars."""
     stars = np.sort(np.random.default_rng(5).uniform(0.0, 360.0, 60))
     assert reference_speed(_reference([(stars, np.arange(60) * 60.0)])) is None

@@ -1,4 +1,4 @@
-"""Score tests of several effects at once, maxima between grid points, and noise that is kept."""
+"""Tests of score tests of several effects at once, maxima between grid points, and kept noise."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SOLUTION = fit([Term(EFFECTS["graduation_harmonics"](), {})], OBSERVATIONS)
 
 
 def test_scores_of_several_effects_are_those_of_each_alone() -> None:
-    """In both channels, in one, and more columns than are taken together."""
+    """The effects act in both channels or in one, and have more columns than one group holds."""
     names = ["hysteresis", "polygon_face_error", "subdivision_error", "thermal_head_drift"]
     asked = [(EFFECTS[name](), {}) for name in names]
     asked += [
@@ -40,7 +40,7 @@ def test_scores_of_several_effects_are_those_of_each_alone() -> None:
 
 
 def test_score_is_the_fall_of_generalised_least_squares() -> None:
-    """χ² with and without the columns, by dense matrices of the covariance."""
+    """Compare with χ² with and without the columns, from dense matrices of the covariance."""
     residuals = Residuals(SOLUTION)
     effect = EFFECTS["thermal_head_drift"]()
     score = residuals.score(effect, {})
@@ -69,10 +69,10 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
 
 
 def test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
-    """A gain of 1 % changes ε, and so its own column: what is left is no least squares.
+    """A gain of 1 % changes ε and so its own column: the residual is that of no least squares fit.
 
-    The gain has taken all but 1 % of one direction of a first order beside it, in which the trifle
-    that is left would be a large wave. Both are judged with the same noise and the same ε.
+    The gain has absorbed all but 1 % of one direction of a first order beside it, in which the
+    small residual would be a large wave. Both are judged with the same noise and the same ε.
     """
     measurement = measurement_set(turns=1, runs=1)
     assert measurement.reference is not None
@@ -92,7 +92,8 @@ def test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit() -> 
 
 @pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])
 def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) -> None:
-    """Steps of a quarter of what the record resolves; to a thousandth of that."""
+    """Grid steps are a quarter of the resolution of the record; the result is right to 0.001 of
+    it."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     step = 0.25 / OBSERVATIONS.longest_run_s
@@ -111,7 +112,7 @@ def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) ->
 
 
 def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
-    """And that of the channel that it does is estimated anew."""
+    """The noise of the channel that the effect does touch is estimated anew."""
     turned = observations_of(measurement_set(reversal_arcsec=1.0))
     solution = fit(SOLUTION.terms, turned)
     residuals = Residuals(solution)
@@ -125,10 +126,10 @@ def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
 
 
 def test_scales_that_a_missing_effect_made_go_with_it() -> None:
-    """2″ a kelvin in the one warm run scatter there; with the effect in the model, no run does.
+    """2″/K add scatter to the one warm run; with the effect in the model no run scatters more.
 
-    The noise estimated beside the effect is that of a fit with it, to the 1 % to which 14,400 rows
-    know it (1/√(2·14,400) = 0.6 %).
+    The noise estimated beside the effect is that of a fit with it, within 1 %: 14,400 rows know it
+    to 1/√(2·14,400) = 0.6 %.
     """
 
     def warm(disc: Float, temperature: Float, speed: float) -> Float:
@@ -151,7 +152,7 @@ def test_scales_that_a_missing_effect_made_go_with_it() -> None:
 
 
 def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
-    """A wave of order 12.5 beside head 2 stands first among them."""
+    """A wave of order 12.5 beside head 2 is the first product found."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     wave = SOLUTION.noise.capture.draw(np.random.default_rng(2))  # type: ignore[union-attr]
@@ -162,9 +163,9 @@ def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
 
 @pytest.mark.parametrize("order", [48.3072, 200.3])
 def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None:
-    """Beside free faces any wave over the stations is known; what is left of it is angle noise.
+    """With free faces any wave over the stations is absorbed; only noise of the angles remains.
 
-    The capture's two columns are left: in white noise, their gain is above 18.4 in 10⁻⁴ of sets.
+    The capture's two columns remain: in white noise, their gain is above 18.4 in 10⁻⁴ of sets.
     """
     observations = observations_of(measurement_set(runs=1, cycles=6))
     model = [Term(EFFECTS[name](), {}) for name in ("graduation_harmonics", "polygon_face_error")]
@@ -176,10 +177,10 @@ def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None
 
 
 def test_a_score_beside_coefficients_away_from_the_maximum_is_that_of_the_fit() -> None:
-    """Also in the directions of a block that are left out: of four columns, two are the faces'.
+    """This holds also in the dropped directions of a block: of four columns, two are the faces'.
 
-    Without any column that depends on the model, the score test is quadratic: where the model's
-    coefficients stand makes no difference.
+    Without a column that depends on the model, the score test is quadratic: the values of the
+    model's coefficients make no difference.
     """
     observations = observations_of(measurement_set(runs=1, cycles=6))
     model = [Term(EFFECTS[name](), {}) for name in ("graduation_harmonics", "polygon_face_error")]

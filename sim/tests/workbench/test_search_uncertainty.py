@@ -1,4 +1,4 @@
-"""Stated uncertainty of search parameters against the scatter of repeated simulation."""
+"""Tests of stated uncertainties of search parameters against the scatter of simulations."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TRUTH = {"frequency": FREQUENCY, "order": ORDER, "place": PLACE, "width": WIDTH}
 
 
 def _error(disc, temperature, speed):  # type: ignore[no-untyped-def]
-    # Small orders, so that reading and true angle differ by less than 0.001°.
+    # Orders are small, so that reading and true angle differ by less than 0.001°.
     away = np.degrees((disc - np.radians(PLACE) + np.pi) % (2.0 * np.pi) - np.pi)
     return 1.0 * np.cos(disc) + HEIGHT * np.exp(-0.5 * (away / WIDTH) ** 2)
 
@@ -61,7 +61,7 @@ def test_scatter_is_what_the_linearised_jacobian_says() -> None:
         for name, true in TRUTH.items():
             scaled[name].append((parameters[name].value - true) / parameters[name].sigma)
         scaled["height"].append((height - HEIGHT) / sigma)
-    # Five tests: each at 1 in 2,000, so that a right implementation fails once in 400.
+    # Five tests at 1 in 2,000 each: a correct implementation fails once in 400.
     low, high = chi2.ppf([0.00025, 0.99975], REPEATS)
     for name, values in scaled.items():
         assert low < float(np.sum(np.square(values))) < high, (name, np.std(values))
@@ -119,7 +119,8 @@ def test_instant_of_a_slip_is_within_its_uncertainty() -> None:
         )
         grown, _ = fitted(model, observations, EFFECTS)
         found = grown.effects[1].parameters["instant"]
-        # 0.35″ in 0.15″ noise: σ is below two samples, and never below half a sample's spread.
+        # 0.35″ in noise of 0.15″: σ is below two samples, and never below the spread of half a
+        # sample.
         assert period / np.sqrt(12.0) <= found.sigma < 2.0 * period
         scaled.append((found.value - instant) / found.sigma)
     low, high = chi2.ppf([0.0001, 0.9999], len(scaled))

@@ -26,7 +26,7 @@ from arctrue.workbench.observations.build import observations_of
 
 LAG_S = 60.0
 ARCSEC_K = 0.9e-6 / 0.053975 * 648_000 / np.pi
-"""Of a centre that shifts by 0.9 µm/K, at the disc's radius."""
+"""Error in arcseconds per kelvin of a centre that shifts by 0.9 µm/K, at the disc's radius."""
 
 
 def _simulated(noise: list[Wanted]) -> SimulatedSet:
@@ -74,14 +74,14 @@ def test_one_temperature_tells_no_lag(lagging: SimulatedSet) -> None:
 
 
 def _fitted_default(made: SimulatedSet) -> tuple[Model, Observations]:
-    """A model in which nothing follows the temperature."""
+    """Fit a model without any effect of the temperature."""
     observations = observations_of(made.measurement)
     model, _ = fitted(default_model(), observations, built_in())
     return model, observations
 
 
 def test_the_lag_is_taken_off_against_the_exact_course() -> None:
-    """T_s of a course with corners, solved exactly; the parabola has no error on a straight T."""
+    """T_s of a course with corners is solved exactly; the parabola has no error on a straight T."""
     course = TemperatureCourse((0.0, 100.0, 400.0), (20.0, 20.0, 26.0))
     time_s = np.arange(110.0, 390.0, 0.25)
     shown = course.lagging(time_s, LAG_S)
@@ -93,7 +93,8 @@ def test_the_lag_is_taken_off_against_the_exact_course() -> None:
 
 
 def test_export_fits_the_lag_and_the_rate_with_it(lagging: SimulatedSet, tmp_path: Path) -> None:
-    """The file tells the firmware the lag; the rate is the table's, not the thermometer's."""
+    """The file tells the firmware the lag; the rate is that of the table, not of the
+    thermometer."""
     write_measurement_set(tmp_path / "set", lagging.measurement)
     observations = observations_of(lagging.measurement)
     model, _ = fitted(_model(), observations, built_in())

@@ -1,4 +1,4 @@
-"""A stored thermal effect belongs to its own T₀, whatever set it is compared with."""
+"""A stored thermal effect keeps its own T₀, whatever set it is compared with."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def warming(disc: Float, temperature: Float, speed: float) -> Float:
 
 
 def warmer_set() -> MeasurementSet:
-    """The same table on a warmer day."""
+    """Make a set of the same table on a warmer day."""
     fresh = measurement_set(lambda disc, t, speed: warming(disc, t + WARMER_K, speed), seed=2)
     capture, reference = fresh.capture, fresh.reference
     assert capture is not None
@@ -58,10 +58,10 @@ def test_a_stored_model_holds_on_a_warmer_day(tmp_path: Path) -> None:
         assert residual is not None
         return float(np.std(residual))
 
-    # Noise of both heads and half a count's rounding each, RMS; 5 % for the sample.
+    # Noise of both heads and the rounding of each to counts, RMS; 5 % for the sample.
     noise = np.hypot(np.sqrt(2.0) * CAPTURE_NOISE, 0.0772 / np.sqrt(6.0))
     assert left(stored.reference_temperature_c) < 1.05 * noise
-    # With the set's own T₀ the effect would be 6 K short of 2″/K, seen as |e^{jα} − 1| = 0.568.
+    # With the set's own T₀ the effect would lack 6 K of 2″/K, seen as |e^{jα} − 1| = 0.568.
     assert left(None) > 0.5 * WARMER_K * RATE_ARCSEC_PER_K * 0.568 / np.sqrt(2.0)
 
 

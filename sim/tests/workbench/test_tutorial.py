@@ -1,4 +1,4 @@
-"""The pages that show commands say what the commands print."""
+"""The pages that show commands show their real output."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 def _follow(page: Path) -> int:
-    """Do everything that a page shows, in the working folder; returns how many commands."""
+    """Do everything that a page shows, in the working folder; return the number of commands."""
     commands = 0
     for step in steps(page):
         if isinstance(step, FileToWrite):
@@ -35,7 +35,7 @@ def _follow(page: Path) -> int:
 
 
 def _tested() -> str:
-    """What pytest says of the folder ``effects``."""
+    """Run pytest on the folder ``effects`` and return its output."""
     words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "effects"]
     done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr

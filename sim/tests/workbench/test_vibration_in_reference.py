@@ -1,4 +1,4 @@
-"""A bracket of head 1 that shakes is seen in the reference too, at the alias of its frequency."""
+"""A shaking bracket of head 1 is seen in the reference too, at the alias of its frequency."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 FREQUENCY_HZ = 7.31
-"""Of which readings every 4 s show a line of 0.06 Hz."""
+"""Frequency that readings every 4 s show as a line of 0.06 Hz."""
 SIZE_ARCSEC = 0.5
 
 
@@ -41,13 +41,14 @@ def _fitted(*, head1: bool, in_time: bool = True) -> Solution:
 
 
 def test_nothing_of_it_is_left_in_the_reference() -> None:
-    """It was left whole, and named once more as a line without a cause."""
+    """The reference used to keep the whole vibration, named again as a line without a cause."""
     solution = _fitted(head1=True)
     left = solution.reference_residual_arcsec()
     assert left is not None
-    # 288 rows, 23 coefficients at the most: the scatter is told to 5 %, and three times that.
+    # 288 rows and at most 23 coefficients: the scatter is known to 5 %, times three.
     assert float(np.std(left)) == pytest.approx(REFERENCE_NOISE, rel=0.15)
-    # Of a sine in white noise: σ = √(6/n)·(noise/amplitude)/(π·T), T = 1,152 s; five times that.
+    # A sine in white noise has σ = √(6/n)·(noise/amplitude)/(π·T) with T = 1,152 s; five times
+    # that.
     sigma_hz = np.sqrt(6.0 / 288) * (REFERENCE_NOISE / SIZE_ARCSEC) / (np.pi * 1152.0)
     found = solution.terms[-1].nonlinear["frequency"]
     assert found == pytest.approx(FREQUENCY_HZ, abs=5.0 * sigma_hz)
@@ -63,14 +64,14 @@ def test_a_bracket_of_head_2_leaves_the_reference_alone() -> None:
     )
     size = told["reference_amplitude"]
     assert size.value < 4.0 * size.sigma
-    # R₂ − R₁ of 14,400 rows: √(2/n) of the noise of two heads, and five times that.
+    # R₂ − R₁ of 14,400 rows: √(2/n) of the noise of two heads, times five.
     assert told["amplitude"].value == pytest.approx(
         SIZE_ARCSEC, abs=5.0 * 0.15 * np.sqrt(2 / 14_400)
     )
 
 
 def test_columns_of_a_run_act_in_that_run_alone() -> None:
-    """column_runs says what the columns show: where the capture's rows are not zero."""
+    """column_runs names the runs in which the capture's rows of a column are not zero."""
     solution = _fitted(head1=True)
     vibration, rows = solution.terms[-1].effect, solution.observations.capture
     assert rows is not None

@@ -1,4 +1,4 @@
-"""Plans, seals, outcomes, rates, answers and the commands of the benchmark."""
+"""Tests of plans, seals, outcomes, rates, answers and commands of the benchmark."""
 
 from __future__ import annotations
 
@@ -133,7 +133,8 @@ def test_intervals_are_the_published_ones() -> None:
 
 
 def test_calibration_error_of_a_known_curve() -> None:
-    """Ten bins of three, by hand: in each one of three is right, as stated in the first nine."""
+    """Each of ten bins of three has one right answer, as stated in the first nine: a hand
+    calculation."""
     stated = [1 / 3] * 27 + [0.9] * 3
     right = [True, False, False] * 10
     bins = reliability(stated, right)
@@ -142,18 +143,18 @@ def test_calibration_error_of_a_known_curve() -> None:
         (pytest.approx(0.9), Rate(1, 3)),
     ]
     assert expected_calibration_error(bins) == pytest.approx((0.9 - 1 / 3) / 10)
-    # The order in which the answers come does not matter.
+    # The order of the answers does not matter.
     assert reliability(stated[::-1], right[::-1])[-1] == bins[-1]
     assert expected_calibration_error(reliability([1.0], [True])) == 0.0
     assert len(reliability([0.5] * 4, [True] * 4)) == 4
     found = calibration_error(stated, right)
     assert found.value == pytest.approx((0.9 - 1 / 3) / 10)
-    # A resample spreads over the bins, which can only add to so small a value.
+    # A resample spreads over the bins, which can only increase so small a value.
     assert 0.0 < found.low < found.high < 0.5
 
 
 def test_log_score_is_compared_with_the_best_constant() -> None:
-    """4 right at 0.8 and 1 wrong at 0.3: against 0.8 for all, by hand."""
+    """4 right answers at 0.8 and 1 wrong at 0.3 are compared with 0.8 for all, by hand."""
     found = log_score_gain([0.8] * 4 + [0.3], [True] * 4 + [False])
     own = (4 * np.log(0.8) + np.log(0.7)) / 5
     constant = (4 * np.log(0.8) + np.log(0.2)) / 5
@@ -166,7 +167,7 @@ def test_log_score_is_compared_with_the_best_constant() -> None:
 
 
 def test_interval_of_a_bootstrap_falls_with_the_root_of_the_number() -> None:
-    """The gain is a mean over sets but for its constant: its scatter falls as 1/√n."""
+    """The gain is a mean over sets except for its constant: its scatter falls as 1/√n."""
     random = np.random.default_rng(1)
     widths = []
     for number in (100, 1600):
@@ -195,7 +196,7 @@ def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not()
 
 
 def test_sure_answers_are_counted_by_what_they_say() -> None:
-    """Above 0.8 only: the third names the truth at 0.7."""
+    """Only answers above 0.8 count: the third names the truth at 0.7."""
     latency = effect("latency")
     sure, unsure = {"latency": 0.9, "unknown": 0.1}, {"latency": 0.7, "unknown": 0.3}
     sets = [
@@ -257,7 +258,7 @@ def test_rates_count_what_they_say() -> None:
 
 
 def test_a_class_of_names_where_nothing_is_counts_as_a_false_name() -> None:
-    """Beside something that is there it is a class without it, and no name."""
+    """Beside a real cause it is a class without that cause, and no name."""
     names = {"class": ["vibration", "bearing_ball_pass"]}
     sets = [
         judged("ambiguous", **names),
@@ -277,7 +278,7 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     text = benchmark_page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100** (0.100 … 0.100) |" in text
-    # One answer, right: the constant is surer than it is. log 0.9 − log 0.999.
+    # The one answer is right: the constant is surer than the answer. log 0.9 − log 0.999.
     assert "constant, simulated | > 0 | **-0.104** (-0.104 … -0.104) |" in text
     assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
     assert "calibration error, simulated (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
@@ -357,7 +358,7 @@ def test_reason_of_a_case_stands_beside_its_failure_and_stays(tmp_path: Path) ->
             {"cases": [{**case, "looked_into": asdict(reason)} for case in kept_cases(file)]}
         )
     )
-    # A later run adds cases and leaves the reasons as they are.
+    # A later run adds cases and keeps the reasons.
     assert keep([failed, later], None, file) == 1
     found = scored([failed, later, replace(failed, answer={"verdict": "adequate"})])
     text = benchmark_page(header_of(sets=3), found, reasons=kept_reasons(file))
@@ -385,7 +386,7 @@ def test_tier_of_cases_holds_sets_that_can_be_made(tmp_path: Path) -> None:
     for task in tasks:
         assert task["world"] in WORLDS or task["world"] in independent_worlds()
         assert task["content"] in (*CONTENTS, HIDDEN)
-    # What was hidden is still hidden, so that the case is the one that was kept.
+    # The same cause is hidden, so that the case is the recorded one.
     (first, *_), (case, *_) = tasks, kept_cases()
     names = [item["effect"] for item in make_set({**first, "samples": 200}).truth["effects"]]
     assert names == case["found"]["hidden"]
@@ -459,7 +460,7 @@ def test_a_subject_that_fails_is_a_miss_not_an_end(monkeypatch) -> None:  # type
 
 
 def finished(folder: Path) -> list[str]:
-    """A folder with three sets of a plan; the names of the sets."""
+    """Make a folder with three sets of a plan; return the names of the sets."""
     plan = make_plan("quick", folder)
     tasks = plan.tasks("arctrue")[:3]
     truth = {"effects": [effect("latency")], "noise": [], "told": [], "floor_arcsec": {}}
@@ -545,7 +546,7 @@ def test_public_sets_are_the_frozen_ones(tmp_path: Path) -> None:
     plan = make_plan("public", tmp_path / "plan")
     tasks = plan.tasks("arctrue")
     assert set(frozen_digests()) == {set_name(task) for task in tasks}
-    # One set of each world; all 200 by arctrue benchmark sets.
+    # One set of each world; ``arctrue benchmark sets`` compares all 200.
     found = {set_name(task): task_digest(task) for task in tasks[6:12]}
     assert differing(found) == [], "the generator has changed: arctrue benchmark sets --freeze"
     assert differing({**found, next(iter(found)): "0" * 16}) == [next(iter(found))]
@@ -567,7 +568,7 @@ def test_sets_that_are_not_the_frozen_ones_are_told(tmp_path: Path, monkeypatch)
 def test_all_public_sets_can_be_frozen_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Written as they stand in the tree, where nothing has changed."""
+    """The list is written as it is in the tree, where nothing has changed."""
     file = tmp_path / "public_sets.json"
     monkeypatch.setattr("arctrue.studies.benchmark.frozen.FILE", file)
     freeze(json.loads(FROZEN.read_text(encoding="utf-8"))["sets"])
@@ -614,7 +615,7 @@ def test_answers_of_a_known_seed_may_be_scored_anew_but_not_made_by_another_gene
     replace(plan, scoring="0").check()
     with pytest.raises(PlanError, match="the generator has changed"):
         replace(plan, generator="0").check()
-    # Frozen sets are told by their digests, see test_peers.
+    # Frozen sets are recognised by their digests, see test_peers.
     replace(make_plan("public", tmp_path / "public"), generator="0").check()
 
 

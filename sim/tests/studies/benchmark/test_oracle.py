@@ -1,4 +1,4 @@
-"""The ideal test against dense linear algebra and against its own draws."""
+"""Tests of the ideal test against dense linear algebra and against its own draws."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_noncentrality_is_that_of_generalised_least_squares(index_variance: floa
         {"capture": TrueNoise(in_radians, np.zeros(rows, dtype=bool))},
         index_variance,
     )
-    # Marginal covariance: the offsets' variance added, and the orders left free.
+    # Marginal covariance: the variance of the offsets is added, and the orders are free.
     covariance = process.covariance() + index_variance * (run[:, None] == run)
     angle = 2 * np.pi * turn
     alpha = np.deg2rad(33.0)
@@ -96,7 +96,7 @@ def test_every_cause_that_can_be_hidden_has_a_form() -> None:
 
 
 def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:
-    """Over sets that differ in their noise alone the score of the form is normal, mean √λ."""
+    """Over sets that differ only in their noise, the score of the form is normal with mean √λ."""
     experiment = full().smaller(100, 4)
     wanted, faint = Wanted("hysteresis", 0.25), Wanted("hysteresis", 0.25e-9)
     scores, expected = [], 0.0

@@ -1,4 +1,4 @@
-"""The peers answer what they can know, and nothing where nothing is."""
+"""The peers answer what they can know, and name nothing where nothing is hidden."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_a_lean_set_is_answered_too(tmp_path: Path, subject: str) -> None:
 
 
 def test_an_index_that_does_not_repeat_is_no_effect(tmp_path: Path) -> None:
-    # The model of the peers has an offset a run, held by the index's repeatability of one count.
+    # The model of the peers has an offset a run, limited by the index repeatability of one count.
     folder = tmp_path / "set"
     made = simulate_set([], full().smaller(1500, 5), 4, index_scatter_counts=1)
     write_measurement_set(folder, made.measurement)

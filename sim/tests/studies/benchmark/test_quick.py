@@ -1,4 +1,4 @@
-"""The quick tier, strictly: right means right, and what is not yet so is listed with its reason."""
+"""Sets of the quick tier must be right; wrong ones are listed with the reason."""
 
 from __future__ import annotations
 
@@ -23,12 +23,17 @@ NOT_YET = {
     6718972854943811: CLASS,
     2662083054292693: SECOND,
 }
-"""Seeds of the 60 sets of the quick tier whose answer is not right yet. There were 20 while noise
-was taken for white, 11 with noise in the model. A set that comes right leaves the list; one that is
-added makes the diagnosis worse, with a reason."""
+"""Seeds of the 60 sets of the quick tier whose answer is still wrong.
+
+There were 20 while noise was assumed to be white, and 11 with a noise model. A set that becomes
+right leaves the list; an added one, with a reason, makes the diagnosis worse.
+"""
 APART = 4
-"""``make test`` diagnoses two sets of each world, so many places apart, one place later from world
-to world, so that all contents are among them; ``make test-large`` diagnoses the others."""
+"""Distance of the two sets of each world that ``make test`` diagnoses.
+
+The first place shifts by one from world to world, so that all contents are among them; ``make
+test-large`` diagnoses the others.
+"""
 ALLOWED = set(GOOD) - {FIRST}
 
 

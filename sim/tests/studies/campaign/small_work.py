@@ -20,7 +20,7 @@ def slow_square(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def killed_once(task: Mapping[str, Any]) -> dict[str, Any]:
-    """The worker that first takes number 5 is killed over it."""
+    """Kill the worker that first takes number 5."""
     mark = Path(task["mark"])
     if task["number"] == 5 and not mark.exists():
         mark.touch()
@@ -34,7 +34,7 @@ def always_killed(task: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def noted(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Leaves a file a run, so that what is done twice is seen."""
+    """Leave a file for each run, which shows repeated tasks."""
     place = Path(task["place"])
     (place / f"{task['number']}-{os.getpid()}").touch()
     time.sleep(0.1)

@@ -85,7 +85,7 @@ def test_what_is_done_is_not_done_again_and_a_cut_line_is(tmp_path: Path) -> Non
     whole.run(workers=1)
     whole.run(workers=1)
     assert squares(tmp_path / "campaign") == [0, 1, 4, 9]
-    # Four runs, and the one whose line was cut.
+    # Four runs, and one for the line that was cut.
     assert len(list(place.iterdir())) == 5
 
 
@@ -126,7 +126,7 @@ def test_worker_with_other_code_is_refused_and_what_was_done_is_kept(
     stale = {**header["code"], "arctrue": "0123456789abcdef"}
     header["code"] = stale
     (tmp_path / "campaign.json").write_text(json.dumps(header), encoding="utf-8")
-    # The parent has read the source before it was edited; a worker that starts now reads it after.
+    # The parent has read the source before the edit; a worker that starts now reads it after that.
     monkeypatch.setattr(Sources, "state", lambda sources: stale)
     with pytest.raises(CampaignError, match="results of two states are not mixed; results so far"):
         campaign(tmp_path, 3).run(workers=1)
@@ -268,7 +268,7 @@ def test_a_stop_loses_nothing_and_the_same_command_goes_on(
     lines = tmp_path / "c" / "results.jsonl"
     wait_for(lambda: lines.exists() and lines.stat().st_size > 0, process)
     if asked == signal.SIGINT:
-        # As a terminal does: the signal goes to the workers too.
+        # A terminal also sends the signal to the workers.
         os.killpg(process.pid, asked)
     else:
         process.send_signal(asked)

@@ -1,4 +1,4 @@
-"""The Slurm array: every job of it runs its own shard, and together they do all tasks."""
+"""Every job of the Slurm array runs its own shard, and together the jobs do all tasks."""
 
 from __future__ import annotations
 

@@ -29,7 +29,8 @@ def scene() -> Scene:
 
 
 def follow(scene: Scene, position: NDArray[np.int64], latency: int = LATENCY) -> PinEvents:
-    """An output that follows ``position`` (one a head 1 edge) by single steps, a clock each."""
+    """Return an output that follows ``position`` (one a head 1 edge) by single steps, a clock
+    each."""
     clocks = np.ceil(scene.heads[0].time_s * SETTINGS.clock_hz).astype(np.int64) + latency
     shown = scene.heads[0].first_count
     free = 0
@@ -46,7 +47,7 @@ def follow(scene: Scene, position: NDArray[np.int64], latency: int = LATENCY) ->
 
 
 def corrected(scene: Scene, share: float = 1.0) -> NDArray[np.int64]:
-    """Head 1 minus ``share`` of its true error but the mean, whole counts, from the index on."""
+    """Return head 1 minus ``share`` of its true error without the mean, from the index on."""
     count = scene.heads[0].count
     scale = SETTINGS.counts_per_rev / (2 * np.pi)
     error = count - scene.heads[0].true_angle_rad * scale

@@ -1,4 +1,4 @@
-"""The demo's page and command: self-contained, and honest about a failure."""
+"""Tests of the demo's page and command: self-contained, and honest about a failure."""
 
 import re
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Tests how the console's lines become figures or named faults."""
+"""Test how the console's lines become figures or named faults."""
 
 import json
 

@@ -1,4 +1,5 @@
-"""The sources beside what their equations say, the covariance beside drawn calibrations."""
+"""Tests of the sources against their equations, and of the covariance against drawn
+calibrations."""
 
 from __future__ import annotations
 
@@ -53,7 +54,7 @@ def test_without_a_source_nothing_is_left() -> None:
 
 
 def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
-    """(a²/2) sin 2θ of a = 144″: 0.036″ RMS; the other orders add a tenth of it."""
+    """(a²/2) sin 2θ of a = 144″ is 0.036″ RMS; the other orders add a tenth of it."""
     amplitude = 144.1
     expected = amplitude**2 / 2.0 / ARCSEC_PER_RAD / math.sqrt(2.0)
     assert rms("approximation", "paper") == pytest.approx(expected, rel=0.1)
@@ -61,13 +62,13 @@ def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
 
 
 def test_uneven_steps_hurt_the_dft_alone() -> None:
-    """The ripple r of order 7 carries order 1 into orders 6 and 8, r·7… of 144″ through TF."""
+    """The ripple r of order 7 mixes order 1 into orders 6 and 8: r·7… of 144″ through TF."""
     assert 0.05 < rms("uneven", "paper") < 0.15
     assert rms("uneven") < 1e-4
 
 
 def test_two_roundings_of_a_count() -> None:
-    """A count over √12, once in the reading and once in the output: 0.0315″."""
+    """A rounding of a count over √12 acts in the reading and in the output: 0.0315″."""
     expected = arcsec_per_count(COUNTS) * math.sqrt(2.0 / 12.0)
     assert rms("quantisation") == pytest.approx(expected, rel=0.05)
 
@@ -84,7 +85,7 @@ def test_the_latency_is_the_angle_travelled() -> None:
 
 
 def test_the_place_of_the_index_is_drawn_as_it_is_printed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rectangular between ± 50″; a normal one of the same deviation has 8 % outside."""
+    """The distribution is rectangular between ± 50″; a normal one of the same σ has 8 % outside."""
     monkeypatch.setattr(chain, "SAMPLES", 60)
     monkeypatch.setattr(chain, "SCORED_ANGLES", 1)
     off = [
@@ -100,14 +101,15 @@ def test_the_place_of_the_index_is_drawn_as_it_is_printed(monkeypatch: pytest.Mo
 
 
 def test_heat_is_the_centre_that_moved() -> None:
-    """0.9 µm/K · 2 K/h · 12 s over the radius of 53.975 mm, as RMS of an order 1."""
+    """The centre moves by 0.9 µm/K · 2 K/h · 12 s over the radius of 53.975 mm: the RMS of an order
+    1."""
     moved = 0.9e-6 * 2.0 / 3600.0 * 12.0
     expected = moved / 53.975e-3 * ARCSEC_PER_RAD / math.sqrt(2.0)
     assert rms("heat") == pytest.approx(expected, rel=1e-2)
 
 
 def test_subdivision_is_that_of_its_harmonics() -> None:
-    """Offsets p: p of a signal period's radian once a period; gain and phase p/2 twice."""
+    """Offsets p give p of a signal period's radian once a period; gain and phase give p/2 twice."""
     radian = 1_296_000 / (2.0 * math.pi * 16384)
     once, twice = 0.01 * math.sqrt(2.0), 0.005 * math.sqrt(2.0)
     expected = radian * math.hypot(once, twice) / math.sqrt(2.0)
@@ -115,7 +117,7 @@ def test_subdivision_is_that_of_its_harmonics() -> None:
 
 
 def test_noise_is_that_of_the_transfer_function() -> None:
-    """8 draws: 4 standard deviations of the mean of squares; two thirds of it is order 11."""
+    """8 draws: 4 standard deviations of the mean of squares; order 11 has two thirds of it."""
     gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
     expected = NOISE_ARCSEC**2 * 4.0 / SAMPLES * np.sum(gain**2)
     found = [rms("noise", draw=draw) ** 2 for draw in range(8)]
@@ -124,7 +126,8 @@ def test_noise_is_that_of_the_transfer_function() -> None:
 
 
 def test_the_page_s_noise_is_the_expected_one_within_its_stated_spread() -> None:
-    """By a fit's covariance, without TF(n): columns of the differences at both heads."""
+    """The expected noise comes from a fit's covariance without TF(n), from columns of both
+    heads."""
     angle = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
     there = angle + HEAD_SEPARATION_RAD
     columns = np.hstack(
@@ -139,7 +142,7 @@ def test_the_page_s_noise_is_the_expected_one_within_its_stated_spread() -> None
         (noise,) = (row for row in one["sources"] if row["source"] == "noise")
         assert noise["expected_arcsec"] == pytest.approx(expected, rel=1e-3)
         assert noise["rms_arcsec"] == pytest.approx(expected, abs=3.0 * noise["u_rms_arcsec"])
-        # Half the relative spread of χ² with about two degrees of freedom, and that much more.
+        # Half the relative spread of χ² with about two degrees of freedom, and as much again.
         assert noise["u_rms_arcsec"] < 0.75 * expected / math.sqrt(FOUND["draws"])
     assert f"{expected:.4f}″" in (ROOT / "docs" / "calibration-budget.md").read_text("utf-8")
 
@@ -151,7 +154,7 @@ def test_the_page_calls_the_covariance_s_uncertainty_partial() -> None:
 
 
 def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
-    """150 draws of noise and index: scatter at each angle over u, within 5 of its deviations."""
+    """150 draws of noise and index: the ratio of scatter to u is 1 within 5 of its deviations."""
     table = RotaryTable(
         two_heads(), (DiscEccentricity(30e-6, 1.0),), noise_rad=0.5 * RAD_PER_ARCSEC
     )
@@ -172,12 +175,12 @@ def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
         stated.append(estimate.u_error_arcsec(angle))
     ratio = np.std(curves, axis=0, ddof=1) / np.sqrt(np.mean(np.square(stated), axis=0))
     np.testing.assert_allclose(ratio, 1.0, atol=5.0 / math.sqrt(2.0 * 149))
-    # The applied orders alone: none is none.
+    # Only the applied orders count: no order, no uncertainty.
     assert estimate.u_error_arcsec(angle, np.zeros(4, dtype=bool)).max() == 0.0
 
 
 def test_the_sources_add_up_to_the_whole() -> None:
-    """Independent sources: within 4 standard errors of the whole, and 5 % for what couples."""
+    """The sources are independent: within 4 standard errors of the whole, and 5 % for coupling."""
     for one in FOUND["methods"].values():
         whole = one["whole"]
         assert one["sum_arcsec"] == pytest.approx(
@@ -196,7 +199,7 @@ def test_the_polygon_shows_the_axis_and_agrees_without_it() -> None:
 
 
 def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
-    """u of the table is that of its readings alone, carried through the solution one by one."""
+    """u of the table is that of its readings alone, propagated through the solution one by one."""
     cycles, faces = 4, 6
     face = (np.arange(faces) - np.array(spread_shifts(cycles, faces))[:, None]) % faces
     errors = np.random.default_rng(3).normal(0.0, 1.0, (cycles, faces))
@@ -212,7 +215,7 @@ def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
     assert np.abs(through.sum(axis=0)).max() < 1e-12
     expected = found.scatter_arcsec * np.linalg.norm(through, axis=1)
     np.testing.assert_allclose(found.u_table_arcsec, expected, rtol=1e-9)
-    # Readings less what they determine: faces and table without their means, and the cycles.
+    # Readings less the determined values: faces and table without their means, and the cycles.
     assert found.degrees_of_freedom == cycles * faces - 2 * (faces - 1) - cycles
 
 
@@ -233,7 +236,7 @@ def test_page_and_json_agree(tmp_path: Path) -> None:
 
 
 def test_drawn_calibrations_hold_where_the_covariance_knows_the_input() -> None:
-    """100 trials: noise within 4/√(2·100·n), n the orders that carry it; one is the least."""
+    """100 trials: noise within 4/√(2·100·n) with n orders that carry it; one order is the least."""
     cases = {one["case"]: one for one in FOUND["monte_carlo"]["cases"]}
     for name in ("noise", "ripple", "lanes"):
         one = cases[name]

@@ -1,4 +1,4 @@
-"""Places of three and four heads beside the issue's figures, and against a search of its own."""
+"""Tests of places of three and four heads against the issue's figures and against a search here."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_the_noise_of_three_heads_is_that_of_their_weights() -> None:
 
 
 def mean_weights_of(places: np.ndarray) -> np.ndarray:
-    """The three equations by Cramer's rule in numpy."""
+    """Return the solution of the three equations from numpy."""
     return np.linalg.solve(np.array([np.ones(3), np.cos(places), np.sin(places)]), [1.0, 0.0, 0.0])
 
 

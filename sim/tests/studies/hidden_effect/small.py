@@ -16,12 +16,12 @@ INTERPOLATION = 256
 
 
 def small_settings() -> HiddenSettings:
-    """1,024 lines × 256, four lanes; a count is 4.9″."""
+    """Return settings of 1,024 lines × 256 and four lanes; a count is 4.9″."""
     settings = HiddenSettings.of_lines(LINES, LANES, SAMPLES)
     scale = dataclasses.replace(settings.revolution, interpolation=INTERPOLATION, orders=12)
     return dataclasses.replace(settings, revolution=scale)
 
 
 def run_small(name: str, folder: Path) -> HiddenResult:
-    """The case of that name."""
+    """Run the case of that name."""
     return run_hidden(CASES[name], small_settings(), folder)

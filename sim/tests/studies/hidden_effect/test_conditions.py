@@ -1,6 +1,6 @@
-"""Effects in proportion to a condition: found, exported to lanes that follow it, and taken away.
+"""Effects in proportion to a condition are found, exported to lanes that follow it, and removed.
 
-Nothing is fitted to the fresh turns: they have a direction, speed or temperature of their own.
+Nothing is fitted to the fresh turns, which have their own direction, speed or temperature.
 """
 
 from __future__ import annotations
@@ -17,18 +17,21 @@ from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.table import DISC_RADIUS_M
 
 COARSER = 64
-"""Of 2¹⁸ counts beside 2²⁴: what is hidden is as much larger."""
+"""Ratio of 2²⁴ to 2¹⁸ counts: the hidden effect is larger by this factor."""
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 SPEED_RAD_S = np.radians(30.0)
 LATENCY_ARCSEC = 28.0 * COUNT_ARCSEC
 """20 µs at 30°/s are 28 counts at 2²⁴; the small scale hides as many counts."""
 LAG_CLOCKS = 1.5 * (1 << 14) + 9 + 600
-"""docs/entities/table_speed.md: one and a half windows and a period of A and B (9 clocks at half
-the speed); docs/entities/table_conditions.md: the division and two sweeps, below 600 clocks."""
+"""Lag of the modulator in clocks, from two pages.
+
+docs/entities/table_speed.md: one and a half windows and a period of A and B (9 clocks at half the
+speed); docs/entities/table_conditions.md: the division and two sweeps, below 600 clocks.
+"""
 
 
 def latency_bound_arcsec() -> float:
-    """Two counts, and the latency at a speed that is as old as the modulator's lag."""
+    """Return two counts plus the latency for a speed that is as old as the modulator's lag."""
     scale = small_settings().revolution
     change_rad = CHANGE_TURN * 2.0 * np.pi
     change_s = change_rad / (0.5 * (1.0 + SLOW) * SPEED_RAD_S)
@@ -50,7 +53,7 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
     assert modulators(result) == ["speed"]
     left = result.judged_arcsec()
     assert left["corrected"] <= latency_bound_arcsec()
-    # Half of the delay's counts come and go; the turn's mean takes off a half of them.
+    # Half of the delay's counts come and go; the mean of the turn removes half of these.
     assert left["unit_left_out"] >= 0.25 * LATENCY_ARCSEC > latency_bound_arcsec()
 
 
@@ -72,7 +75,8 @@ def test_latency_while_the_speed_changes_by_a_half(tmp_path: Path) -> None:
 def test_a_wave_in_proportion_to_a_condition(
     name: str, modulator: str, size_arcsec: float, tmp_path: Path
 ) -> None:
-    """At most a count of it is left; with its lanes left out, what geometry says."""
+    """At most a count of the effect is left; without its lanes the error is that of the
+    geometry."""
     result = run_small(name, tmp_path)
     assert modulators(result) == [modulator]
     left = result.judged_arcsec()
@@ -82,10 +86,10 @@ def test_a_wave_in_proportion_to_a_condition(
 
 @pytest.mark.slow
 def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
-    """Down, warm, and with a changing speed: each leaves as much as alone.
+    """The turn goes down, warm and with a changing speed: each effect leaves as much as alone.
 
-    The lobes follow the speed squared with the same lag as the latency does; they are a sixth of
-    it and change twice as fast with the speed.
+    The lobes follow the speed squared with the same lag as the latency; they are a sixth of it and
+    change twice as fast with the speed.
     """
     result = run_small("all_at_once", tmp_path)
     added = [step.effect for step in result.diagnosed.ladder if step.action == "add"]
@@ -100,7 +104,7 @@ def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
 
 
 def test_each_fresh_turn_has_conditions_of_its_own() -> None:
-    """No row is judged at the speed, direction and temperature at which all was measured."""
+    """No row is judged at the speed, direction and temperature of the measured set."""
     for name in ("latency", "centrifugal_lobes", "loose_centre", "all_at_once", "warm_ovality"):
         case = CASES[name]
         fresh = (case.fresh.side, case.fresh.speed, case.fresh.temperature_c)

@@ -1,4 +1,4 @@
-"""The drive: where the table stands, from which side it came, and how warm it is."""
+"""Tests of the drive: where the table stands, its direction of approach, and its temperature."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def test_the_wind_up_goes_over_within_its_stroke_at_a_reversal() -> None:
     seconds = np.linspace(0.0, plan.drive.duration_s, 20_001)
     state = plan.drive.state(seconds)
     turn = np.asarray(ShaftWindUp(1.0, STROKE_RAD).disc_turn_rad(state))
-    # Dahl's slope is 2/stroke at the most, and the speed 0.5 rad/s.
+    # Dahl's slope is 2/stroke at most, and the speed 0.5 rad/s.
     most = 2.0 / STROKE_RAD * 0.5 * (seconds[1] - seconds[0])
     assert np.max(np.abs(np.diff(turn))) < 1.001 * most
-    # At a station, 60 degrees from the last reversal, it is over: 2·exp(-60).
+    # At a station, 60 degrees from the last reversal, the wind-up is over: 2·exp(-60).
     at = plan.drive.state(plan.station_s)
     stood = ShaftWindUp(1.0, STROKE_RAD).disc_turn_rad(at)
     np.testing.assert_allclose(stood, plan.direction, atol=1e-12)

@@ -1,4 +1,4 @@
-"""Hysteresis: named, exported to a lane that follows the direction, and taken away by it."""
+"""Hysteresis is named, exported to a lane that follows the direction, and removed by it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.reference import counts_standing
 
 REVERSAL_ARCSEC = 2 * 64.0
-"""±1″ at 2²⁴ counts; 64 times as much at 2¹⁸."""
+"""Reversal error: ±1″ at 2²⁴ counts; 64 times as much at 2¹⁸."""
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 
 
@@ -23,7 +23,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
 def test_it_is_named_with_its_size(result: HiddenResult) -> None:
     assert result.diagnosed.effect == "hysteresis"
     error = result.diagnosed.model.effects[-1].parameters["reversal_error"]
-    # Up and down are each the mean of 24 whole counts: they differ by a part of one.
+    # Up and down are each the mean of 24 whole counts: they differ by a part of a count.
     assert error.value == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
 
 
@@ -35,7 +35,7 @@ def test_it_becomes_a_lane_that_follows_the_direction(result: HiddenResult) -> N
 
 
 def test_the_output_loses_it_and_without_the_lane_keeps_it(result: HiddenResult) -> None:
-    """Fresh stations: all of it with the lane left out, at most 6″ with it (a count is 4.9″)."""
+    """Fresh stations show all of it without the lane, and at most 6″ with it (a count is 4.9″)."""
     assert result.reversal_arcsec is not None
     without, left = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
     assert without == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)

@@ -1,4 +1,4 @@
-"""A gear of 71.4 teeth, hidden before a table that drives a gateware with REAL_ORDERS."""
+"""A gear of 71.4 teeth is hidden before a table that drives a gateware with REAL_ORDERS."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .small import INTERPOLATION, LINES, run_small
 COUNTS = LINES * INTERPOLATION
 COUNT_ARCSEC = 1_296_000 / COUNTS
 SIZE_ARCSEC = (1 << 24) / COUNTS
-"""1″ at the paper's scale; the case grows it with the counts."""
+"""Size of 1″ at the paper's scale; the case enlarges it with the counts."""
 
 
 def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
-    """Its order is found in one turn of a reference; turns later it is gone from the output."""
+    """One turn of a reference shows its order; turns later it is gone from the output."""
     result = run_small("periodic_error", tmp_path)
     assert result.diagnosed.effect == "periodic_error"
     found = result.diagnosed.model.effects[-1].parameters
-    # A hundredth of a turn of phase after ten turns.
+    # The order is right to a hundredth of a turn of phase after ten turns.
     assert found["order"].value == pytest.approx(GEAR_TEETH, abs=0.001)
     held = read_coefficient_file(tmp_path / "coefficients.toml", EVERYTHING)
     assert held.extension is not None
@@ -32,5 +32,5 @@ def test_a_line_of_no_whole_order_is_taken_away(tmp_path: Path) -> None:
     left = result.judged_arcsec()
     assert left["paper"] > 0.9 * SIZE_ARCSEC
     assert left["unit_left_out"] > 0.9 * SIZE_ARCSEC, "without its lane the line stays"
-    # A count of the output, one of the reading, and what the calibration leaves of whole orders.
+    # One count of the output, one of the reading, and the calibration's error of whole orders.
     assert left["corrected"] <= 3.0 * COUNT_ARCSEC

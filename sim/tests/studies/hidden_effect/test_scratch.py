@@ -1,4 +1,4 @@
-"""A scratch of the disc, hidden in a table that drives a gateware with LOCAL_TABLE."""
+"""A scratch of the disc is hidden in a table that drives a gateware with LOCAL_TABLE."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .small import INTERPOLATION, LINES, run_small
 
 COUNTS = LINES * INTERPOLATION
 HEIGHT_ARCSEC = 20.0 * math.sqrt((1 << 24) / COUNTS)
-"""20″ at the paper's scale; the case keeps the slope, so that the height grows by the root."""
+"""Height of 20″ at the paper's scale; the case keeps the slope, so that it grows by the root."""
 
 
 def test_a_scratch_is_taken_away_to_a_tenth(tmp_path: Path) -> None:
-    """Its place and width are found from captures of 0.3° a sample; every edge is judged."""
+    """Captures of 0.3° a sample show its place and width; every edge is judged."""
     result = run_small("graduation_defect", tmp_path)
     assert result.diagnosed.effect == "graduation_defect"
     found = result.diagnosed.model.effects[-1].parameters

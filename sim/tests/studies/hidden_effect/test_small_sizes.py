@@ -1,4 +1,4 @@
-"""arctrue hidden refuses what it cannot do, and says what it can."""
+"""``arctrue hidden`` refuses impossible sizes, and says which ones are possible."""
 
 from __future__ import annotations
 

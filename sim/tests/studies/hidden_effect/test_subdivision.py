@@ -1,4 +1,5 @@
-"""The demo's second act at a small scale: named from the set alone, gone from the output."""
+"""Test of the demo's second act at a small scale: named from the set alone, gone from the
+output."""
 
 from __future__ import annotations
 
@@ -72,9 +73,9 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     assert capture is not None
     assert reference is not None
     samples = result.settings.revolution.samples
-    # Two turns; the sample that closes the first belongs to it, and a turn may be a sample longer.
+    # Two turns; the closing sample of the first belongs to it, and a turn may be a sample longer.
     assert 2 * samples - 60 < capture.run.size < 2 * samples + 60
-    # The same turns from the table's geometry; the constant of each is nobody's to know.
+    # The same turns from the table's geometry; the constant of each is unknown.
     table = result.settings.table(result.case.build(result.settings))
     turn = np.linspace(-0.7, 5 * np.pi, 1 << 19)
     head1, head2 = (table.reading_rad(head, TableState.at_rest(turn)) for head in (0, 1))
@@ -88,13 +89,13 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     apart = np.interp((capture.head1_counts + 0.5) * count_rad, head1, head2 - head1)
     seen = (capture.head2_counts - capture.head1_counts) * count_rad
     assert np.std(seen - apart) * ARCSEC_A_RADIAN < 1.15 * COUNT_ARCSEC / np.sqrt(6)
-    # Both tell the same phase of the grating: counts from the same index.
+    # Both show the same phase of the grating: counts from the same index.
     assert reference.head1_counts is not None
     stands = np.interp(stations, turn, head1) / count_rad
     turns = np.round((reference.head1_counts - stands) / table.counts_per_rev)
     late = reference.head1_counts - stands - turns * table.counts_per_rev
     # A reading is cut to its count (0.5 on average). The zero is Z's edge between two kept ones,
-    # good to one count as an index mark is; edges come in whole clocks, half of one late.
+    # right to one count like an index mark; edges come in whole clocks, half of one late.
     assert abs(np.mean(late) + 0.5) < 1.0 + 0.5 / 1.14
 
 
@@ -109,12 +110,12 @@ def test_the_output_of_the_gateware_gets_better(result: HiddenResult) -> None:
     periods = (result.raw_period, result.paper_period, result.corrected_period)
     raw_signal, paper_signal, corrected_signal = (item.amplitude_arcsec[0] for item in periods)
     assert raw_signal == pytest.approx(ONCE_ARCSEC, rel=0.05)
-    # The paper's model takes out the disc and leaves the signal period as it is.
+    # The paper's model removes the disc and leaves the signal period unchanged.
     assert paper.amplitude_arcsec[0] < 0.01 * raw.amplitude_arcsec[0]
     assert paper_signal == pytest.approx(raw_signal, rel=0.05)
     assert corrected_signal < 0.1 * paper_signal
     assert corrected.edges_rms_arcsec < 0.5 * paper.edges_rms_arcsec
-    # What is left are the whole counts of input and output and orders without a lane: 1.2″, 0.7″.
+    # The whole counts of input and output and the orders without a lane remain: 1.2″ and 0.7″.
     whole = COUNT_ARCSEC / np.sqrt(12)
     assert corrected.edges_rms_arcsec == pytest.approx(np.hypot(whole * np.sqrt(2), 1.1), rel=0.25)
 

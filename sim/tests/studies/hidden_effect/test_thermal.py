@@ -1,4 +1,4 @@
-"""Heat: the known effect of it, and one that is in no catalogue."""
+"""Tests of heat: its known effect, and one that is in no catalogue."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from arctrue.studies.hidden_effect.follow import follow_warming
 from arctrue.table import DISC_RADIUS_M
 
 COARSER = 64
-"""Of 2¹⁸ counts beside 2²⁴: what is hidden is as much larger."""
+"""Ratio of 2²⁴ to 2¹⁸ counts: the hidden effect is larger by this factor."""
 HEATED_K = FRESH_C - 20.0
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 FOLLOWED_ARCSEC = 6.0
-"""Order 1 of the corrected output while the table warms, a count being 4.9″ (issue 13)."""
+"""Order 1 of the corrected output while the table warms; a count is 4.9″ (issue 13)."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def lobes(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
 def test_thermal_eccentricity_is_named_with_its_rate(centre: HiddenResult) -> None:
     assert centre.diagnosed.effect == "thermal_eccentricity"
     rate = centre.diagnosed.model.effects[-1].parameters["amplitude"]
-    # A shift of the centre errs by itself over the radius.
+    # A shift of the centre makes an error of the shift over the radius.
     geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
     assert rate.value == pytest.approx(geometry, abs=4 * rate.sigma + 0.005 * geometry)
 
@@ -44,7 +44,7 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
     centre: HiddenResult,
 ) -> None:
     geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600 * HEATED_K
-    # The paper's coefficients are of the cold turn.
+    # The paper's coefficients are those of the cold turn.
     assert centre.paper.amplitude_arcsec[0] == pytest.approx(geometry, rel=0.02)
     assert centre.corrected.amplitude_arcsec[0] < 0.5 * COUNT_ARCSEC
     follows = centre.diagnosed.export(4, None).coefficients
@@ -78,11 +78,11 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
     rate = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
     # Held: the error grows as the table warms after the first turn.
     np.testing.assert_allclose(np.diff(held), rate * np.diff(heated), rtol=0.1)
-    # After every turn: behind by about a turn's and a half warming, and not more at the end.
+    # After every turn: about a turn and a half behind the warming, and not more at the end.
     turn_arcsec = rate * float(np.diff(heated).mean())
     assert np.all(every < 2.5 * turn_arcsec)
     assert every[-1] < 0.6 * held[-1]
-    # By temperature: what changes within the turn, and no drift.
+    # By temperature: only the change within the turn, and no drift.
     assert np.all(told < 0.15 * turn_arcsec + COUNT_ARCSEC)
     # By the firmware alone, from its thermometer: not even that.
     assert held.max() > 100.0
@@ -91,7 +91,7 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
 
 @pytest.mark.slow
 def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: HiddenResult) -> None:
-    """60 s are five turns. A lag that is not told: the captured turn speaks against the model."""
+    """60 s are five turns. With an unstated lag the captured turn contradicts the model."""
     ways = ["by the firmware"]
     with pytest.raises(InstrumentError, match="worse_prediction"):
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)
@@ -112,7 +112,7 @@ def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -
 
 
 def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
-    # Order 2 of the cold turn is in the firmware's coefficients; the heat's part is not.
+    # Order 2 of the cold turn is in the firmware's coefficients; the part of the heat is not.
     assert lobes.paper.amplitude_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
     assert lobes.corrected.amplitude_arcsec[1] < 0.5 * COUNT_ARCSEC
     assert lobes.corrected.edges_rms_arcsec < 0.1 * lobes.paper.edges_rms_arcsec

@@ -1,4 +1,4 @@
-"""The long run: its page beside its data, its model beside a known table, and a small one run."""
+"""Tests of the long run: its page against its data, its model on a known table, a small run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ STRATEGIES = ("single", "model")
 
 @pytest.fixture(scope="module")
 def scenario() -> Scenario:
-    """The shipped course on the core that the other tests build, with twice the counts."""
+    """Return the shipped course on the core that the other tests build, with twice the counts."""
     short = shortened(read_scenario(SCENARIO, lines=32), TURNS)
     scale = structs.replace(short.scale, lanes=LANES, samples=SAMPLES)
     errors = structs.replace(short.errors, noise_arcsec=4.0)
@@ -44,9 +44,9 @@ def found(scenario: Scenario) -> dict[str, Any]:
 
 
 def expected_single_arcsec(found: dict[str, Any], scenario: Scenario, per_k: float) -> float:
-    """Root mean square of what a turn leaves with the coefficients of the turn before.
+    """Return the RMS that a turn leaves with the coefficients of the turn before.
 
-    Three independent parts: what order 1 changes from turn to turn by the course of the
+    It has three independent parts: the change of order 1 from turn to turn by the course of the
     temperature; the stated u of both components of the orders 1 to 3 that a turn applies; and the
     orders from 3 on, which a turn may leave out because they are below its noise.
     """
@@ -68,13 +68,13 @@ def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     assert order["order"] == 1
     assert order["slope_arcsec_per_k"] == pytest.approx(per_k, abs=4 * order["u_arcsec_per_k"])
     held = found["strategies"]["held"]
-    # Warmed by up to 5.4 K, an order of 7.6″/K: held, its RMS is 29″ at the end.
+    # Warming by up to 5.4 K changes order 1 by 7.6″/K: held, its RMS is 29″ at the end.
     last = per_k * (25.4 - found["temperature_c"][0]) / np.sqrt(2)
     assert held["left_arcsec"][-1] == pytest.approx(last, rel=0.15)
-    # Medians: heat that is 33 times as fast may put the weak order 11 into a turn by chance
+    # Medians: heat that is 33 times as fast may by chance add the weak order 11 to a turn
     # (docs/long-run.md: 4 of 1,000 turns), which leaves 24″ in that turn.
     typical = {name: np.median(found["strategies"][name]["left_arcsec"][2:]) for name in STRATEGIES}
-    # The median of sums of squares lies below their mean.
+    # The median of sums of squares is below their mean.
     expected = expected_single_arcsec(found, scenario, per_k)
     assert typical["single"] < expected < np.median(held["left_arcsec"][2:]) / 2.0
     assert typical["model"] < typical["single"] / np.sqrt(2)
@@ -87,7 +87,7 @@ def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
 
 
 def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
-    """The course in 30 turns: heat 33 times as fast is in every difference of two turns."""
+    """The course has 30 turns: heat 33 times as fast is in every difference of two turns."""
     for deviation in found["allan"]["deviation_arcsec"].values():
         deviation[-1] = None
     page = long_run_page(found)
@@ -108,7 +108,7 @@ def test_lost_counts_come_back(found: dict[str, Any]) -> None:
 
 
 def test_what_is_left_of_an_uncorrected_turn_is_its_error(scenario: Scenario) -> None:
-    """The paper's table: [−150.0″, 137.9″] at 20 °C; 5 K warmer its order 1 has grown."""
+    """The paper's table has [−150.0″, 137.9″] at 20 °C; 5 K warmer its order 1 has grown."""
     truth = Truth(scenario)
     first, last = truth.error_arcsec(1), truth.error_arcsec(TURNS)
     assert (first.min(), first.max()) == pytest.approx((-150.0, 137.9), abs=12.0)

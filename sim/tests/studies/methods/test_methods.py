@@ -1,4 +1,4 @@
-"""Every method beside what its principle says it sees and does not see."""
+"""Tests of every method against what its principle sees and does not see."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from arctrue.studies.methods.world import MethodsSettings, World
 from arctrue.studies.stop_and_go.servo import Axis
 
 SHORT = MethodsSettings(minutes=1.0)
-"""Five turns."""
+"""Settings of five turns."""
 FOUR_DEG = (0.0, 33.0, 138.5, 279.5)
 MOTION_ORDERS = tuple(range(2, 9))
 
 
 @cache
 def left(name: str, motion_m: float = 0.1e-6) -> np.ndarray:
-    """Amplitudes of orders 1 to 128 that a method leaves."""
+    """Return the amplitudes of orders 1 to 128 that a method leaves."""
     method: Method = {
         "eda": equal_division(4),
         "two": TWO_HEADS_LEAST_SQUARES,
@@ -60,7 +60,7 @@ def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
 
 
 def test_equal_division_leaves_the_multiples_of_its_heads_and_no_others() -> None:
-    """Orders 4, 8, 12, 24 and 120 of the disc as they are: 0.7, 0.35, 0.2, 0.3, 0.2″."""
+    """Orders 4, 8, 12, 24 and 120 of the disc remain unchanged: 0.7, 0.35, 0.2, 0.3, 0.2″."""
     found = left("eda")
     np.testing.assert_allclose(found[[3, 7, 11, 23, 119]], [0.7, 0.35, 0.2, 0.3, 0.2], atol=0.01)
     others = np.delete(found[:40], [3, 7, 11, 15, 19, 23, 27, 31, 35, 39])
@@ -89,7 +89,7 @@ def test_a_spin_that_ends_is_refused() -> None:
 
 
 def test_the_spin_has_the_friction_of_stop_and_go() -> None:
-    """Its servo's axis, let go at 20 rad/s: speed by LuGre in steps and by the free response."""
+    """The axis of its servo is released at 20 rad/s: LuGre in steps against the free response."""
     axis, step_s = Axis(), 1e-5
     speed, bend, gone = np.array([20.0]), np.array([0.0]), 0.0
     for _ in range(20_000):
@@ -102,10 +102,10 @@ def test_the_spin_has_the_friction_of_stop_and_go() -> None:
 
 
 def test_the_spin_obeys_its_equation_of_motion() -> None:
-    """The angle's second derivative by finite differences against the torques.
+    """The angle's second derivative from finite differences is compared with the torques.
 
-    Two turns into the spin the speed falls by 5 % in a tenth of a turn, and τ/(n²ω²) is exact
-    for an even speed alone: a tenth of the torque is allowed.
+    Two turns into the spin the speed falls by 5 % in a tenth of a turn, and τ/(n²ω²) is exact only
+    for an even speed: a tenth of the torque is allowed.
     """
     spin = FreeSpin(torque_orders=(1, 2), torque_shares=(0.02, 0.005))
     time = 0.1 + np.array([-1e-3, 0.0, 1e-3])
@@ -122,7 +122,8 @@ def test_the_spin_obeys_its_equation_of_motion() -> None:
 
 
 def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
-    """Of heads at 180° the even orders, at 120° the multiples of three: W(n) = 1 there, 0 else."""
+    """Heads at 180° keep the even orders, at 120° the multiples of three: W(n) = 1 there, 0
+    else."""
     world = World(dataclasses.replace(SHORT, radial_motion_m=0.0))
     disc = world.score(None).amplitude_arcsec
     for heads in (2, 3):
@@ -138,16 +139,17 @@ def test_a_calibrated_mean_stays_where_the_axis_moves_otherwise() -> None:
     world = World(MethodsSettings.compared(minutes=1.0))
     output = calibrated_mean_of("four", (0.0, 64.3, 177.0, 257.9), "every").run(world)
     score, later = world.score(output), world.score(output, later=True)
-    # Orders 47 and 77 of the disc, not fitted, and gains of 2.7 of the noise of five turns.
+    # Orders 47 and 77 of the disc are not fitted; five turns have gains of 2.7 of the noise.
     assert score.edges_rms_arcsec < 0.05
-    # 2 µm and the balls are 8.6″ on a head; on the mean the slope of its lanes and of the disc.
+    # 2 µm and the balls are 8.6″ on a head; on the mean only the slope of its lanes and of the
+    # disc.
     assert abs(later.edges_rms_arcsec - score.edges_rms_arcsec) < 0.005
     alone = TWO_HEADS_LEAST_SQUARES.run(world)
     assert world.score(alone, later=True).edges_rms_arcsec > 0.5
 
 
 def test_gain_of_two_places_is_the_transfer_function() -> None:
-    """One head's noise is 1/√2 of that of the difference that TF(n) multiplies."""
+    """One head's noise is 1/√2 of the noise of the difference that TF(n) multiplies."""
     orders = np.arange(1, 120)
     gain = order_gain(np.radians([0.0, 33.0]), orders)
     expected = np.sqrt(2.0) * noise_gain(orders, np.radians(33.0))
@@ -172,10 +174,10 @@ def test_three_places_see_nothing_of_the_disc_where_the_axis_moves() -> None:
 
 
 def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
-    """VEDA as the paper describes it: sums of δ over k steps of α are virtual heads.
+    """VEDA as the paper describes it makes virtual heads of sums of δ over k steps of α.
 
     Their mean over the 120 heads of 33° = 11/120 turn is −ε without the multiples of 120, which is
-    the transfer function of the nominal α; the page says so.
+    the transfer function of the nominal α, as the page says.
     """
     steps, separation = 1200, Fraction(33, 360)
     angle = np.arange(steps) * (2.0 * np.pi / steps)
@@ -201,7 +203,7 @@ def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
 
 
 def test_closure_parts_table_and_polygon() -> None:
-    """Drawn errors, no scatter: both come back but for their means."""
+    """Drawn errors without scatter: the closure returns both without their means."""
     random = np.random.default_rng(5)
     table, faces = random.normal(size=24), random.normal(size=24)
     shifts = spread_shifts(10, 24)
@@ -214,7 +216,7 @@ def test_closure_parts_table_and_polygon() -> None:
 
 
 def test_the_uncertainty_of_a_closure_covers_its_error() -> None:
-    """400 draws: the root mean square of (found − true)/u is 1 within 4 of its deviations."""
+    """400 draws: the RMS of (found − true)/u is 1 within 4 of its deviations."""
     random = np.random.default_rng(6)
     face = np.array([(np.arange(24) - shift) % 24 for shift in spread_shifts(10, 24)])
     ratios = []
@@ -230,7 +232,7 @@ def test_one_position_of_the_polygon_is_refused() -> None:
 
 
 def test_closure_does_not_need_the_certificate_and_the_table_does() -> None:
-    """With faces as wrong as 2″ the closure is as good as before."""
+    """With errors of 2″ of the faces the closure is as good as before."""
     world = World(dataclasses.replace(SHORT, minutes=16.0))
     polygon, autocollimator = world.instruments()
     wrong = dataclasses.replace(

@@ -1,4 +1,4 @@
-"""The committed page is what the committed JSON gives, and says what the figures say."""
+"""The committed page follows from the committed JSON, and its words agree with the figures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_page_and_json_agree() -> None:
 
 
 def test_the_page_says_what_the_figures_say() -> None:
-    """What the last section claims, from the figures."""
+    """The figures support the statements of the last section."""
     by_name = {one["name"]: one for one in FOUND["methods"]}
     rms = {name: one["rms_arcsec"] for name, one in by_name.items()}
     later = {name: one["rms_later_arcsec"] for name, one in by_name.items()}
@@ -34,7 +34,7 @@ def test_the_page_says_what_the_figures_say() -> None:
     assert third["worst_gain_to_128"] is not None
     assert round(listed["worst_gain_to_128"], 1) == 1.2
     assert round(every["worst_gain_to_128"], 1) == 11.2
-    # The issue: 3 to 4″ at rest, and more by the order that is unknown.
+    # The issue asks for 3 to 4″ at rest, and more with the unknown order.
     least = [min(one["u_arcsec"]) for one in FOUND["own_places"]]
     assert least == sorted(least)
     assert 2.0 < least[0] < 5.0
@@ -51,7 +51,7 @@ def test_every_method_is_on_the_page() -> None:
         assert page.count(f"| {one['title']} |") == 2
 
 
-# Section 1 of the paper: what it cites a reference for.
+# References that section 1 of the paper cites for each method.
 CITED_FOR = {
     "TDR": {3, 4},
     "EDA": {5, 18, 19, 20, 21},

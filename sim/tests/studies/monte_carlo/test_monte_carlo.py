@@ -44,7 +44,7 @@ def test_state_of_a_result_holds_all_that_a_trial_loads(tmp_path: Path) -> None:
 
 
 def test_truth_is_the_error_at_even_readings() -> None:
-    # Independent: the angle at which each reading is shown, found by bisection of the geometry.
+    # Independent: bisection of the geometry finds the angle at which each reading is shown.
     table = drawn_table(5, {**QUIET, **INPUTS["radial_motion"].draw(np.random.default_rng(1))})
     readings = np.arange(256) * (table.counts_per_rev / 256)
     angle = angle_of_reading(table, 0, readings)
@@ -66,11 +66,12 @@ def test_an_input_is_drawn_alike_in_every_case() -> None:
 
 def test_white_noise_alone_is_covered_and_what_is_not_stated_is_not() -> None:
     trials = [run_trial(task("noise", seed)) for seed in range(25)]
-    # χ² of two components has the mean 2; of 25·32 its mean scatters by 2/√800 = 0.07, and the
-    # noise is estimated from eight lines of the spectrum at each order, which adds about a tenth.
+    # χ² of two components has the mean 2; the mean of 25·32 values scatters by 2/√800 = 0.07, and
+    # the noise is estimated from eight lines of the spectrum at each order, which adds about a
+    # tenth.
     assert np.mean([item["square"] for item in trials]) == pytest.approx(2.0, abs=0.5)
     moved = [run_trial(task("radial_motion", seed))["square"] for seed in range(25)]
-    # 0.03 µm at a radius of 54 mm are 0.1″, about the noise of an order: calibrate knows nothing.
+    # 0.03 µm at a radius of 54 mm are 0.1″, about the noise of an order, unknown to calibrate.
     assert np.mean(np.array(moved)[:, 1:8]) > 4.0
 
 
@@ -84,8 +85,8 @@ def test_what_is_left_after_the_gateware_is_its_rounding() -> None:
         orders, counts, np.arctan2(-sine, cosine), table.counts_per_rev, ORDERS
     )
     left = trial_module._left_after_gateware(coefficients, reading, error, np.linspace(0, 6, 500))
-    # Half a count of the output's rounding. A twentieth of a count, 0.004″, for the mean of 2,048
-    # roundings (3σ: 0.0015″), the straight pieces of the truth (0.0005″), words and CORDIC.
+    # Half a count of the output's rounding. A twentieth of a count, 0.004″, covers the mean of
+    # 2,048 roundings (3σ: 0.0015″), the straight pieces of the truth (0.0005″), words and CORDIC.
     assert np.abs(left).max() < 0.55 * table.count_rad * ARCSEC_PER_RAD
     without = trial_module._left_after_gateware(
         Coefficients.zero(table.counts_per_rev), reading, error, np.linspace(0, 6, 500)
@@ -97,7 +98,7 @@ def test_stated_separation_is_that_of_its_distribution() -> None:
     found = run_trial(task("separation"))
     values = drawn(3, "separation")
     off, u = found["alpha"]
-    # R₂ − R₁ shows the mounting and, one to one, where head 2 takes the index: a count of each.
+    # R₂ − R₁ shows the mounting and, one to one, where head 2 detects the index: a count of each.
     assert off == pytest.approx(-values["detection_arcsec"], abs=0.3)
     assert u == pytest.approx(50 / np.sqrt(3), rel=1e-4)
     assert run_trial(task("noise"))["alpha"] is None
@@ -107,7 +108,7 @@ def test_stated_separation_is_that_of_its_distribution() -> None:
     ("hits", "verdict"), [(950, ""), (940, ""), (900, "too small"), (995, "too large")]
 )
 def test_coverage_is_judged_by_its_chance(hits: int, verdict: str) -> None:
-    # Of 1000 at 95 % the standard deviation is 6.9; 35 figures at 1 % together allow 3.6 of them.
+    # For 1000 trials at 95 % the standard deviation is 6.9; 35 figures at 1 % together allow 3.6.
     assert Covered(hits, 1000, 35).verdict == verdict
 
 
@@ -175,7 +176,7 @@ def test_every_trial_has_a_seed_of_its_own() -> None:
 
 
 def test_the_study_is_not_called_a_propagation_of_distributions() -> None:
-    """JCGM 101 takes one measurement's estimates; here every trial has another table."""
+    """JCGM 101 uses the estimates of one measurement; here every trial has another table."""
     root = Path(__file__).resolve().parents[4]
     texts = {name: (root / name).read_text(encoding="utf-8") for name in (
         "docs/monte-carlo.md", "docs/architecture.md", "docs/commands.md", "README.md",

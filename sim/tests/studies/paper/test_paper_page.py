@@ -1,4 +1,4 @@
-"""The page, its JSON and the equations say the same, and the drawings are made."""
+"""The page, its JSON and the equations agree, and the drawings are made."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_every_equation_and_table_of_the_paper_is_there() -> None:
 
 
 def test_figures_of_the_experiment_come_from_its_stations() -> None:
-    """Span, largest σ, u₃ and U again from the 24 stored faces."""
+    """Span, largest σ, u₃ and U are computed again from the 24 stored faces."""
     for one in FOUND["experiments"]:
         mean = np.array(one["after"]["mean_arcsec"])
         deviation = np.array(one["after"]["deviation_arcsec"])
@@ -60,7 +60,7 @@ def test_figures_of_the_experiment_come_from_its_stations() -> None:
 
 
 def test_the_first_run_has_the_paper_s_size() -> None:
-    """2²⁴ counts a turn, ten cycles; what is left keeps the paper's range."""
+    """The run has 2²⁴ counts a turn and ten cycles; the residual is within the paper's range."""
     first = FOUND["experiments"][0]
     given = first["settings"]["revolution"]
     assert given["lines"] * given["interpolation"] == 1 << 24
@@ -70,13 +70,13 @@ def test_the_first_run_has_the_paper_s_size() -> None:
 
 
 def test_the_broken_line_of_fig_11_b_is_that_of_independent_faces() -> None:
-    """Drawn errors of 24 faces; order 12 has one component and is left out."""
+    """The test draws errors of 24 faces; order 12 has one component and is left out."""
     budget = PUBLISHED.budget
     face = np.hypot(budget.polygon_arcsec, budget.autocollimator_arcsec)
     drawn = np.random.default_rng(1).normal(0.0, face, (4000, PUBLISHED.faces))
     orders = np.array([residual_orders(row)[:11] for row in drawn])
     expected = expected_order_arcsec(dataclasses.asdict(PUBLISHED))
-    # 44,000 amplitudes, whose squares are exponentially distributed: 0.24 % of their mean.
+    # 44,000 amplitudes with exponentially distributed squares: 0.24 % of their mean.
     assert np.sqrt(np.mean(orders**2)) == pytest.approx(expected, rel=0.01)
 
 
@@ -87,7 +87,7 @@ def test_drawings_are_the_committed_ones(tmp_path: Path) -> None:
 
 
 def test_drawn_square_waves_are_those_of_the_paper() -> None:
-    """Fig. 4: 00, 10, 11, 01 while the readings rise."""
+    """Fig. 4 has 00, 10, 11, 01 while the readings rise."""
     text = (DOCS / "images" / drawing_name("4")).read_text(encoding="utf-8")
     levels = re.findall(r">([01]{2})</text>", text)
     assert levels[0:8:2] == ["00", "10", "11", "01"]

@@ -1,4 +1,4 @@
-"""Equations (13) to (17) beside what the paper prints, and beside the geometry they come from."""
+"""Tests of equations (13) to (17) against the printed values and the underlying geometry."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def plain_polygon() -> Polygon:
 
 
 def test_eccentricity_and_tower_difference_are_the_printed_ones() -> None:
-    """Printed with one digit: 0.0005 and 0.0001."""
+    """The paper prints them with one digit: 0.0005 and 0.0001."""
     u4 = ARCSEC_PER_RAD * mounting_eccentricity_rad(1e-6, 0.03e-6, 10e-3)
     u5 = ARCSEC_PER_RAD * tower_difference_rad(np.deg2rad(15.0), 8.0 / ARCSEC_PER_RAD)
     assert round(u4, 4) == 0.0005
@@ -76,7 +76,7 @@ def test_an_upright_flat_polygon_shows_where_the_table_stands() -> None:
 
 
 def test_drawn_instruments_keep_to_table_3() -> None:
-    """Scatter of 2,400 drawn faces: sample deviation within 4 of its own standard deviations."""
+    """2,400 drawn faces: the sample deviation is within 4 of its own standard deviations."""
     random = np.random.default_rng(8)
     drawn = [
         ARCSEC_PER_RAD * PUBLISHED.drawn_polygon(random).direction_rad(FACES, np.zeros(24))

@@ -1,4 +1,4 @@
-"""A revolution at a sixteenth of the paper's size, with 4 lanes."""
+"""Test of a revolution at a sixteenth of the paper's size, with 4 lanes."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def result() -> RevolutionResult:
 
 
 def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> None:
-    """The output's errors against R1 − θ from the table's geometry."""
+    """The output's errors equal R1 − θ from the table's geometry."""
     table = result.settings.table()
     state = TableState.at_rest(result.before.angle_rad)
-    # The noise is an effect of time: at rest it is one value for all.
+    # The noise depends on time: at rest it is one value for all.
     error = np.rad2deg(table.reading_rad(0, state) - state.angle_rad) * 3600
     off = result.before.error_arcsec - (error - error.mean())
     # Noise of 0.2″ with 8 independent values in a bin: 0.07″; counts of 1.2″: a hundredth of one.
@@ -42,7 +42,7 @@ def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> N
 
 
 def test_every_edge_came_through(result: RevolutionResult) -> None:
-    # A turn has as many edges as counts; the ends are a count off.
+    # A turn has as many edges as counts; each end may be a count off.
     assert abs(result.before.edges - result.settings.counts_per_rev) <= 2
     assert abs(result.after.edges - result.settings.counts_per_rev) <= 4
     assert not [fault for fault in result.faults if "limit" not in fault]
@@ -51,20 +51,20 @@ def test_every_edge_came_through(result: RevolutionResult) -> None:
 def test_the_corrected_turn(result: RevolutionResult) -> None:
     assert result.telemetry["result"] == "applied"
     assert result.telemetry["separation"] == "measured"
-    # 50″ beside the 33° that the firmware was told; it measures to its own uncertainty.
+    # The separation is 50″ off the stated 33°; the firmware measures it to its own uncertainty.
     measured = (result.telemetry["separation_deg"] - 33.0) * 3600
     assert abs(measured - 50.0) < 5 * result.telemetry["u_separation_arcsec"]
     assert result.after.error_arcsec.shape == (BINS,)
     assert result.applied_orders == LANES
-    # The four largest orders of the table are gone to a tenth of a count; the others, for which
-    # there is no lane, are as they were.
+    # The four largest orders of the table are removed to a tenth of a count; the others, without a
+    # lane, are unchanged.
     before, after = (turn.amplitude_arcsec for turn in (result.before, result.after))
     held, left = GRADUATION_ORDERS[: LANES - 1], GRADUATION_ORDERS[LANES - 1 :]
     tenth = result.settings.arcsec_per_count / 10
     assert max(after[order - 1] for order in (1, *held)) < tenth
     for order in left:
         assert after[order - 1] == pytest.approx(before[order - 1], abs=tenth)
-    # So what is left is at most the sum of all their amplitudes, and the noise of a bin (4 σ).
+    # The residual is at most the sum of all their amplitudes, and the noise of a bin (4 σ).
     most = sum(GRADUATION_ARCSEC[LANES - 1 :]) + LANES * tenth + 4 * 0.07
     assert max(-result.after.lowest_arcsec, result.after.highest_arcsec) < most
 
@@ -83,7 +83,7 @@ def test_command(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     told = json.loads(written.read_text(encoding="utf-8"))
     assert told["counts_per_rev"] == 128 * 1024
-    # A step of one count, evenly spread over the turn, has an rms of 1/√12 count.
+    # A step of one count, evenly distributed over the turn, has an RMS of 1/√12 count.
     assert told["after"]["rms_arcsec"] == pytest.approx(9.89 / np.sqrt(12), rel=0.15)
     assert "<svg" in picture.read_text(encoding="utf-8")
     assert "the paper (24 faces)" in done.output
@@ -91,10 +91,11 @@ def test_command(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_four_heads(tmp_path: Path) -> None:
-    """``arctrue revolution --heads 4``: the firmware calibrates the mean from the first turn.
+    """With ``arctrue revolution --heads 4`` the firmware calibrates the mean from the first turn.
 
-    Counts of 4.94″: a line of the mean is known to 0.13″ (sim/tests/instrument/test_four_heads.py),
-    here twice that. The compiled instrument is that of those tests.
+    With counts of 4.94″, a line of the mean is known to 0.13″
+    (sim/tests/instrument/test_four_heads.py), here twice that. The compiled instrument is that of
+    those tests.
     """
     written = tmp_path / "turn.json"
     size = ["--lines", "256", "--lanes", "4", "--samples", "1600", "--json", str(written)]

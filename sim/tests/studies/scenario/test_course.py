@@ -1,4 +1,4 @@
-"""The course of the table against its legs, worked out by other means."""
+"""Tests of the course of the table against its legs, worked out by other means."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def test_travel_and_angle() -> None:
     time_s = np.linspace(0.0, course.duration_s, 20_001)
     state = course.state(time_s)
     travel = course.travel_turns(time_s)
-    # Against the integral of |speed| by the trapezoidal rule: exact but for steps with a bend.
+    # Compare with the trapezoidal integral of |speed|: exact except for steps with a bend.
     steps = np.abs(state.speed_rad_s)
     integral = np.concatenate([[0.0], np.cumsum(np.diff(time_s) * (steps[1:] + steps[:-1]) / 2)])
     assert np.abs(travel - travel[0] - integral / (2 * np.pi)).max() < 1e-5
     assert course.turns == pytest.approx(2.0)
-    # Forward by 1.5 turns and back by half of one.
+    # The table goes forward by 1.5 turns and back by half a turn.
     begin = float(course.state(np.array([course.time_at_turn(0.0)])).angle_rad[0])
     assert state.angle_rad[-1] - begin == pytest.approx(2 * np.pi)
     # Both indices, at −33° and 0°, lie before the first turn.
@@ -51,7 +51,7 @@ def test_a_pause_is_short_for_the_motion_and_long_for_the_heat() -> None:
     course = scenario.course()
     begin = course.time_at_turn(1.5)
     state = course.state(begin + np.array([-1.0, 0.0, 0.1, 0.41, 1.0]))
-    # What is run of the 0.4 s is whole sample periods: half a period of 10 ms more or less.
+    # The executed part of the 0.4 s has whole sample periods: half a period of 10 ms more or less.
     half_a_period = 0.005 / 0.4
     assert state.temperature_c == pytest.approx([20.0, 20.0, 21.5, 26.0, 26.0], rel=half_a_period)
     assert np.diff(state.since_run_start_s) == pytest.approx(
@@ -72,7 +72,7 @@ def test_the_side_of_approach() -> None:
 def test_the_turn_of_a_pause_is_its_beginning(turns: float) -> None:
     leg = Leg(turns=turns, speed_rad_s=SPEED_RAD_S)
     course = Course.over((leg, LEGS[1], leg))
-    # Knots: start, speed, end of speed, rest, end of the pause.
+    # The knots are start, speed, end of speed, rest, end of the pause.
     assert course.time_at_turn(turns) == pytest.approx(course.knot_times_s[3], abs=1e-6)
 
 

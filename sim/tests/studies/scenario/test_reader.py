@@ -1,4 +1,4 @@
-"""Scenario files: what is refused, and in which words."""
+"""Tests of scenario files: which ones are refused, and in which words."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ for_turns = 0.25
 
 
 def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
-    """A relative path counts from the scenario's folder; a bad file is named with its key."""
+    """A relative path starts at the scenario's folder; a bad file is named with its key."""
     bank = Coefficients.from_harmonics([3], [2.5], [0.4], 1 << 20, 4)
     write_coefficient_file(tmp_path / "lanes.toml", bank)
     text = LEAST + '[firmware]\ncoefficients = "lanes.toml"\nthermometer = "table"\nheal = 1\n'
@@ -81,7 +81,7 @@ def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
 
 
 def test_a_long_motion_keeps_no_more_edges_than_fit(tmp_path: Path) -> None:
-    """2²⁰ counts: every 17th edge; of 1,000 turns 4 million edges in all."""
+    """2²⁰ counts keep every 17th edge; 1,000 turns keep 4 million edges in all."""
     short = read_scenario(_file(tmp_path, LEAST))
     assert short.kept_every == 17
     long = read_scenario(_file(tmp_path, LEAST.replace("turns = 2 ", "turns = 1000 ")))
@@ -156,7 +156,7 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
 def test_every_shipped_file_can_be_read(file: Path) -> None:
     scenario = read_scenario(file)
     assert scenario.about
-    # A picture and a table of it are of some turns, and it is judged by something.
+    # A picture and a table show some of its turns, and it has limits.
     assert scenario.limits.without_arcsec() != scenario.limits or scenario.limits.flags_wanted
     assert scenario.table().reading_rad(0, scenario.course().state(np.array([1.0]))).shape == (1,)
 
@@ -171,15 +171,15 @@ def test_the_former_spelling_of_a_cause_is_still_read(tmp_path: Path) -> None:
 
 def test_every_effect_of_the_catalogue_has_a_file() -> None:
     names = {file.stem for file in SHIPPED}
-    # One that only says what is seen has no cause of its own that could be simulated.
+    # An effect that only states what is seen has no cause that could be simulated.
     causeless = {name for name, effect in built_in().items() if effect.unspecific}
     assert causeless == {"periodic_error"}
-    # A table has no second axis, so that no cause of its own points a mount wrongly.
+    # A table has no second axis, so that none of its causes makes a mount point wrongly.
     assert set(ORDER) - names == causeless | {"pointing_geometry"}
     for file in SHIPPED:
         causes = {cause.name for cause in read_scenario(file).causes}
         named = {recipe.name for recipe in REGISTRY.values() if recipe.cause in causes}
-        # A graduation error of any order is one cause of the simulator; lost counts are a fault.
+        # One cause of the simulator covers graduation errors of any order; lost counts are a fault.
         if file.stem in ORDER and file.stem not in ("graduation_harmonics", "count_slip"):
             assert file.stem in named
 
@@ -203,8 +203,8 @@ def test_the_example_of_the_documentation(tmp_path: Path) -> None:
     example = text.split("```toml\n")[1].split("```")[0]
     scenario = read_scenario(_file(tmp_path, example))
     assert len(scenario.legs) == 4
-    # Of each cause its name stands in the table.
+    # The table of the page has the name of each cause.
     assert [name for name in NAMES if f"| `{name}` |" not in text] == []
-    # And every shipped file by name.
+    # The page also names every shipped file.
     names = {file.stem for file in SHIPPED} - set(ORDER)
     assert [name for name in names if f"`{name}`" not in text] == []

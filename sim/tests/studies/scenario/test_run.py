@@ -1,4 +1,4 @@
-"""Scenarios on the compiled instrument, small: the core that the other tests build too."""
+"""Tests of small scenarios on the compiled instrument, with the core of the other tests."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SCENARIOS = ROOT / "sim" / "scenarios"
 COUNT_ARCSEC = 1_296_000 / (64 * 1024)
 UM_PER_K = 8.0
 WARM_C = (20.0, 22.0, 25.0)
-"""Steady in each pair of turns; the pauses between are where the table warms."""
+"""Temperatures, constant in each pair of turns; the table warms in the pauses between."""
 
 WARMING = f"""
 format = 1
@@ -102,15 +102,15 @@ def test_temperature_of_the_turns(result: ScenarioResult) -> None:
 
 
 def test_order_one_follows_the_eccentricity(result: ScenarioResult) -> None:
-    """e/r for a small offset e of the disc at the radius r of its lines: plane geometry."""
+    """Plane geometry gives e/r for a small offset e of the disc at the radius r of its lines."""
     for turn in result.turns:
         if turn.number in (3, 5, 6):
-            # A pause lies in the turn or at its edge.
+            # The turn contains a pause or touches one.
             continue
         metres = (10 + UM_PER_K * (turn.temperature_c - 20.0)) * 1e-6
         expected = np.rad2deg(metres / DISC_RADIUS_M) * 3600
         assert turn.uncorrected is not None
-        # 65,536 edges, each at a clock, 0.9 of a count: 0.05″ in an amplitude, and 5 times that.
+        # 65,536 edges, each at a clock, 0.9 of a count: 0.05″ in an amplitude, times 5.
         assert turn.uncorrected.amplitude_arcsec[0] == pytest.approx(expected, abs=0.25)
 
 
@@ -118,14 +118,15 @@ def test_the_calibrated_order_one_follows_too(result: ScenarioResult) -> None:
     compared = 0
     for turn in result.turns:
         for reply in turn.telemetry:
-            # The capture is the turn before; it must be at one temperature.
+            # The capture is the turn before; it must have one temperature.
             if turn.number not in (2, 5, 8) or reply["result"] == "refused":
                 continue
             order, amplitude, _, uncertainty, _ = reply["harmonics"][0]
             metres = (10 + UM_PER_K * (turn.temperature_c - 20.0)) * 1e-6
             expected = np.rad2deg(metres / DISC_RADIUS_M) * 3600
             assert order == 1
-            # The steps of the counts are no white noise: a tenth of a count beside 4 sigma.
+            # The steps of the counts are not white noise: a tenth of a count in addition to 4
+            # sigma.
             assert abs(amplitude - expected) < 4 * uncertainty + COUNT_ARCSEC / 10
             compared += 1
     assert compared >= 2
@@ -168,7 +169,7 @@ def test_command_and_its_exit_code(tmp_path: Path, limits: str) -> None:
 
 
 def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A hung processor and a slow bus, each at its time."""
+    """The scenario has a hung processor and a slow bus, each at its time."""
     stalls: list[tuple[int, int]] = []
     stall_bus = Instrument.stall_bus
 
@@ -187,7 +188,7 @@ def test_a_shipped_scenario_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (after,) = turns[5]["telemetry"]
     assert "overrun" in after["alarms"]
     assert [most for _, most in stalls] == [20, 0]
-    # For two turns at 30°/s; a step of the firmware may read a bank before it is seen.
+    # The bus is slow for two turns at 30°/s; a step of the firmware may read a bank before that.
     scenario = read_scenario(file, lines=64)
     turn_clocks = 12 * scenario.clock_hz
     assert stalls[1][0] - stalls[0][0] == pytest.approx(2 * turn_clocks, abs=0.5 * turn_clocks)
@@ -200,12 +201,12 @@ def test_a_dead_head(tmp_path: Path) -> None:
     summary = json.loads(written.read_text(encoding="utf-8"))
     assert summary["refused"] >= 1
     for turn in summary["turns"]:
-        # Dead from turn 3.2 on; before it nothing is wrong, and head 1 is right all the time.
+        # Head 2 is dead from turn 3.2 on and right before; head 1 is right all the time.
         wrong = [flag for flag in turn["flags"] if flag.startswith("head2")]
         assert bool(wrong) <= (turn["turn"] >= 4)
         assert not [flag for flag in turn["flags"] if flag.startswith("head1")]
     assert any(turn["flags"] for turn in summary["turns"])
-    # While it is dead the output goes on, corrected.
+    # While head 2 is dead the corrected output continues.
     assert summary["turns"][4]["corrected"]["rms_arcsec"] < 10
 
 

@@ -1,4 +1,4 @@
-"""The score of a turn and what a wrong reference makes of it, on errors that are known."""
+"""Tests of the score of a turn and of the effect of a wrong reference, with known errors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SPEED_RAD_S = 0.5
 
 
 def _track(lost_counts: int) -> tuple[EdgeTrack, np.ndarray]:
-    """Three turns of a signal with 30″ in order 2, which loses counts in the middle of turn 2."""
+    """Return three turns with 30″ in order 2 that lose counts in the middle of turn 2."""
     position = np.arange(3 * COUNTS)
     reading = position * (2 * np.pi / COUNTS)
     angle = reading - 30 * RAD_PER_ARCSEC * np.cos(2 * reading + 0.4)
@@ -67,11 +67,11 @@ def test_score_of_edges_at_uneven_places_is_that_of_their_cosines() -> None:
     score = TurnScore.of_edges(angle, 3.0 + waves, 1.0)
     expected = np.zeros(64)
     expected[[1, 63]] = 1.5, 0.25
-    # Mean places of about 550 edges in half a degree are off by 0.004 of it: an error of order 2
-    # of 1.5 · 2 · 4e-5 a part, and of order 64 of 0.25 · 64 · 4e-5, halved by their signs.
+    # The mean places of about 550 edges in half a degree are off by 0.004 of it: an error of order
+    # 2 of 1.5 · 2 · 4e-5 a part, and of order 64 of 0.25 · 64 · 4e-5, halved by their signs.
     np.testing.assert_allclose(score.amplitude_arcsec, expected, atol=1e-3)
     assert score.mean_arcsec == pytest.approx(2.0, abs=5e-3)
-    # About the mean of the parts, which differs from that of the edges by 0.0023.
+    # RMS about the mean of the parts, which differs from that of the edges by 0.0023.
     assert score.edges_rms_arcsec == pytest.approx(np.std(waves), rel=1e-5)
     assert score.every_edge_arcsec == pytest.approx((waves.min(), waves.max()), abs=5e-3)
     assert score.edges_reach_arcsec == pytest.approx(np.abs(waves).max(), abs=5e-3)
@@ -116,7 +116,7 @@ def test_score_of_recorded_parts_is_that_of_their_edges(bins: int) -> None:
     found, expected = score_turn(recorded), TurnScore.of_edges(angle, counts * COUNT_ARCSEC)
     for name in ("error_arcsec", "lowest_edge_arcsec", "highest_edge_arcsec"):
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-6)
-    # Parts of half a degree and of a twentieth lower an order differently, which is taken back.
+    # Parts of half a degree and of a twentieth attenuate an order differently; this is corrected.
     np.testing.assert_allclose(found.amplitude_arcsec, expected.amplitude_arcsec, atol=2e-3)
     assert found.edges_rms_arcsec == pytest.approx(expected.edges_rms_arcsec, rel=1e-6)
     assert found.as_json().keys() == expected.as_json().keys()
@@ -173,7 +173,7 @@ def test_a_gain_of_the_autocollimator() -> None:
 @pytest.mark.parametrize(
     ("offset_m", "tilt_arcsec", "amplitude_arcsec"),
     [
-        # Equation (14) of the paper, where an encoder beside its axis would have 2.06″.
+        # By equation (14) of the paper, where an encoder beside its axis would have 2.06″.
         (0.3e-6, 0.0, 8 * 0.3e-6 * 0.03e-6 / 10e-3**2 * 206_265),
         (0.0, 60.0, 60.0 * np.sin(np.deg2rad(2.0))),
     ],

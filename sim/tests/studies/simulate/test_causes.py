@@ -1,7 +1,7 @@
-"""Each physical cause against a first-order formula worked out by hand.
+"""Tests of each physical cause against a first-order formula derived by hand.
 
-With e the largest displacement and R the radius of the disc the formulas leave out (e/R)²: 7e-5″
-at 1 µm, which is the bound where nothing else is said.
+With e the largest displacement and R the radius of the disc the formulas neglect (e/R)²: 7e-5″ at 1
+µm, which is the bound unless stated otherwise.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def conditions(
 
 
 def error(effect: Cause, head: int, state: Conditions) -> Float:
-    """Reading less that of a perfect table."""
+    """Return the reading less that of a perfect table."""
     table = RotaryTable(HEADS, (effect,))
     return np.asarray(table.reading_rad(head, state) - ANGLE - (ALPHA if head else 0.0))
 
@@ -113,7 +113,8 @@ def test_bracket_shakes_with_a_phase_a_run() -> None:
 
 
 def centre_seen(x_m: Float, y_m: Float, head: int) -> Float:
-    """A disc centre at (x, y): head 1 sees y/R, head 2 (x·sin α + y·cos α)/R."""
+    """Return the view of a disc centre at (x, y): y/R at head 1, (x·sin α + y·cos α)/R at head
+    2."""
     if head == 0:
         return y_m / RADIUS_M
     return np.asarray((x_m * np.sin(ALPHA) + y_m * np.cos(ALPHA)) / RADIUS_M)
@@ -198,7 +199,7 @@ def test_signal_offset_returns_once_a_period_gain_and_phase_twice() -> None:
         (SignalDistortion(0, lines, phase_error_rad=share), share * np.cos(phase) ** 2),
     )
     for effect, expected in cases:
-        # What is left out is the square of the share.
+        # The square of the share is neglected.
         np.testing.assert_allclose(
             error(effect, 0, conditions()), expected / lines, atol=share**2 / lines
         )
@@ -247,7 +248,7 @@ def test_errors_of_the_instrument() -> None:
 
 
 def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> None:
-    """Beam, face and sensor as vectors; what the cause leaves out is of second order."""
+    """Beam, face and sensor are vectors; the cause neglects terms of second order."""
     deviation = np.sin(ANGLE) * 50 * ARCSEC
     tilt, roll, phase = 60 * ARCSEC, np.deg2rad(2.0), 0.4
     offset, flatness, width = 0.5e-3, 0.03e-6, 10e-3
@@ -283,7 +284,8 @@ def test_wind_up_goes_over_within_its_stroke() -> None:
     travel = np.linspace(0.0, 0.3, ANGLE.size)
     up = replace(conditions(), since_reversal_rad=travel)
     found = ShaftWindUp(2e-6, 0.05).disc_turn_rad(up)
-    # On the other side at the reversal, in the middle after ln 2 strokes, over at the end.
+    # The shaft is on the other side at the reversal, in the middle after ln 2 strokes, over at the
+    # end.
     assert found[0] == pytest.approx(-2e-6)
     assert np.interp(0.05 * np.log(2), travel, found) == pytest.approx(0.0, abs=2e-9)
     assert found[-1] == pytest.approx(2e-6 * (1 - 2 * np.exp(-6)))
@@ -303,7 +305,7 @@ def test_wobbling_pitch_puts_lines_beside_the_order_of_the_teeth() -> None:
     ones = np.ones_like(angle)
     state = Conditions(ones, angle, ones, ones, ones, np.zeros(1024, dtype=np.int64), ones)
     lines = 2 * np.abs(np.fft.rfft(gear.disc_turn_rad(state))) / 1024
-    # Jacobi and Anger: J0 at the teeth, J1 beside.
+    # Jacobi and Anger: J0 at the teeth, J1 beside them.
     np.testing.assert_allclose(lines[[19, 20, 21]], 1e-6 * jv([1, 0, 1], 0.3), rtol=1e-3)
 
 

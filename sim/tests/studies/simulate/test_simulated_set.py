@@ -1,4 +1,4 @@
-"""Whole simulated sets: what each channel shows of a cause, the floor, seeds and refusals."""
+"""Tests of whole simulated sets: view of a cause in each channel, floor, seeds and refusals."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def reference_arcsec(measurement: MeasurementSet) -> Float:
 
 
 def both(name: str, size: float, seed: int = 5) -> tuple[MeasurementSet, MeasurementSet]:
-    """With and without a cause, else the same."""
+    """Return the sets with and without a cause, otherwise equal."""
     with_it = simulate_set([Wanted(name, size)], SMALL, seed, **QUIET)  # type: ignore[arg-type]
     without = simulate_set([], SMALL, seed, **QUIET)  # type: ignore[arg-type]
     return with_it.measurement, without.measurement
@@ -133,7 +133,7 @@ def test_the_servo_brings_the_reading_to_the_target() -> None:
     assert reference is not None
     assert reference.head1_counts is not None
     target = reference.target_deg / 360 * (1 << 24)
-    # Rounding down to a whole count, and 1e-6 of one for the solution.
+    # A reading is rounded down to a whole count; the solution adds 1e-6 of one.
     below = target - reference.head1_counts
     assert np.all((below > -1e-6) & (below < 1 + 1e-6))
 
@@ -143,7 +143,7 @@ def test_hysteresis_is_in_the_reference_only() -> None:
     change = reference_arcsec(with_it) - reference_arcsec(without)
     assert with_it.reference is not None
     assert with_it.reference.direction is not None
-    # The error of the graduation at the turned angle differs by its slope: 6e-4 of 0.5″.
+    # The graduation error at the turned angle differs by its slope: 6e-4 of 0.5″.
     np.testing.assert_allclose(np.abs(change), 0.5, atol=1e-3)
     assert np.all(np.sign(change) == np.sign(change[0]) * with_it.reference.direction)
     moved = difference_arcsec(with_it) - difference_arcsec(without)
@@ -200,7 +200,7 @@ def test_every_recipe_can_be_measured(name: str, experiment: str) -> None:
     planned = EXPERIMENTS[experiment]().smaller(120, 1)
     recipe = RECIPES[name]
     if not planned.can_honour(recipe):
-        # What only a reference instrument shows cannot be hidden in a set without one.
+        # A cause that only a reference instrument shows cannot be hidden in a set without one.
         assert planned.reference is None
         with pytest.raises(UnhonouredCauseError, match=f"experiment {experiment} cannot honour"):
             simulate_set([Wanted(name)], planned, 11)
@@ -234,7 +234,7 @@ def test_a_noise_more_leaves_everything_else_as_it_was() -> None:
     off_counts = (after.head2_counts - after.head1_counts) - (
         before.head2_counts - before.head1_counts
     )
-    # 0.2" a head on a count of 0.077": of the 3.7 counts the slow part is constant in a run.
+    # 0.2" a head on a count of 0.077": the slow part of the 3.7 counts is constant in a run.
     assert 1.5 < off_counts.std() < 5.0
     for channel, exact in plain.exact_arcsec.items():
         np.testing.assert_array_equal(exact, noisy.exact_arcsec[channel])
@@ -279,7 +279,7 @@ def test_noise_that_is_none_is_an_error() -> None:
 
 
 def test_a_run_with_a_pause_and_a_reversal() -> None:
-    # Up, a pause, and down: the shaft keeps its wind-up in the pause and goes over after it.
+    # Up, a pause, and down: the shaft keeps its wind-up in the pause and changes side after it.
     profile = ((0.0, 0.5), (4.0, 0.5), (5.0, 0.0), (7.0, 0.0), (8.0, -0.5), (12.0, -0.5))
     run = CaptureRun(0.0, 12.0, 0.5, 1200, profile=profile)
     heads = []
@@ -295,7 +295,7 @@ def test_a_run_with_a_pause_and_a_reversal() -> None:
         assert capture.capture is not None
         heads.append(capture.capture.head1_counts)
     turned_rad = (heads[1] - heads[0]) * table.count_rad
-    # It begins as if it had just turned back; 2 rad are 40 strokes, and a stroke leaves 2/e.
+    # It begins as if it had just reversed; 2 rad are 40 strokes, and a stroke leaves 2/e.
     assert turned_rad[[0, 400, 600, 700]] == pytest.approx([-1e-4, 1e-4, 1e-4, 1e-4], abs=4e-7)
     assert turned_rad[-1] == pytest.approx(-1e-4, abs=4e-7)
     stroke = round((7.0 + np.sqrt(2 * 0.05 / 0.5)) * 100)

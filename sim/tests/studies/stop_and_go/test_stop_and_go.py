@@ -1,4 +1,4 @@
-"""The servo beside its equations, and the stored experiment beside the table's geometry."""
+"""Tests of the servo against its equations, and of the stored experiment against the geometry."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def test_the_path_is_the_integral_of_its_speed() -> None:
 
 
 def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
-    """Steady speed: level and viscous part; below the level the axis bends by torque over σ₀."""
+    """A steady speed has level and viscous part; below the level the axis bends by torque over
+    σ₀."""
     axis, step_s = Axis(), 1e-4
     speed, bend = np.array([0.005, 0.5]), np.zeros(2)
     for _ in range(5000):
@@ -54,7 +55,7 @@ def test_sliding_rubs_as_stribeck_says_and_standing_bends() -> None:
 
 
 def test_the_servo_brings_the_signal_to_the_target() -> None:
-    """Without noise: to the count that the floor takes, and one in which the loop sees nothing."""
+    """Without noise the servo errs by the count of the floor and one that the loop does not see."""
 
     def shown(angle_rad: np.ndarray) -> np.ndarray:
         return np.floor(angle_rad / COUNT_RAD) * COUNT_RAD
@@ -70,7 +71,8 @@ def test_the_servo_brings_the_signal_to_the_target() -> None:
 
 
 def test_raw_the_table_stops_where_the_geometry_says() -> None:
-    """Target − ε, by the exact rays of the eccentric disc; a tenth of a count's mean."""
+    """Target − ε follows from the exact rays of the eccentric disc, to a tenth of a count's
+    mean."""
     table = RevolutionSettings(noise_arcsec=0.0).table()
     target = np.arange(24) * (2.0 * np.pi / 24)
     stands = target.copy()
@@ -78,12 +80,13 @@ def test_raw_the_table_stops_where_the_geometry_says() -> None:
         stands += target - table.reading_rad(0, TableState.at_rest(stands))
     expected = (target - stands) * ARCSEC_PER_RAD
     found = np.array(FOUND["raw"]["true_mean_arcsec"])
-    # σ of a mean of ten is 0.04″; 5 of it.
+    # σ of a mean of ten is 0.04″, times 5.
     np.testing.assert_allclose(found, expected - expected.mean(), atol=0.2)
 
 
 def test_corrected_the_table_stops_within_the_calibration() -> None:
-    """U of the calibration at an angle, 0.12″ (k = 2), and the scatter of a mean of ten."""
+    """The bound is U of the calibration at an angle, 0.12″ (k = 2), and the scatter of a mean of
+    ten."""
     assert np.abs(FOUND["corrected"]["true_mean_arcsec"]).max() < 0.3
     raw, corrected = (FOUND[name]["true_deviation_arcsec"] for name in ("raw", "corrected"))
     assert np.mean(corrected) < 1.5 * np.mean(raw) + 0.05

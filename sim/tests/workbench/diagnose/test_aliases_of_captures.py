@@ -1,7 +1,7 @@
-"""An order with fewer than two samples of the capture a period has no false name.
+"""An order with at least two samples of the capture in each period has no false name.
 
-With N even samples a turn, cos and sin of N − n are those of n up to a phase that depends on where
-a run starts.
+With N even samples a turn, the cos and sin columns of order N − n equal those of order n up to a
+phase that depends on where a run starts.
 """
 
 from __future__ import annotations
@@ -18,13 +18,16 @@ from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import ALPHA, ARCSEC, COUNTS_PER_REV, Float, paper_error
 
 RUNS = ((30.0, 0.0), (-30.0, 60.0), (90.0, 120.0))
-"""deg/s, start time."""
+"""Speed in deg/s and start time in s of each run."""
 TURNS = 4.0
 START_RAD = 1.0
 
 
 def _reading(at_disc_rad: Float, order: float) -> Float:
-    """R = ψ + ε(R), ε of the paper and 0.6″ of one order; 3 rounds: 90″ · 129 / 1 rad = 0.06."""
+    """Solve R = ψ + ε(R) in 3 rounds, ε the paper's error and 0.6″ of one order.
+
+    The iteration contracts by 90″ · 129 / 1 rad = 0.06 a round.
+    """
     found = at_disc_rad
     for _ in range(3):
         error = paper_error(found, np.full(found.size, 20.0), 1.0) + 0.6 * np.cos(
@@ -62,7 +65,8 @@ def _diagnosed(order: float, samples_a_turn: float, *, starts_differ: bool) -> D
 
 @pytest.mark.parametrize(("order", "samples"), [(129.0, 233.3), (129.0, 234.0)])
 def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: float) -> None:
-    """Order 129 at 233.3 samples a turn is 104.3 in each run, and its phase differs by N·start."""
+    """Order 129 at 233.3 samples a turn looks like 104.3 in each run; its phase differs by
+    N·start."""
     found = _diagnosed(order, samples, starts_differ=True)
     assert found.named is not None
     assert found.named.name == "high_order_graduation"
@@ -72,7 +76,7 @@ def test_runs_from_other_angles_show_which_order_it_is(order: float, samples: fl
 
 @pytest.mark.parametrize("samples", [233.3, 234.0])
 def test_runs_from_one_angle_leave_a_class(samples: float) -> None:
-    """Order 129 or a line at N − 129: the true order is in the class, and the alias is listed."""
+    """Order 129 and a line at N − 129 stay possible: both are in the answer, class and alias."""
     found = _diagnosed(129.0, samples, starts_differ=False)
     assert found.verdict == "ambiguous"
     assert "high_order_graduation" in found.effect_class
@@ -85,7 +89,8 @@ def test_runs_from_one_angle_leave_a_class(samples: float) -> None:
 
 
 def test_listed_aliases_are_the_same_columns_at_the_samples() -> None:
-    """A line of order 104.3 itself: cos and sin of the listed orders make it at every sample."""
+    """A line of order 104.3 is built in; cos and sin of the listed orders equal it at every
+    sample."""
     found = _diagnosed(104.3, 233.3, starts_differ=False)
     assert "periodic_error" in found.effect_class
     listed = diagnosis_data(found, [])["aliases"]
@@ -95,7 +100,8 @@ def test_listed_aliases_are_the_same_columns_at_the_samples() -> None:
     for order in listed:
         alias = np.stack([np.cos(order * step), np.sin(order * step)], axis=1)
         left = line - alias @ np.linalg.lstsq(alias, line, rcond=None)[0]
-        # The order of the line is found to 0.0005: a phase of 0.006 over half of four turns.
+        # The search finds the order of the line to 0.0005: a phase of 0.006 over half of four
+        # turns.
         np.testing.assert_allclose(left, 0.0, atol=0.015)
 
 

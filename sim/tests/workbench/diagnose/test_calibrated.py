@@ -1,4 +1,4 @@
-"""Stated probabilities: fit against drawn answers, shrinking against a dense integral."""
+"""Tests of stated probabilities: the fit against drawn answers, shrinking against an integral."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from arctrue.workbench.diagnose.grounds import Grounds
 
 USUAL = Grounds(0.999, -30.0, 200.0, 150.0, 0.9, 0.0, 1, 0, Distance(0.1, 4, 20.0, 1.0, 0.3))
 MACKAY = 0.01
-"""Largest error of σ(μ/√(1 + πv/8)) as the mean of a logistic for v up to 9: by quad below."""
+"""Largest error of the approximation σ(μ/√(1 + πv/8)) to the mean of a logistic, v up to 9."""
 
 
 @pytest.mark.parametrize("variance", [0.1, 1.0, 9.0])
@@ -50,7 +50,8 @@ def test_what_is_stated_is_the_mean_over_the_uncertain_value(mean: float, varian
 
 @pytest.mark.parametrize("answers", [0, 3, 200])
 def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
-    """Laplace: all of n answers right, a flat prior of the share: the next one by its mean."""
+    """Laplace's rule: with n of n answers right and a flat prior, the next is right by the mean
+    share."""
     row = np.zeros(len(FEATURES))
     row[0] = 1.0
     share = (
@@ -63,9 +64,10 @@ def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
 
 @pytest.mark.parametrize("verdict", KINDS)
 def test_the_farther_from_the_benchmark_the_less_sure(verdict: str) -> None:
-    """Every step away, by each distance alone and by all: less, except from the largest of a kind.
+    """The confidence falls with every step away from the benchmark, by one distance or by all of
+    them.
 
-    All together are always less.
+    A single distance may leave it unchanged; all distances together always lower it.
     """
     away = [
         replace(USUAL.distance, untested=0.9),
@@ -101,7 +103,7 @@ def _drawn(number: int, share: float, verdict: str, random: np.random.Generator)
 
 
 def test_the_fit_states_the_share_that_is_right() -> None:
-    """Names and classes with known shares, 4,000 answers each: within 4 binomial errors."""
+    """Fit names and classes with known shares, 4,000 answers each: within 4 binomial errors."""
     random = np.random.default_rng(7)
     rows = _drawn(4000, 0.97, "named", random) + _drawn(4000, 0.7, "ambiguous", random)
     learned = fitted(rows)
@@ -115,7 +117,7 @@ def test_the_fit_states_the_share_that_is_right() -> None:
 
 
 def test_few_answers_are_not_trusted() -> None:
-    """Three right ones of three: no surer than the posterior of a share with a wide prior."""
+    """Three right answers of three give no more than the posterior of a share with a wide prior."""
     rows = _drawn(3, 1.0, "named", np.random.default_rng(1))
     (few,) = confidences(rows[:1], fitted(rows))
     assert 0.5 < few < 0.95
@@ -129,7 +131,7 @@ def test_the_table_is_read_as_it_was_written(tmp_path) -> None:  # type: ignore[
 
 
 def test_the_coefficients_in_use_are_those_of_the_table() -> None:
-    """To the rounding of the file, and an optimiser's last digits on another machine."""
+    """The file equals a new fit to its rounding and to the last digits of the optimiser."""
     rows = read_stated(TABLE)
     assert json.loads(FILE.read_text(encoding="utf-8"))["features"] == list(FEATURES)
     here, used = fitted(rows), calibration()

@@ -1,7 +1,7 @@
 """A product of parts that only cancels the model's own columns is no description.
 
-Var(y) = Var(part) + Var(rest) + 2 cov: a part that moves the rows by more than what was measured
-does so only against the rest of the model.
+Var(y) = Var(part) + Var(other) + 2 cov: a part that moves the rows by more than what was measured
+must cancel the other columns of the model.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ TIME_S: Float = np.arange(int(SWEEP_S * SWEEPS / STEP_S), dtype=np.float64) * ST
 RUN = (TIME_S // SWEEP_S).astype(np.int64)
 UP = RUN % 2 == 0
 STROKE = np.where(UP, TIME_S / SWEEP_S - RUN, 1.0 - TIME_S / SWEEP_S + RUN)
-"""Share of the stroke at which each row stands: seven sweeps, up and down."""
+"""Share of the stroke at which each row stands, for seven sweeps up and down."""
 AT_ONE_END = 5000.0 * np.exp(-60.0 * STROKE)
-"""Arcseconds, within a sixtieth of the stroke: a stop, a cable, a seam of the scale."""
+"""Error within a sixtieth of the stroke (a stop, a cable, a seam of the scale), arcseconds."""
 
 
 def _sweeps(further_arcsec: Float, turns: float = 1.0, load: Float | None = None) -> Residuals:
-    """Beside the usual model: an error of order 1, a further one, and noise of 100″."""
+    """Return residuals of the usual model for an error of order 1, a further error and 100″ of
+    noise."""
     angle_rad = 2.0 * np.pi * turns * STROKE
     noise_arcsec = np.random.default_rng(7).normal(0.0, 100.0, TIME_S.size)
     reference = Reference(
@@ -49,7 +50,8 @@ def _sweeps(further_arcsec: Float, turns: float = 1.0, load: Float | None = None
 
 
 def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, float]:
-    """By which a product moves the rows by itself, and of what was measured; about the mean."""
+    """Return the RMS of the product's own prediction and of the measured rows, both about the
+    mean."""
     rows = residuals.observations.reference
     assert rows is not None
     columns = effect.reference_columns(rows, {}, residuals.solution.context)
@@ -59,7 +61,8 @@ def _rms_arcsec(residuals: Residuals, effect: ProductOfParts) -> tuple[float, fl
 
 
 def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
-    """It would take 36,000″ of order 0.5, five times what was measured, to make 5,000″ there."""
+    """Order 0.5 would need 36,000″, five times what was measured, to describe 5,000″ at the
+    seam."""
     residuals = _sweeps(AT_ONE_END)
     half = ProductOfParts.of(ALWAYS, (0.5,), "reference")
     moved, measured = _rms_arcsec(residuals, half)
@@ -75,7 +78,7 @@ def test_a_half_order_on_one_turn_is_a_step_at_its_seam() -> None:
 
 @pytest.mark.parametrize("order", [0.5, 1.5])
 def test_a_half_order_that_repeats_is_described(order: float) -> None:
-    """300″ over three turns, of which it passes its two and one more."""
+    """300″ over three turns: the order passes the two turns of its period and one more."""
     residuals = _sweeps(300.0 * np.cos(order * 6.0 * np.pi * STROKE + 0.8), turns=3.0)
     assert best_parts(residuals)[0].effect.orders == (order,)
 
@@ -83,7 +86,7 @@ def test_a_half_order_that_repeats_is_described(order: float) -> None:
 def test_the_zero_of_a_condition_is_a_convention() -> None:
     """A load of 30 ± 1 N m times 400″ of order 1 is 12,000″ with the zero at 0 N m.
 
-    The model's own order 1 takes the mean, so that only the variation of ± 400″ counts.
+    The model's own order 1 absorbs the mean, so that only the variation of ± 400″ counts.
     """
     load = 30.0 + np.sin(2.0 * np.pi * TIME_S / 50.0)
     error = 400.0 * (load - 30.0) * np.cos(2.0 * np.pi * STROKE + 1.0)
@@ -97,23 +100,23 @@ def test_the_zero_of_a_condition_is_a_convention() -> None:
 
 
 def test_a_condition_that_ends_after_a_bump_has_no_order() -> None:
-    """exp(−t/0.5 s) lasts for some 10° of a sweep at 20°/s: 0.75 periods of order 30 or more."""
+    """exp(−t/0.5 s) lasts some 10° of a sweep at 20°/s: 0.75 periods for orders of 30 and more."""
     rows = _sweeps(AT_ONE_END).observations.reference
     assert rows is not None
     start = np.exp(-(TIME_S - RUN * SWEEP_S) / 0.5)
     orders = np.arange(1.0, 61.0)
     shown = resolved_orders(rows, start, orders)
-    # Steps of 2°, each with the exp(−t/τ) of its end: a geometric series.
+    # Steps of 2°, each weighted with exp(−t/τ) at its end: a geometric series.
     way_deg = 2.0 / (np.exp(0.1 / 0.5) - 1.0)
     assert list(shown) == list(orders * way_deg / 360.0 >= 0.75)
     assert resolved_orders(rows, np.ones(TIME_S.size), orders).all()
 
 
 def test_a_refined_settling_still_passes_its_wave() -> None:
-    """A bump at each start that settles in 2 s, 40° at 20°/s: a third of a period of order 3.
+    """A bump at each start settles in 2 s, 40° at 20°/s: a third of a period of order 3.
 
-    On the grid of time constants the smallest that passes 0.75 periods describes it best, and a
-    smaller one fits better; it is refused as well.
+    On the grid of time constants, the smallest that passes 0.75 periods describes the bump best. A
+    smaller one would fit better and is refused as well.
     """
     since = TIME_S - RUN * SWEEP_S
     residuals = _sweeps(4000.0 * np.exp(-since / 2.0) * np.cos(6.0 * np.pi * STROKE + 1.0))

@@ -1,4 +1,4 @@
-"""What an effect's own physics asks of its values, beyond the shape of its columns."""
+"""Tests of what the physics of an effect demands of its values, beyond the shape of its columns."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _of_step(counts: float, sigma: float, count_arcsec: float | None = ARCSEC_A_
 
 
 def test_faces_lapped_one_by_one_are_not_refused() -> None:
-    """Of 2,000 polygons of independent faces no more than CONTRADICTED_P (99.9 % bound)."""
+    """At most CONTRADICTED_P of 2,000 polygons of independent faces are refused (99.9 % bound)."""
     random = np.random.default_rng(3)
     refused = sum(_of_faces(random.normal(0.0, 0.2, FACES)) is not None for _ in range(2000))
     assert refused <= binom.isf(0.001, 2000, CONTRADICTED_P)
@@ -62,10 +62,11 @@ def test_one_face_alone_may_be_a_place_of_the_table() -> None:
 def test_a_flat_place_of_the_bearing_is_no_polygon(
     place_deg: float, width_deg: float, along: float
 ) -> None:
-    """The axis dips at one place of the turn: by equations of the plane, order by order.
+    """The axis dips at one place of the turn; the columns come from the plane's equations by order.
 
-    Head 1 sees y, R₂ − R₁ sees x·sin α + y·(cos α − 1); the graduation takes that, divided by
-    e^{jnα} − 1, up to order 20, so that the reference shows y less what comes back of it.
+    Head 1 sees y, and R₂ − R₁ sees x·sin α + y·(cos α − 1). The graduation takes the latter,
+    divided by e^{jnα} − 1, up to order 20, so that the reference shows y less the part that the
+    graduation returns.
     """
     grid = np.arange(720) * np.pi / 360.0
     away = np.angle(np.exp(1j * (grid - np.radians(place_deg))))
@@ -88,7 +89,7 @@ def test_faces_that_repeat_within_a_turn_are_a_shape_of_the_table(times: int) ->
     told = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
     assert told is not None
     if times == 2:
-        # Twelve values that are drawn make no wave: nothing else speaks against them.
+        # Twelve drawn values make no wave: only the repetition contradicts them.
         assert "repeat 2 times a turn" in told
 
 
@@ -102,13 +103,14 @@ def test_a_counter_loses_whole_counts() -> None:
     told = _of_step(12.4, 0.1)
     assert told is not None
     assert "12.40" in told
-    # Where the step is not known to a part of a count, nothing is said against it.
+    # A step that is not known to a part of a count is not contradicted.
     assert _of_step(12.4, 0.3) is None
     assert _of_step(12.4, 0.1, count_arcsec=None) is None
 
 
 def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: ignore[no-untyped-def]
-    """A line in time, on 24 stations up and down, four seconds each: again after 192 s."""
+    """Ask a line in time for a contradiction: 24 stations up and down, 4 s each, again after 192
+    s."""
     up = np.arange(FACES) * 2.0 * np.pi / FACES
     target = np.tile(np.concatenate([up, up[::-1]]), visits)
     if mixed:
@@ -126,15 +128,16 @@ def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: 
 
 
 def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> None:
-    """A bracket that leans with the direction was a periodic error of 192 s."""
+    """A bracket that leans with the direction used to be named a periodic error of 192 s."""
     told = _of_line(1.0 / 192.0)
     assert told is not None
     assert "192 s" in told
     assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
-    # Half of what ten visits resolve beside it, it drifts against them; slower, it is no line.
+    # Half a resolution of ten visits away, the line drifts against the visits and is accepted; a
+    # much slower one is no line.
     assert _of_line(1.0 / 192.0 + 0.5 / 1920.0) is None
     assert _of_line(0.1 / 1920.0) is None
-    # Visits in any order, or one visit of each station, have no frequency.
+    # Visits in mixed order, and single visits of each station, have no frequency.
     assert _of_line(1.0 / 192.0, mixed=True) is None
     assert _of_line(1.0 / 192.0, visits=1) is None
 
@@ -148,14 +151,15 @@ def _of_order(order: float, sigma: float):  # type: ignore[no-untyped-def]
 
 
 def test_an_order_that_cannot_be_told_from_a_half_one_is_no_ball_pass() -> None:
-    """A belt that comes round every two turns was a ball pass of order 0.499 ± 0.008."""
+    """A belt that repeats every two turns used to be named a ball pass of order 0.499 ± 0.008."""
     told = _of_order(0.4992, 0.0076)
     assert told is not None
     assert "every two turns" in told
     whole = _of_order(3.01, 0.004)
     assert whole is not None
     assert "every turn" in whole
-    # σ of ten times less: the same order is one of its own. Not known at all: nothing is said.
+    # With a tenth of the uncertainty or less the order differs from a half one; an unknown
+    # uncertainty contradicts nothing.
     assert _of_order(0.4992, 0.00012) is None
     assert _of_order(7.85, 0.003) is None
     assert _of_order(0.4992, float("nan")) is None

@@ -1,4 +1,4 @@
-"""How far a verdict sees: what it covers, when it says that it cannot tell, what looks alike."""
+"""Tests of the scope of a verdict: what it covers, when it cannot tell, and what looks alike."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _residuals(slow_arcsec: float = 0.0) -> Residuals:
 
 
 def test_smallest_size_is_that_of_dense_least_squares() -> None:
-    """Reversal beside a constant, in white noise of 0.15″: σ·√(gain/n) of ±1."""
+    """A reversal error beside a constant in white noise of 0.15″ is detected from z·σ/√n as ±."""
     observations = observations_of(measurement_set(runs=1, cycles=2))
     residuals = Residuals(
         fit([_base()], observations, noise=white_noise(observations, (0.1, 0.15)))
@@ -58,11 +58,12 @@ def test_smallest_size_is_that_of_dense_least_squares() -> None:
     rows = observations.reference
     assert found is not None
     assert rows is not None
-    # Threshold and power of one column at 1 %: z of 2.576 and 1.645. Both directions alike often.
+    # Threshold and power of one column at 1 %: z of 2.576 and 1.645; both directions have as many
+    # rows.
     expected = (2.5758 + 1.6449) * 0.15 / np.sqrt(rows.run.size)
     assert found.rms_arcsec["reference"] == pytest.approx(expected, rel=0.02)
     assert found.size is not None
-    # The reversal is twice the ± of the column.
+    # The reversal error is twice the ± of the column.
     assert found.size.value == pytest.approx(2.0 * expected, rel=0.02)
     assert found.size.unit == "arcsec"
 
@@ -88,7 +89,8 @@ def test_adequate_says_what_it_covers() -> None:
 
 @pytest.mark.parametrize(("slow_arcsec", "blind"), [(0.0, False), (0.3, False), (3.0, True)])
 def test_noise_that_is_all_slow_cannot_tell(slow_arcsec: float, blind: bool) -> None:
-    """A reference that wanders twice its scatter tells; one that wanders twenty times does not."""
+    """A reference that wanders by twice its scatter can tell; one that wanders twenty times
+    cannot."""
     residuals = _residuals(slow_arcsec)
     found = blindness(residuals, coverage(residuals, [], {}, 20, REFUSED), {"capture": 1.0}, 0.0)
     assert (found is not None) == blind
@@ -124,8 +126,9 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
 ) -> None:
     """288 readings of 0.15″ know a drift to 0.15″/√288 = 0.009″ RMS, if their noise is white.
 
-    One of 6.8 times that is seen then; slow noise as large explains the rows as well, and what
-    tells the two apart is that a drift is a straight line. Of 11 times it does.
+    A drift of 6.8 times that is significant then, but slow noise of the same size explains the rows
+    as well: only the straightness of a drift tells the two apart. At 11 times that, the set can
+    tell.
     """
     made = measurement_set(runs=2)
     assert made.reference is not None
@@ -149,7 +152,7 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
 def test_noise_beside_many_columns_is_little_known(
     gain: float, rank: int, freedom: float, told: bool
 ) -> None:
-    """Of 48 readings 23 faces leave 25 to tell the noise: F(23, 25) = 2.2 at 3 %, not at 10⁻⁴."""
+    """With 48 readings, 23 faces leave 25 degrees of freedom: F(23, 25) = 2.2 has 3 %, not 10⁻⁴."""
     item: Any = SimpleNamespace(
         name="x",
         evidence=SimpleNamespace(score=SimpleNamespace(gain=gain, rank=rank)),
@@ -162,7 +165,7 @@ def test_noise_beside_many_columns_is_little_known(
 
 
 def test_an_order_with_fewer_than_two_stations_a_period_has_aliases() -> None:
-    """90 teeth at 24 faces: cos and sin of 18, 6, 42 and 30 are the same columns there."""
+    """90 teeth at 24 faces: orders 18, 6, 42 and 30 have the same cos and sin columns there."""
     made = measurement_set(runs=2)
     assert made.reference is not None
     target = np.radians(made.reference.target_deg)
@@ -196,7 +199,7 @@ def test_an_order_with_two_stations_a_period_has_none(order: float, stations: in
 
 
 def test_a_bound_of_hardly_known_noise_says_so() -> None:
-    """The limit is where the F test asks for 2.8 times the size of known noise, as worked out."""
+    """The limit is where the F test asks for 2.8 times the size that known noise would need."""
     ratio = [np.sqrt(needed_gain(1, 19, freedom) / needed_gain(1, 19)) for freedom in (2.0, 6.0)]
     assert ratio == [pytest.approx(37.0, rel=0.01), pytest.approx(2.8, rel=0.02)]
     found = diagnose(observations_of(measurement_set()), [_base()], {})

@@ -1,4 +1,4 @@
-"""The ordered rules of the verdict, on sets that are made to need each."""
+"""Tests of the ordered rules of the verdict, each on a set made for that rule."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ COUNT_ARCSEC = 2.0 * np.pi / COUNTS_PER_REV / ARCSEC
 
 
 def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
-    """Whole counts and a step each time: only what is left beside the first one tells."""
+    """Each knock is a step of whole counts: only the residual of the first step shows the
+    others."""
     counts = 12
     instants = np.array([3.1, 9.7, 15.2, 22.8, 29.9])
 
@@ -58,7 +59,8 @@ def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
 
 
 def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
-    """1.6″ of reversal; beside it a warm order 2 of a tenth of its gain's root and less."""
+    """Beside 1.6″ of reversal, a warm order 2 has at most a tenth of the root of the first's
+    gain."""
     share = 0.3 * np.sqrt(OF_THE_SAME_KIND)
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -72,7 +74,7 @@ def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
 
 
 def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture() -> None:
-    """A lean of the polygon moves the capture's order 1 by what is returned to the graduation."""
+    """A lean of the polygon moves the capture's order 1 by what the graduation takes back."""
     measurement = measurement_set()
     assert measurement.reference is not None
     target = np.radians(measurement.reference.target_deg)
@@ -84,7 +86,7 @@ def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture()
     assert rows is not None
     assert on_every_pass(lean, found.base)
     assert found.named is lean
-    # What noise makes of that return may differ from run to run; it speaks neither for nor against.
+    # The noise of that part may differ from run to run; it must not confirm or contradict the lean.
     change = lean.solution.capture_prediction_arcsec(False) - found.base.capture_prediction_arcsec(
         False
     )

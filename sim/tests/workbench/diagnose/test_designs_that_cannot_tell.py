@@ -1,4 +1,4 @@
-"""Sets in which two conditions went together, and readings that a display has rounded."""
+"""Tests of sets in which two conditions changed together, and of readings rounded by a display."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from arctrue.workbench.observations.display_step import display_step
 
 
 def _warming(seed: int, *, cools: bool = False) -> MeasurementSet:
-    """One run in which head 2 moves with the time, 1.2″ in all; the table warms by 3 K.
+    """Make one run in which head 2 moves with the time by 1.2″, while the table warms by 3 K.
 
-    ``cools``: it warms and cools again, which tells the two apart.
+    With ``cools`` the table warms and cools again, which tells temperature and time apart.
     """
     random = np.random.default_rng(seed)
     size, turns = 6000, 5
@@ -51,7 +51,7 @@ def test_a_run_that_warms_evenly_does_not_tell_temperature_from_time(seed: int) 
     assert found.effect_class == ["thermal_head_drift"]
     assert found.described is not None
     assert found.described.effect.parts == ["time", "head2"]  # type: ignore[attr-defined]
-    # As likely as each other, and the measurement is one in which they part.
+    # Both are equally likely, and the measurement asked for is one in which they differ.
     share = found.probability["thermal_head_drift"], found.probability["unknown"]
     assert share[0] == pytest.approx(share[1], abs=0.05)
     assert found.measurement is not None
@@ -66,7 +66,8 @@ def test_a_run_that_warms_and_cools_tells_them_apart() -> None:
 
 
 def _displayed(seed: int, step: float, reversal: float) -> MeasurementSet:
-    """24 stations up and down five times, 0.15″ of noise, shown in steps."""
+    """Make a reference of 24 stations up and down five times, 0.15″ of noise, rounded to
+    ``step``."""
     random = np.random.default_rng(seed)
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate([up, up[::-1]]), 5)
@@ -95,7 +96,7 @@ def test_readings_that_a_display_rounds_are_no_faulty_rows(step: float) -> None:
     assert found.named is not None
     assert found.named.name == "hysteresis"
     size = found.named.parameters()["reversal_error"]
-    # 240 rows of 0.15″ and of rounding: what is left of it in 24 means is 0.3 of a step/√12/√24.
+    # 240 rows of 0.15″ and of rounding: the mean of 24 stations keeps 0.3 of step/√12/√24.
     assert abs(size.value) == pytest.approx(1.0, abs=0.06 + 0.1 * step)
 
 
@@ -103,5 +104,5 @@ def test_the_step_of_a_display_is_found_and_noise_has_none() -> None:
     values = np.random.default_rng(2).normal(0.0, 3.0, 300)
     assert display_step(values) == 0.0
     assert display_step(np.round(values * 2.0) / 2.0) == pytest.approx(0.5)
-    # Six decimals of a file are no display.
+    # Six decimals of a file are no display step.
     assert display_step(np.round(values, 6)) == 0.0

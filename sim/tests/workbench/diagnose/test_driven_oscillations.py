@@ -1,4 +1,4 @@
-"""Noise with a resonance, integrated from its equation of motion: said as what it is, not named."""
+"""Noise with a resonance, integrated from its equation of motion, is described and not named."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.workbench.noisy_logs import NULLS, clock, driven_oscillator
 from tests.workbench.small_sets import measurement_set
 
 OF_A_FREQUENCY = 0.2
-"""A resonance of quality 8 is 1/8 wide between its half powers."""
+"""Relative tolerance of a frequency; a resonance of quality 8 is 1/8 wide at half power."""
 
 
 def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
@@ -30,7 +30,7 @@ def _log(error_arcsec: np.ndarray, time_s: np.ndarray) -> MeasurementSet:
 
 @pytest.mark.parametrize("period_s", [9.0, 40.0])
 def test_in_a_log(period_s: float) -> None:
-    """As large as the white noise, over an hour: 90 periods and more."""
+    """The oscillation is as large as the white noise and lasts an hour: 90 periods and more."""
     random = np.random.default_rng(3)
     time_s = clock(random, 1500, 2.4, "even")
     shaken = driven_oscillator(random, time_s, period_s, 8.0)
@@ -61,7 +61,7 @@ def test_in_a_capture() -> None:
 
 
 def test_a_line_in_time_is_no_oscillation() -> None:
-    """A sine of 6 Hz all the time: the record has it, and the noise beside it has nothing."""
+    """A steady sine of 6 Hz is in the record, and the noise beside it has no resonance."""
     found = diagnosis_of(
         measurement_set(
             head2_only=lambda time_s, speed: 0.4 * np.sin(2.0 * np.pi * 6.0 * time_s),
@@ -76,18 +76,18 @@ def test_a_line_in_time_is_no_oscillation() -> None:
 
 @pytest.mark.parametrize("kind", ["white", "OU 30 s", "random walk", "flicker 1/f"])
 def test_noise_without_a_resonance_has_none(kind: str) -> None:
-    """Of kinds that wander, in the same design."""
+    """Noise of kinds that wander has no resonance in the same design."""
     random = np.random.default_rng((5, list(NULLS).index(kind)))
     time_s = clock(random, 1500, 2.4, "jitter")
     assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).findings.oscillation is None
 
 
 def test_the_frequency_is_known_within_its_uncertainty() -> None:
-    """10 records of 1,200 s, quality 8 at 0.1 Hz: deviations over u against χ², and u itself.
+    """Compare ten records of 1,200 s, quality 8 at 0.1 Hz: deviations over u with χ², and u itself.
 
-    Without white noise maximum likelihood has u = √(γ/T)/(2π), γ = πf/Q (Gersch, IEEE Trans. Autom.
-    Control 19 (1974) 558); white noise of half the size adds to it, and
-    an estimated damping moves it by its own scatter, some 20 %.
+    Without white noise, maximum likelihood has u = √(γ/T)/(2π), γ = πf/Q (Gersch, IEEE Trans.
+    Autom. Control 19 (1974) 558). White noise of half the size adds to u, and the scatter of an
+    estimated damping changes it by some 20 %.
     """
     hz, quality, time_s = 0.1, 8.0, np.arange(1200.0)
     none, one = np.zeros((time_s.size, 0)), np.zeros(time_s.size, dtype=np.int64)
@@ -102,6 +102,6 @@ def test_the_frequency_is_known_within_its_uncertainty() -> None:
         assert found is not None
         deviations.append((found.hz - hz) / found.sigma_hz)
         sigmas.append(found.sigma_hz)
-    # χ² of 10: 0.1 and 99.9 %.
+    # Quantiles of χ² with 10 degrees of freedom at 0.1 and 99.9 %.
     assert 1.48 < np.sum(np.square(deviations)) < 29.6
     assert 0.8 * least < np.median(sigmas) < 2.0 * least

@@ -1,4 +1,5 @@
-"""Every further column of numbers is a condition: seen by compare, named by its own name."""
+"""Tests that every further numeric column is a condition, which compare and diagnose use by
+name."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ def _base() -> Term:
 
 
 def _loaded() -> MeasurementSet:
-    """Two lobes of the disc that grow with a load of 12 ± 8 N·m, three periods a run."""
+    """Make a set whose disc has two lobes that grow with a load of 12 ± 8 N·m, three periods a
+    run."""
     measurement = measurement_set(seed=7)
     capture = measurement.capture
     assert capture is not None
@@ -89,7 +91,8 @@ def test_the_adopted_file_has_the_column_and_its_zero(loaded: Diagnosis, tmp_pat
 
 
 def test_compare_bins_the_residual_by_every_column() -> None:
-    """A reference whose error is 0.02″ a degree of elevation, beside a column that does nothing."""
+    """The error of a reference grows by 0.02″ a degree of elevation; another column has no
+    influence."""
     random = np.random.default_rng(3)
     size = 720
     target = np.arange(size) * 0.5

@@ -1,4 +1,4 @@
-"""What a stated probability rests on, against counts and tests of a set made here."""
+"""Tests of the grounds of a stated probability, against counts and tests of a set made here."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from arctrue.studies.benchmark.diagnosis import diagnosed
 
 
 def test_grounds_of_stations_state_visits_and_what_was_tested() -> None:
-    """24 stations in 5 cycles, white noise and a reversal error of 20 noises: counted by hand."""
+    """The grounds of 24 stations, 5 cycles and a reversal of 20 σ of the noise match a hand
+    count."""
     random = np.random.default_rng(3)
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate([up, up[::-1]]), 5)
@@ -32,11 +33,11 @@ def test_grounds_of_stations_state_visits_and_what_was_tested() -> None:
     assert (grounds.distance.runs, grounds.distance.visits) == (0, 10.0)
     tested, untestable = len(found.candidates), len(found.untestable)
     assert grounds.distance.untested == pytest.approx(untestable / (tested + untestable), abs=0.1)
-    # With the name in the model the noise of the repeats is left.
+    # With the named effect in the model only the noise of the repeats remains.
     assert grounds.distance.left == pytest.approx(1.0, abs=0.15)
     assert grounds.ways == len(found.unlike)
     assert grounds.class_size == len(found.effect_class)
-    # White noise alone gives twice a rise of n/2·log(1 + 1²/0.1²); slow noise takes some of it.
+    # White noise alone gives twice a rise of n/2·log(1 + 1²/0.1²); slow noise reduces it.
     assert 100.0 < grounds.delta_bic < 240 * np.log(101.0)
     assert grounds.log_p < -50.0
     assert grounds.evidence > 0.99

@@ -1,6 +1,6 @@
-"""The guards of the diagnosis, each by itself: ``make mutate`` takes one away and asks this file.
+"""Tests of each guard of the diagnosis by itself: ``make mutate`` removes one and runs this file.
 
-Small numbers and small sets, so that each test takes less than a few seconds.
+Small numbers and small sets keep each test below a few seconds.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def _base() -> Term:
 
 
 def _reference(error: NDArray[np.float64], target_deg: NDArray[np.float64]) -> Observations:
-    """Rows every tenth of a second, of one run."""
+    """Make a reference of one run with a row every tenth of a second."""
     rows = Reference(
         target_deg=target_deg, error_arcsec=error, time_s=0.1 * np.arange(error.size),
         direction=np.where(np.gradient(target_deg) < 0.0, -1, 1),
@@ -65,7 +65,7 @@ def _reference(error: NDArray[np.float64], target_deg: NDArray[np.float64]) -> O
 
 
 def test_every_place_that_was_looked_at_is_charged() -> None:
-    """Šidák: 1 − (1 − p)^m; p of a χ² of 30 with two columns."""
+    """The p of a χ² of 30 with two columns is corrected after Šidák: 1 − (1 − p)^m."""
     single = float(chi2.sf(30.0, 2))
     assert corrected_p_value(30.0, 2, 5000.0, 1) == pytest.approx(
         1.0 - (1.0 - single) ** 5000, rel=1e-6
@@ -77,7 +77,7 @@ def test_every_candidate_is_charged() -> None:
 
 
 def test_every_survey_of_a_diagnosis_is_charged() -> None:
-    """What is looked for once more beside a name, and once more beside that, may be chance too."""
+    """The surveys repeated beside one name and beside two names also charge their trials."""
     made = measurement_set(runs=3, turns=1, reversal_arcsec=0.1)
     residuals = Residuals(fit([_base()], observations_of(made)))
     effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
@@ -102,7 +102,7 @@ def test_shares_of_the_false_alarms_of_products_add_up_to_one() -> None:
     assert sum(condition_shares([ALWAYS, TEMPERATURE])) == pytest.approx(1.0)
 
 
-# Rows that were left out.
+# Rows that are left out.
 
 
 def _improvement(gain: float, information: float) -> list[Improvement]:
@@ -110,13 +110,13 @@ def _improvement(gain: float, information: float) -> list[Improvement]:
 
 
 def test_a_fall_within_two_standard_errors_is_none() -> None:
-    """Information of 100: the gain has a standard error of 10, and 50 as its mean if it is real."""
+    """Information of 100: a real gain has the mean 50, and its standard error is 10."""
     assert not holds_out(_improvement(15.0, 100.0))
     assert holds_out(_improvement(25.0, 100.0))
 
 
 def test_what_left_out_rows_cannot_show_must_not_get_worse() -> None:
-    """Information of 16: the gain has 8 as its mean if it is real, twice its standard error."""
+    """Information of 16: a real gain has the mean 8, twice its standard error."""
     assert holds_out(_improvement(-7.0, 16.0))
     assert not holds_out(_improvement(-9.0, 16.0))
 
@@ -127,7 +127,7 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
     assert folds is not None
     rounds = folds.reshape(-1, 4)
     assert np.all(np.sort(rounds, axis=1) == np.arange(4))
-    # 24 is a multiple of the four folds: taken in turn, each station would be in one fold only.
+    # 24 is a multiple of the four folds: in plain rotation each station would be in one fold only.
     of_stations = folds.reshape(8, 24)
     assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
 
@@ -136,7 +136,7 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
 
 
 def _slow_noise(seed: int) -> NDArray[np.float64]:
-    """0.3″ of 4 s beside 0.1″ of white noise, 600 rows of a tenth of a second."""
+    """Draw slow noise of 0.3″ and 4 s with 0.1″ of white noise, 600 rows of a tenth of a second."""
     clock = 0.1 * np.arange(600)
     drawn = RowNoise(
         clock,
@@ -152,13 +152,14 @@ def test_slow_noise_is_a_part_of_the_noise_and_no_effect() -> None:
     assert noise is not None
     slow = float(sum(spectrum.variances.sum() for spectrum in noise.spectra))
     assert slow > 0.5 * sum(spectrum.variance for spectrum in noise.spectra)
-    # Whitened, neighbours no longer tell each other.
+    # After whitening, neighbours are no longer correlated.
     left = noise.whiten(_slow_noise(2))
     assert abs(float(np.corrcoef(left[1:], left[:-1])[0, 1])) < 0.15
 
 
 def test_the_noise_beside_an_effect_is_estimated_anew() -> None:
-    """A ramp of 6″ was taken for slow noise: with the noise free on both sides it is no noise."""
+    """Slow noise absorbed a ramp of 6″: with the noise estimated anew beside it, the ramp is
+    seen."""
     random = np.random.default_rng(4)
     ramp = np.linspace(-3.0, 3.0, 600) + random.normal(0.0, 0.1, 600)
     target = np.tile(np.arange(60) * 6.0, 10)
@@ -170,7 +171,7 @@ def test_the_noise_beside_an_effect_is_estimated_anew() -> None:
 
 
 def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
-    """24 readings and 41 coefficients: what is left is 0, which is no scatter."""
+    """24 readings and 41 coefficients leave a residual of 0, which is no scatter."""
     target = np.arange(24) * 15.0
     error = np.random.default_rng(1).normal(0.0, 0.2, 24)
     terms = [Term(EFFECTS["graduation_harmonics"](), {})]
@@ -178,7 +179,8 @@ def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
 
 
 def test_four_runs_do_not_know_the_index_better_than_the_prior_allows() -> None:
-    """Four offsets that happen to agree: six runs' worth of ±1 count a head still counts."""
+    """Four offsets happen to agree: the prior of ±1 count a head still counts as much as six
+    runs."""
     observations = observations_of(measurement_set(runs=1, turns=1, reference=False))
     prior = observations.index_sigma_arcsec**2
     variance, worth = index_variance(observations, np.zeros(4))
@@ -205,12 +207,12 @@ def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
 
 
 def test_a_line_pays_for_all_frequencies() -> None:
-    """At 5 %, some 5 % of white noise has a line: fewer than 12 of 120, four deviations."""
+    """White noise has a line at 5 % in some 5 % of the sets: below 16 of 120, four deviations."""
     random = np.random.default_rng(9)
     assert sum(fisher_p(random.normal(size=256)) < 0.05 for _ in range(120)) < 16
 
 
-# What is there once.
+# Effects that are there once.
 
 
 def _candidate(base: Solution, term: Term) -> Any:
@@ -236,9 +238,9 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
 
 
 def test_passes_are_asked_beside_the_model_that_the_effect_was_weighed_with() -> None:
-    """Order 1 is 10″ larger in one of two runs: with other noise the fit takes that run's.
+    """Order 1 is 10″ larger in one of two runs: with other noise the fit follows that run.
 
-    Order 25 is in both runs. What the noise moves of order 1 is none of its doing.
+    Order 25 is in both runs. The change of order 1 by the noise must not count against it.
     """
 
     def uneven(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -261,9 +263,10 @@ def test_passes_are_asked_beside_the_model_that_the_effect_was_weighed_with() ->
 
 
 def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
-    """A head 9″ beside its place: the same in all rows, and the runs' offsets have it already.
+    """Head 2 stands 9″ beside its place in all rows, and the offsets of the runs have absorbed
+    that.
 
-    They are 0.03″ off in one run, as the scatter of the index makes them.
+    The rows of one run are lifted by 0.03″, as the scatter of the index lifts them.
     """
     made = measurement_set(
         runs=3, turns=1, reference=False, head2_only=lambda time, speed: 9.0 + 0.0 * time
@@ -279,9 +282,9 @@ def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
 
 
 def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
-    """Waves that are not there, as large as a reference may say they are: 1.2 σ in each run.
+    """Waves that are not in the set have the size that a reference could state: 1.2 σ in each run.
 
-    The run that shows most of one shows noise; the others cannot speak against it.
+    The run that shows most of such a wave shows noise; the other runs cannot contradict it.
     """
     base = fit([_base()], observations_of(measurement_set(turns=1, reference=False)))
     for order in range(21, 61):
@@ -320,7 +323,7 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A delay of 40 ms on a ramp to 40°/s and back: 5,760″ that rise and fall once in a minute."""
-    # Beside 20 orders its p with the noise of the model without it is 0.31: not near to a name.
+    # Beside 20 orders, its p is 0.31 with the noise of the model without it: not near a name.
     monkeypatch.setattr(weighing, "NEAR_P", 0.0)
     time = np.arange(0.0, 60.0, 0.1)
     speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
@@ -331,15 +334,15 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
     assert found.named is not None
     assert found.named.name == "latency"
     latency = found.named.parameters()["latency"]
-    # The speed is a slope over 65 rows: at the ends and at the top up to 3.3 s beside the row.
+    # The speed is a slope over 65 rows, at the ends and at the top up to 3.3 s away from the row.
     assert latency.value == pytest.approx(40_000.0, rel=0.05)
 
 
-# Names that others could have.
+# Names that other effects could have.
 
 
 def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
-    """Up and back at one speed: a delay would look like the reversal error."""
+    """The set goes up and back at one speed, where a delay would look like the reversal error."""
     random = np.random.default_rng(7)
     up = np.arange(360.0)
     target = np.tile(np.concatenate([up, up[::-1]]), 2)
@@ -353,12 +356,12 @@ def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
 
 @pytest.mark.parametrize(("cycles", "verdict"), [(1, "ambiguous"), (2, "named")])
 def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) -> None:
-    """All stations up, then all down: what changed in between looks like the reversal."""
+    """All stations go up, then down: a change in between looks like the reversal error."""
     made = measurement_set(cycles=cycles, reversal_arcsec=2.0, turns=1)
     found = diagnose(observations_of(made), [_base()], EFFECTS)
     assert found.verdict == verdict
     assert found.effect_class[0] == "hysteresis"
-    # It is the product of direction and nothing else by definition: no second word for it.
+    # The effect is by definition a product of the direction alone: the answer adds no description.
     assert found.described is None
 
 
@@ -389,7 +392,7 @@ def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
     assert _without_idle_conditions([warm, plain], order, 1000) == [plain]
 
 
-# The ordered rules, on figures that are written down.
+# The ordered rules, on written figures.
 
 
 def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:
@@ -400,7 +403,7 @@ def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -
 
 def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
     assert rules.left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
-    # √(0.201² − 0.2²) is a tenth of the noise; and 0.3″ of excess is nothing where 1″ matters.
+    # √(0.201² − 0.2²) is a tenth of the noise; an excess of 0.3″ does not count where 1″ matters.
     assert rules.left_undescribed(_left(1e-6, 0.201, 0.20)) is None
     assert rules.left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
     assert rules.left_undescribed(_left(1e-3, 0.30, 0.20)) is None

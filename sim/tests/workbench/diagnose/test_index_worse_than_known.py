@@ -1,7 +1,7 @@
-"""An index that scatters more than it is known to does not make an effect of its offsets.
+"""Offsets that scatter more than the index is known to scatter must not be named as an effect.
 
-±20 counts stand for a mark detection of ±1.5″; the prior of an index is ±1 count. With four runs,
-four offsets remain: what scatters so much alone is no proof of a mean, a speed or a warmth.
+±20 counts stand for a mark detection of ±1.5″; the prior of an index is ±1 count. Four runs have
+four offsets: so few scattering values prove no mean, speed or temperature.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ OF_THE_RUNS = {"timing_skew", "head_angle_error", "thermal_head_drift"}
 
 
 def _scattered(offsets: list[int]) -> MeasurementSet:
-    """The plain set with these counts added to head 2 in each run."""
+    """Return the plain set with these counts added to head 2 in each run."""
     made = measurement_set(turns=2, cycles=4)
     capture = made.capture
     assert capture is not None
@@ -35,7 +35,8 @@ def test_offsets_of_a_poor_index_have_no_name(offsets: list[int]) -> None:
 
 
 def test_a_skew_within_a_good_index_keeps_its_name() -> None:
-    """3 µs at 30, −30 and 90 °/s: 0.32, −0.32 and 0.97″, four to twelve counts; offsets fit."""
+    """3 µs at 30, −30 and 90 °/s are 0.32, −0.32 and 0.97″, four to twelve counts: offsets that
+    fit."""
     found = diagnosis_of(measurement_set(head2_only=lambda time, speed: 0 * time + 0.62 * speed))
     assert found.named is not None
     assert found.named.name == "timing_skew"

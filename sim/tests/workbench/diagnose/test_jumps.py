@@ -1,4 +1,4 @@
-"""A reference at stations whose stand is knocked once: what jumped, when, and by how much.
+"""The stand of a reference at stations is knocked once: find what jumped, when and by how much.
 
 The sets are written from the definitions (``small_sets``, or plain numpy here).
 """
@@ -17,14 +17,15 @@ from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import REFERENCE_NOISE, measurement_set
 
 WITHIN_U = 4.0
-"""Standard uncertainties of a size, 6·10⁻⁵ for a normal value."""
+"""Allowed deviation of a size in standard uncertainties; 6·10⁻⁵ for a normal value."""
 STATION_S = 6.0
 
 
 def _stations(
     error_arcsec: np.ndarray, stations: int, *, timed: bool = True, two_ways: bool = False
 ) -> MeasurementSet:
-    """A reference alone: cycles over some stations, of a table with errors of orders 1 and 3."""
+    """Make a reference alone: cycles over some stations, of a table with errors of orders 1 and
+    3."""
     count = error_arcsec.size
     place = np.arange(count) % stations
     cycle = np.arange(count) // stations
@@ -47,7 +48,8 @@ def _stations(
 
 @pytest.mark.parametrize("size_arcsec", [1.0, -3.0, 1800.0])
 def test_a_knock_of_the_stand_beside_a_capture(size_arcsec: float) -> None:
-    """7 σ of a reading, 20, and half a degree, at 60 % of 288 readings of a polygon."""
+    """Jumps of 7 σ of a reading, 20 σ and half a degree follow 60 % of 288 readings of a
+    polygon."""
     measured = measurement_set(seed=4)
     assert measured.reference is not None
     count = measured.reference.error_arcsec.size
@@ -60,8 +62,8 @@ def test_a_knock_of_the_stand_beside_a_capture(size_arcsec: float) -> None:
     (jump,) = found.findings.steps
     assert jump.time_s == pytest.approx(4.0 * int(0.6 * count), abs=8.0)
     assert abs(jump.size_arcsec - size_arcsec) < WITHIN_U * jump.sigma_arcsec
-    # Of 288 readings with 0.15″, 115 after the step, and a drift fitted beside it; the search for
-    # the noise stops at a ten-thousandth of what was there before.
+    # 115 of 288 readings with 0.15″ follow the step, and a drift is fitted beside it; the search
+    # for the noise stops at a ten-thousandth of the variation before.
     most = max(3.0 * REFERENCE_NOISE / np.sqrt(115.0), 2e-4 * abs(size_arcsec))
     assert jump.sigma_arcsec < most
     assert any("something jumped at" in text for text in sentences(found)[:1])
@@ -69,7 +71,8 @@ def test_a_knock_of_the_stand_beside_a_capture(size_arcsec: float) -> None:
 
 @pytest.mark.parametrize(("stations", "two_ways"), [(36, False), (36, True), (12, False)])
 def test_a_knock_in_stations_alone(stations: int, two_ways: bool) -> None:
-    """4″ in noise of 0.4″, with no capture: 17 of 18 effects cannot be tested, and it is seen."""
+    """A jump of 4″ in noise of 0.4″ is found without a capture, with 17 of 18 effects
+    untestable."""
     random = np.random.default_rng((6, stations))
     count = 4 * stations
     at = int(0.4 * count) + 1
@@ -105,7 +108,7 @@ def test_without_times_the_row_is_said() -> None:
 
 
 def test_what_a_named_effect_makes_is_no_jump() -> None:
-    """A delay, where the table begins to move another way: steps of the residual without it."""
+    """A delay makes steps of the residual where the table begins to move another way."""
     measured, _ = independent_set("moving_reference", "hidden", 101, 1500)
     found = diagnosis_of(measured)
     assert found.named is not None
@@ -114,7 +117,8 @@ def test_what_a_named_effect_makes_is_no_jump() -> None:
 
 
 def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
-    """All up, then all down: what depends on the direction changes once, between the two."""
+    """All stations go up, then down: what depends on the direction changes once, between the
+    two."""
     random = np.random.default_rng(9)
     count = 144
     measured = _stations(0.3 * random.normal(size=count), 36)

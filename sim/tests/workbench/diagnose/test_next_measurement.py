@@ -1,4 +1,5 @@
-"""What a diagnosis asks for next splits the class: it is simulated, added, and diagnosed again."""
+"""The measurement that a diagnosis asks for is simulated, added and diagnosed: it splits the
+class."""
 
 from __future__ import annotations
 
@@ -37,9 +38,9 @@ def asked(
     samples: int = SAMPLES,
     verdict: str = "ambiguous",
 ) -> tuple[Diagnosis, Diagnosis]:
-    """The diagnosis of a set, and that of the set with the measurement added that it asks for.
+    """Return the diagnosis of a set, and the diagnosis with the requested measurement added.
 
-    ``share``: place of the size within the logarithm of its range.
+    ``share`` is the place of the size within the logarithm of its range.
     """
     size = RECIPES[name].low ** (1 - share) * RECIPES[name].high ** share
     planned = EXPERIMENTS[experiment]().smaller(samples, CYCLES)
@@ -59,12 +60,14 @@ def asked(
 @pytest.mark.parametrize(
     ("name", "experiment", "share", "seed", "rival", "kind"),
     [
-        # One run: a constant is a head angle or a skew, a line is one in time or in angle.
+        # With one run, a head angle and a skew are both constants, and a line is one in time or in
+        # angle.
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
         ("timing_skew", "lean", 0.8, 3, "head_angle_error", "speed"),
         ("bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed"),
-        # 90 teeth meet 24 faces as order 6; stations between the faces do not. The seed was
-        # searched for: it draws 90 teeth and a small wobble of the pitch; others are not tried.
+        # At 24 faces 90 teeth look like order 6; stations between the faces tell them apart. The
+        # seed was searched for: it draws 90 teeth and a small wobble of the pitch; others are not
+        # tried.
         ("drive_gear_error", "full", 0.15, 58, "radial_error_motion", "polygon_turned"),
     ],
 )
@@ -87,9 +90,9 @@ def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
 
 
 def test_a_half_order_of_one_run_is_no_line_of_any_frequency() -> None:
-    """It is at a half order to a thousandth: of a vibration one in thousands would be.
+    """The line is at a half order to a thousandth: one vibration in thousands would be there.
 
-    Another speed is asked for all the same.
+    The diagnosis asks for another speed all the same.
     """
     first, after = asked("half_order", "lean", 0.5, 20_093, 6000, "unknown")
     assert first.effect_class == []
@@ -121,10 +124,10 @@ def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
     for name in ("polygon_eccentricity", "autocollimator_gain"):
         model, _ = add_effect(default_model(), name, {}, observations_of(first), EFFECTS, "first")
         left = [_reference_chi_square(model, item) for item in (first, again)]
-        # 240 rows: χ² 240 ± 22, and 24 more for what was fitted to the other set's noise.
+        # 240 rows: χ² of 240 ± 22, and 24 more for the fit to the noise of the other set.
         assert left[0] == pytest.approx(48 * CYCLES, abs=90)
         if moves:
-            # 0.5″ at 90° to where it was: 0.5″ RMS on 240 rows of 0.15″.
+            # The eccentricity moved by 90°: 0.5″ RMS on 240 rows of 0.15″.
             assert left[1] > 48 * CYCLES + 1000
         else:
             assert left[1] == pytest.approx(48 * CYCLES, abs=120)

@@ -1,4 +1,4 @@
-"""A head that drifts in the one warm run of four, beside an index that is as good as the counts."""
+"""A head drifts in the one warm run of four; the index is as good as the counts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ COUNT_ARCSEC = 1_296_000.0 / COUNTS_PER_REV
 
 
 def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> MeasurementSet:
-    """Runs at 20, 20, 20 and 24 °C; head 2 begins each run within some counts of its place."""
+    """Make runs at 20, 20, 20 and 24 °C; head 2 begins each run within some counts of its place."""
     measured = measurement_set(seed=seed, reference=False)
     capture = measured.capture
     assert capture is not None
@@ -24,7 +24,7 @@ def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> Me
     index = np.round(scatter_counts * random.normal(size=4))
     warm = np.where(capture.run == 3, warm_arcsec / COUNT_ARCSEC, 0.0)
     moved = np.round(capture.head2_counts + index[capture.run] + warm).astype(np.int64)
-    # A sensor scatters by 5 mK: the drift that its scatter would make is not there.
+    # The sensor scatters by 5 mK: no drift follows that scatter.
     temperature = np.where(capture.run == 3, 24.0, 20.0) + 0.005 * random.normal(size=moved.size)
     return replace(
         measured, capture=replace(capture, head2_counts=moved, temperature_c=temperature)
@@ -34,7 +34,7 @@ def _four_runs(warm_arcsec: float, seed: int, scatter_counts: float = 0.5) -> Me
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("warm_arcsec", [3.4, -2.0])
 def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> None:
-    """25 counts and more in one run, half a count of scatter in the other three."""
+    """Head 2 moves by 25 counts or more in one run; the other three scatter by half a count."""
     found = diagnosis_of(_four_runs(warm_arcsec, seed))
     assert "thermal_head_drift" in found.effect_class
     assert found.effect_class[0] == "thermal_head_drift"
@@ -42,6 +42,6 @@ def test_a_drift_in_the_one_warm_run_is_found(warm_arcsec: float, seed: int) -> 
 
 @pytest.mark.parametrize("seed", [3, 4, 5])
 def test_an_index_that_scatters_is_no_drift(seed: int) -> None:
-    """Every run begins elsewhere, by 20 counts."""
+    """Head 2 begins each run elsewhere, with a scatter of 20 counts."""
     found = diagnosis_of(_four_runs(0.0, seed, scatter_counts=20.0))
     assert "thermal_head_drift" not in found.effect_class

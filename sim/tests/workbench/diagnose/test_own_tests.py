@@ -1,4 +1,4 @@
-"""Causes of no catalogue that look like one of it, written from the physics: no name is given."""
+"""Causes that are in no catalogue, written from the physics, look like an effect: none is named."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
 
 
 def test_one_order_keeps_its_name() -> None:
-    """A single wave above the orders of the model."""
+    """A single wave above the orders of the model is named."""
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:
         return paper_error(disc, temperature, speed) + 0.4 * np.cos(37.0 * disc)
@@ -49,20 +49,20 @@ def test_one_order_keeps_its_name() -> None:
     ],
 )
 def test_orders_of_one_pattern(orders: list[float], is_one: bool) -> None:
-    """Three orders with a common divisor of three or more."""
+    """Three orders are one pattern if they have a common divisor of three or more."""
     assert (one_pattern(orders) is not None) == is_one
 
 
 @pytest.mark.parametrize(("orders", "is_one"), [([30.0, 42.0], True), ([30.0, 34.0], False)])
 def test_two_orders_and_a_local_defect(orders: list[float], is_one: bool) -> None:
-    """Of two orders the common divisor is five or more."""
+    """Two orders are one pattern if their common divisor is five or more."""
     assert (one_pattern(orders, places=1) is not None) == is_one
     assert one_pattern(orders) is None
 
 
 @pytest.mark.parametrize("size_arcsec", [1.0, 5.0])
 def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> None:
-    """Runs at 30, −30, 90 and 30°/s: three offsets alike, and the fast run's 1.73 times theirs."""
+    """Runs at 30, −30, 90 and 30°/s: three equal offsets, and 1.73 times that in the fast run."""
 
     def bracket(time_s: np.ndarray, speed_rad_s: float) -> np.ndarray:
         share = np.sqrt(abs(speed_rad_s) / np.radians(30.0))
@@ -71,12 +71,12 @@ def test_a_bracket_that_gives_way_to_the_root_of_speed(size_arcsec: float) -> No
     found = diagnosis_of(measurement_set(head2_only=bracket, seed=4, reference=False))
     assert found.named is None
     assert found.verdict == "unknown"
-    # The runs alone leave no candidate; a product of parts describes what is there.
+    # The runs alone leave no candidate; a product of parts describes the offsets.
     assert found.decision.resembles is not None or found.description is not None
 
 
 def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
-    """A polygon beside a capture; the autocollimator's scale has a cubic part."""
+    """Return a set of a capture and a polygon, with a cubic part in the autocollimator's scale."""
     measured = measurement_set(seed=seed)
     assert measured.reference is not None
     error = measured.reference.error_arcsec
@@ -87,7 +87,7 @@ def _bent(size_arcsec: float, seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("size_arcsec", [0.5, -1.0])
 def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> None:
-    """It moves the rows like faces, an axis or a gain, and is none of them."""
+    """The cubic part moves the rows like faces, an axis or a gain, and is none of these."""
     found = diagnosis_of(_bent(size_arcsec, 5))
     assert found.effect_class == []
     assert found.verdict == "unknown"

@@ -1,4 +1,4 @@
-"""A column of the electrical phase does not hold the noise that it would have to explain."""
+"""A column of the electrical phase must not contain the noise that it would have to explain."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SEEDS = 8
 
 
 def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> MeasurementSet:
-    """ε of orders 1 to 3 at equal stations, 0.15″ of noise; nothing else is there."""
+    """Make a polygon log: ε of orders 1 to 3 at equal stations and 0.15″ of noise, nothing else."""
     random = np.random.default_rng(seed)
     up = np.arange(stations) * 360.0 / stations
     target = np.tile(np.concatenate([up, up[::-1]]), cycles)
@@ -39,7 +39,8 @@ def _polygon(stations: int, seed: int, *, counts: bool, cycles: int = 4) -> Meas
 @pytest.mark.parametrize("counts", [False, True])
 @pytest.mark.parametrize("stations", [3, 6, 12])
 def test_nothing_is_taken_for_a_subdivision_error(stations: int, counts: bool) -> None:
-    """0.1″ are a thousandth of a signal period: what is left of its wave is the noise itself."""
+    """The noise of 0.1″ is a thousandth of a signal period: a wave computed from it is noise
+    too."""
     for seed in range(SEEDS):
         _, found = diagnosed(_polygon(stations, seed, counts=counts))
         assert "subdivision_error" not in found.effect_class

@@ -32,7 +32,8 @@ from arctrue.workbench.diagnose.rules import too_improbable_for_a_name, unknown_
 
 @pytest.mark.parametrize("columns", [1, 3])
 def test_evidence_is_the_ratio_of_two_dense_gaussian_densities(columns: int) -> None:
-    """y ~ N(0, C) against y ~ N(0, C + n·X(XᵀC⁻¹X)⁻¹Xᵀ), the coefficients integrated out."""
+    """The evidence compares y ~ N(0, C) with y ~ N(0, C + n·X(XᵀC⁻¹X)⁻¹Xᵀ), coefficients
+    integrated."""
     random = np.random.default_rng(5)
     rows = 40
     distance = np.abs(np.subtract.outer(np.arange(rows), np.arange(rows)))
@@ -48,13 +49,13 @@ def test_evidence_is_the_ratio_of_two_dense_gaussian_densities(columns: int) -> 
         measured, cov=covariance
     )
     assert log_evidence(Weighed(gain, columns, 1.0, rows)) == pytest.approx(expected, abs=1e-6)
-    # Places that were searched share the prior.
+    # Searched places share the prior.
     searched = log_evidence(Weighed(gain, columns, 50.0, rows))
     assert searched == pytest.approx(expected - np.log(50.0), abs=1e-6)
 
 
 def test_a_stated_half_of_the_sets_has_the_effect() -> None:
-    """Drawn from the prior: among sets that say p, a share of p has it (20 of 2,000 each side)."""
+    """Sets are drawn from the prior: a share p of those that state p has the effect."""
     random = np.random.default_rng(8)
     rows, sets = 30, 4000
     there = random.random(sets) < 0.5
@@ -91,7 +92,8 @@ def _candidate(name: str, gain: float, p: float, rank: int = 1):  # type: ignore
 
 
 def _verdict(verdict, effect_class, offered):  # type: ignore[no-untyped-def]
-    """What the rules of the probabilities make of a verdict of the survey's rules."""
+    """Return the verdict after the rules of the probabilities were applied to that of the
+    survey."""
     item = SimpleNamespace(name="latency", delta_bic=50.0)
     case = SimpleNamespace(ranked=[item], excluded=frozenset())
     said = Decision(verdict, effect_class=effect_class)
@@ -114,9 +116,9 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
 
 
 def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> None:
-    """A reversal error that six runs know, and a drift with a smaller gain that they contradict.
+    """Six runs know a reversal error well; they contradict a drift with a smaller gain.
 
-    Without noise of its own the drift would count each of 1,000 rows: 250 in log odds, against 140.
+    Without its own noise estimate the drift would count 1,000 rows: 250 in log odds, against 140.
     """
     first, drift = _candidate("hysteresis", 647.0, 1e-90), _candidate("drift", 513.0, 1e-52)
     first.freedom, first.evidence = 2.0, SimpleNamespace()
@@ -125,7 +127,7 @@ def test_a_refused_effect_is_not_ahead_because_its_noise_was_not_estimated() -> 
         [first, drift],
         effect_class=["hysteresis"],
         excluded=frozenset({"drift"}),
-        # Of the model without the first, which explains it.
+        # Lack of fit of the model without the first effect, which explains it.
         lack_of_fit_p=1e-71,
     )
     assert found["hysteresis"] > found["unknown"]
@@ -143,7 +145,7 @@ def test_two_hypotheses_give_bayes_theorem() -> None:
 
 @pytest.mark.parametrize("gain", [14.0, 40.0, 1e4])
 def test_what_is_named_has_the_largest(gain: float) -> None:
-    # The other takes more with more freedom, but what it leaves was enough to exclude it.
+    # The other has a larger gain with more freedom, but its residual was enough to exclude it.
     others = [_candidate("vibration", gain + 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     product = _candidate("product_of_parts", gain + 20.0, 1e-3)
     found = _posterior(
@@ -158,7 +160,7 @@ def test_what_is_named_has_the_largest(gain: float) -> None:
 
 @pytest.mark.parametrize("verdict", ["named", "ambiguous", "unknown", "adequate"])
 def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
-    """What is said gets the confidence, as far as it stays ahead; the sum stays 1."""
+    """The answer gets the confidence as long as it stays ahead; the sum stays 1."""
     others = [_candidate("vibration", 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
     found = _posterior(
         verdict, [_candidate("latency", 1e6 if verdict != "adequate" else 0.0, 1e-9), *others],
@@ -171,7 +173,7 @@ def test_an_answer_is_stated_as_sure_as_such_answers_are(verdict: str) -> None:
         said = stated(found, verdict, members, confidence)
         assert said[first] == pytest.approx(confidence, abs=1e-9)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-        # The others that are in the same place keep their ratios.
+        # The others on the same side keep their ratios.
         if verdict == "adequate":
             assert said["latency"] / said["count_slip"] == pytest.approx(
                 found["latency"] / found["count_slip"]
@@ -187,7 +189,7 @@ def test_faulty_data_state_what_was_probable_beforehand() -> None:
 
 
 def test_an_answer_that_cannot_tell_gives_none_what_was_counted() -> None:
-    """All others keep their ratios; a small confidence leaves ``none`` just ahead."""
+    """The state ``none`` gets the counted share, but stays ahead; all others keep their ratios."""
     found = _posterior("cannot_tell", [_candidate("latency", 900.0, 1e-9)])
     said = stated(found, "cannot_tell", [], 0.9)
     assert said["none"] == pytest.approx(0.9)
@@ -221,7 +223,8 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
 
 @pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
 def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
-    """Answers of this kind are counted by their first; the class has at least what it had."""
+    """Such answers are counted by the first of the class; the class has at least that
+    probability."""
     members = ["hysteresis", "latency"]
     found = {"hysteresis": 0.5, "latency": 0.3, "vibration": 0.05, "unknown": 0.1, "none": 0.05}
     said = stated(found, "ambiguous", members, confidence)
@@ -241,7 +244,7 @@ def test_verdicts_without_a_name_agree_with_their_probabilities() -> None:
     strange = _posterior("unknown", fits, product=_candidate("product_of_parts", 950.0, 1e-12))
     assert max(strange, key=strange.__getitem__) == "unknown"
     silent = _posterior("cannot_tell", fits)
-    # Beforehand, as the set says nothing: two of three effects cannot be tested.
+    # The set is silent, so the prior remains: two of three effects cannot be tested.
     assert silent["latency"] == pytest.approx(prior(3))
     assert silent["none"] == pytest.approx(PRIOR_NONE)
 
@@ -253,7 +256,7 @@ def test_weights_far_apart_have_a_sum_of_one() -> None:
 
 
 def test_faces_pay_for_the_rows_that_know_them() -> None:
-    """23 sizes from 480 readings of the polygon: the capture's 24,000 rows say nothing of them."""
+    """23 sizes come from 480 readings of the polygon; the capture's 24,000 rows do not count."""
     faces = _candidate("polygon_face_error", 332.0, 1e-60, rank=23)
     line = _candidate("periodic_error", 120.0, 1e-12, rank=2)
     faces.rows = 480
@@ -266,14 +269,15 @@ def test_faces_pay_for_the_rows_that_know_them() -> None:
 def _assert_the_largest_is_said(
     verdict: str, members: list[str], probability: dict[str, float]
 ) -> None:
-    """The answer has the largest probability; the first of a class, the largest of the effects."""
+    """Assert that the answer has the largest probability (of a class: its first, among the
+    effects)."""
     said = (SAID.get(verdict) or members)[0]
     rivals = set(probability) - ({NONE, UNKNOWN} if verdict == "ambiguous" else set())
     assert probability[said] == max(probability[name] for name in rivals), (verdict, said)
 
 
 def test_no_verdict_contradicts_its_probabilities() -> None:
-    """Evidences of any size, drawn: after the last word of the probabilities all answers agree."""
+    """Draw evidences of any size: after the last rule of the probabilities all answers agree."""
     random = np.random.default_rng(12)
     names = ["latency", "vibration", "count_slip", "hysteresis", "timing_skew"]
     changed = 0
@@ -303,15 +307,15 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
             assert _verdict(last, members, said) == last, verdict
         _assert_the_largest_is_said(last, members, said)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
-    # Enough of them needed the last word.
+    # The last rule changed enough of them.
     assert changed > 100
 
 
 def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
-    """A line at the only speed, and a half order that a hundred times as many sets would have."""
+    """A line at the only speed competes with a half order that is a hundred times as likely."""
     said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
     assert _verdict("ambiguous", ["vibration"], said) == "unknown"
-    # What is said is the likelier of the two; several effects that are alike share their half.
+    # The likelier of the two is the answer; several effects that are alike share their half.
     for share, verdict in ((0.51, "unknown"), (0.49, "ambiguous")):
         both = {"vibration": 1.0 - share, "unknown": share, "none": 0.0}
         assert _verdict("ambiguous", ["vibration"], both) == verdict
@@ -320,7 +324,7 @@ def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
 
 
 def test_effects_that_explain_the_rows_alike_keep_their_class() -> None:
-    """A gear at 24 faces is a wave of order 9; so is a product of parts, of fewer numbers."""
+    """A gear at 24 faces is a wave of order 9; so is a product of parts with fewer coefficients."""
     members = [_candidate(name, 1000.0, 1e-200, rank=6) for name in ("gear", "faces")]
     product = _candidate("product_of_parts", 1000.0, 1e-200, rank=2)
     found = _posterior("ambiguous", members, effect_class=["gear", "faces"], product=product)

@@ -1,4 +1,4 @@
-"""What a diagnosis says of dense logs that are written here: the largest regular cause first."""
+"""Diagnoses of dense logs that are written here name the largest regular cause first."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROWS, STEP_S = 1600, 1.2
 def _diagnosed(
     time_s: np.ndarray, error: np.ndarray, *, teeth: float | None = None, speed: float = 1.0
 ) -> Diagnosis:
-    """A guide star's log: the axis follows the sky at ``speed`` times its rate."""
+    """Diagnose a guide star's log; the axis follows the sky at ``speed`` times its rate."""
     reference = Reference(
         target_deg=speed * SIDEREAL_DEG_S * time_s,
         error_arcsec=error,
@@ -47,7 +47,8 @@ def _noise(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_worm_is_named_before_smaller_lines() -> None:
-    """8″ of the worm, with its second multiple, 3″ of a gear before it, and 0.5″ of 6 s."""
+    """The log has 8″ of the worm and its second multiple, 3″ of a gear before it and 0.5″ of 6
+    s."""
     time_s, noise = _noise(1)
     lines = [(8.0, WORM_S), (1.5, WORM_S / 2.0), (3.0, 131.0), (0.5, 6.0)]
     found = _diagnosed(time_s, with_lines(time_s, lines) + noise, teeth=TEETH)
@@ -57,7 +58,8 @@ def test_the_worm_is_named_before_smaller_lines() -> None:
     assert [cause.effect.name for cause in causes[:2]] == ["drive_gear_error", "periodic_error"]
     assert [line.multiple for line in causes[0].lines] == [1, 2]
     assert causes[1].period_s(causes[1].lines[0]) == pytest.approx(131.0, rel=0.01)
-    # RMS of both sines of the worm: √((8² + 1.5²)/2); a tenth is OU noise of 0.8″ and 20 s.
+    # RMS of both sines of the worm: √((8² + 1.5²)/2); OU noise of 0.8″ and 20 s changes it by a
+    # tenth.
     assert causes[0].taken_arcsec == pytest.approx(np.sqrt((64.0 + 2.25) / 2.0), rel=0.1)
     assert [item.name for item in found.beside][:1] == ["periodic_error"]
     data = diagnosis_data(found, ["graduation_harmonics"])["findings"]
@@ -79,7 +81,8 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
 
 
 def test_a_small_line_beside_a_slow_change_is_said_to_be_the_smaller_part() -> None:
-    """9″ that go up and down three times are no line; one of 1″ is, and has a tenth of the RMS."""
+    """9″ that rise and fall three times are no line; a line of 1″ with a tenth of that RMS is
+    named."""
     time_s, noise = _noise(3)
     found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
     assert found.named is not None
@@ -99,7 +102,8 @@ def test_a_line_that_is_most_of_the_error_is_not_said_to_be_the_smaller_part() -
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
-    """Q 15 keeps its phase for a fifth of the log; neighbours predict it as well as a line."""
+    """A resonance of Q 15 keeps its phase for a fifth of the log: neighbours predict it as a
+    line."""
     random = np.random.default_rng(seed)
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 2.0 * driven_oscillator(random, time_s, 80.0, 15.0) + 0.3 * random.normal(size=ROWS)
@@ -110,7 +114,7 @@ def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
 
 
 def test_a_slow_curve_is_no_line() -> None:
-    """1.4 periods in the log."""
+    """The curve has 1.4 periods in the log."""
     time_s, noise = _noise(5)
     error = 5.0 * np.sin(2.0 * np.pi * 1.4 * time_s / time_s[-1]) + noise
     found = _diagnosed(time_s, error)
@@ -119,7 +123,8 @@ def test_a_slow_curve_is_no_line() -> None:
 
 
 def test_a_jump_is_reported_as_a_jump() -> None:
-    """3″ at 700 s, seven times the scatter of neighbours: not adequate, and no line."""
+    """A jump of 3″ at 700 s, seven times the scatter of neighbours, is neither adequate nor a
+    line."""
     random = np.random.default_rng(6)
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 0.4 * random.normal(size=ROWS) + np.where(time_s > 700.0, 3.0, 0.0)
@@ -127,14 +132,14 @@ def test_a_jump_is_reported_as_a_jump() -> None:
     assert found.verdict != "adequate"
     assert found.findings.causes == ()
     (jump,) = found.findings.steps
-    # One averaged row.
+    # The search averages rows; the time is known to one averaged row.
     assert jump.time_s == pytest.approx(700.0, abs=2.0 * STEP_S)
     assert jump.size_arcsec == pytest.approx(3.0, abs=0.1)
     assert any("jumped at" in text for text in sentences(found))
 
 
 def test_white_noise_is_adequate_or_cannot_tell() -> None:
-    """Nothing is found; a log of one axis has too few columns for most effects."""
+    """The diagnosis finds nothing; a log of one axis has too few columns for most effects."""
     random = np.random.default_rng(7)
     time_s = clock(random, ROWS, STEP_S, "even")
     found = _diagnosed(time_s, 0.4 * random.normal(size=ROWS))

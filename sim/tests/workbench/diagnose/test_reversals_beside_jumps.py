@@ -21,7 +21,8 @@ SWEEP_S = 20.0
 
 
 def _sweeps(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Time, direction, place in turns, noise of a servo that goes up and down a turn."""
+    """Return time, direction, place in turns and noise of a servo that goes up and down one
+    turn."""
     random = np.random.default_rng(seed)
     one = (np.arange(ROWS) + 0.5) / ROWS
     place = np.concatenate([one if number % 2 == 0 else one[::-1] for number in range(SWEEPS)])
@@ -52,7 +53,7 @@ def test_the_reversal_is_measured_beside_a_jump(seed: int) -> None:
 
 
 def test_noise_alone_has_no_reversal() -> None:
-    """At 0.1 % each, three or more of 100 have a probability of 0.02 %."""
+    """At 0.1 % each, three or more findings in 100 sets have a probability of 0.02 %."""
     assert sum(_found(seed, 0.0, 3.0) is not None for seed in range(100)) < 3
 
 
@@ -65,7 +66,7 @@ def test_a_single_reversal_tells_nothing() -> None:
 
 
 def test_the_reversal_and_the_jump_are_said_by_size() -> None:
-    """2° between up and down, and a jump of 3°: the reversal is said in degrees."""
+    """Up and down differ by 2°, beside a jump of 3°: the reversal is stated in degrees."""
     time_s, direction, place, noise = _sweeps(4)
     degree = 3600.0
     error = degree * (direction + 3.0 * (time_s >= 61.0) + 0.3 * noise)
@@ -81,7 +82,7 @@ def test_the_reversal_and_the_jump_are_said_by_size() -> None:
     assert found.verdict in ("unknown", "named")
     data = diagnosis_data(found, [])["findings"]["reversal"]
     if found.named is not None:
-        # With the reversal error in the model no finding of it is left.
+        # With the reversal error in the model no finding of a reversal remains.
         assert found.named.name == "hysteresis"
         return
     assert data["size_arcsec"] == pytest.approx(2.0 * degree, rel=0.1)
@@ -91,7 +92,7 @@ def test_the_reversal_and_the_jump_are_said_by_size() -> None:
 
 
 def test_a_reversal_that_differs_from_place_to_place_is_said_beside_a_line() -> None:
-    """650″ each way, more on one side of the turn, and a line of 460″: the line has the name."""
+    """The set has 650″ each way, more on one side of the turn, and a line of 460″ that is named."""
     time_s, direction, place, noise = _sweeps(5)
     angle = 2.0 * np.pi * place
     error = 650.0 * direction * (1.0 + 0.5 * np.cos(2.0 * angle + 1.0))

@@ -1,4 +1,4 @@
-"""Single rules on made-up surveys, and the evidence of a family of coefficients."""
+"""Tests of single rules on made-up surveys, and of the evidence of a family of coefficients."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ WORKBENCH = Path(arctrue.workbench.__file__).parent
 
 
 def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: bool = False):  # type: ignore[no-untyped-def]
-    """A candidate as the rules see it; ``real``: held-out rows and every pass show it."""
+    """Make a candidate as the rules see it; ``real`` says that held-out rows and all passes show
+    it."""
     effect = SimpleNamespace(
         unspecific=False, search_kind=None, step_at=("run", "instant") if step else None
     )
@@ -57,7 +58,8 @@ def _case(*items, beside: Decision | None = None) -> Case:  # type: ignore[no-un
 
 
 def test_no_rule_knows_an_effect_by_its_name() -> None:
-    """An effect declares what the rules ask; an own effect can then declare the same."""
+    """An effect declares the properties that the rules ask for, so that an own effect can do so
+    too."""
     names = set(catalogue())
     found = [
         f"{file.name}:{node.lineno} {node.value}"
@@ -110,7 +112,7 @@ def test_what_is_refused_and_not_ahead_leaves_the_name_to_the_other() -> None:
 
 
 def test_one_speed_is_no_reason_where_something_refused_is_far_ahead() -> None:
-    """A line at one of several speeds takes a part of what a loose head does in one run."""
+    """A line at one of several speeds absorbs a part of a loose head's error in one run."""
     line = _item("vibration", 130.0)
     for gain, said in ((420.0, None), (135.0, "ambiguous")):
         case = _case(_item("count_slip", gain, real=False), line)
@@ -136,7 +138,7 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
     assert found is not None
     assert found.resembles is best
     assert leaves_its_own_kind(_case(best, beside=_unknown(small))) is None
-    # After a second effect as well.
+    # The rule also holds after a second effect.
     second = Decision("named", first=best, beside=_unknown(large))  # type: ignore[arg-type]
     assert leaves_its_own_kind(_case(best, beside=second)) is not None
     assert leaves_its_own_kind(_case(best, beside=Decision("adequate"))) is None
@@ -146,10 +148,10 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
 def test_what_nothing_describes_takes_the_name_by_its_size(
     after_arcsec: float, taken: bool
 ) -> None:
-    """Of 1″ in the reference: 0.2″ are 4 % of the variance that went, 0.4″ are 19 %."""
+    """The reference had 1″: 0.2″ left are 4 % of the removed variance, 0.4″ are 19 %."""
     best = _item("hysteresis", 900.0)
     best.moved_arcsec = {"capture": 0.0, "reference": 1.0}
-    # Not one that only the offsets of the runs show.
+    # The effect is not one that only the offsets of the runs show.
     best.evidence = None
     case = _case(best, beside=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}))
     fit = FitOfChannel(float(np.hypot(1.0, 0.1)), 0.1, None)
@@ -158,8 +160,8 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
 
 
 def _again(*events) -> bool:  # type: ignore[no-untyped-def]
-    """Is it said that the event comes again: with each of ``events`` in the model, the next is
-    found."""
+    """Tell whether the answer says that the event recurs, if the next of ``events`` follows
+    each."""
     following = iter([*events[1:], None])
 
     def with_first(before: object, _: object) -> object:
@@ -183,22 +185,22 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
     assert AGAIN == 3
     assert _again(*slips(100.0, 80.0, 60.0))
     assert not _again(*slips(100.0, 80.0))
-    # Two small ones after a large one are another matter; a line may have as many others.
+    # Two small events after a large one are another matter; a line may have as many others.
     assert not _again(*slips(100.0, 5.0, 5.0))
     assert not _again(*(_item("periodic_error", gain) for gain in (100.0, 80.0, 60.0)))
-    # Rows left out may not show it, where slow noise of their neighbours tells of them.
+    # Left-out rows may fail to show the event where slow noise of their neighbours predicts them.
     assert _again(*slips(100.0, 80.0, 60.0, real=False))
     assert not _again(*slips(100.0, 80.0, 60.0, real=False, p=2.0 * REFUSED_P))
 
 
 def test_the_page_has_the_rules_of_the_table() -> None:
-    """docs/workbench.md lists them as the program applies them."""
+    """The list in docs/workbench.md equals the rules as the program applies them."""
     page = (Path(__file__).parents[4] / "docs" / "workbench.md").read_text(encoding="utf-8")
     assert "\n".join(rule_table()) in page, "python -m scripts.make_docs writes the table anew"
 
 
 def test_family_gain_is_the_largest_of_dense_gaussian_evidences() -> None:
-    """y ~ N(0, 1) against y ~ N(0, 1 + s²·XXᵀ), s on a dense grid."""
+    """Compare y ~ N(0, 1) with y ~ N(0, 1 + s²·XXᵀ) for s on a dense grid."""
     random = np.random.default_rng(4)
     design = random.normal(size=(30, 5))
     measured = design @ random.normal(0.0, 0.6, 5) + random.normal(size=30)
@@ -212,12 +214,13 @@ def test_family_gain_is_the_largest_of_dense_gaussian_evidences() -> None:
 
 
 def test_many_equal_coefficients_are_one_family_and_one_large_one_is_none() -> None:
-    """The same gain: spread over 23 columns it speaks for the family, in one column for that."""
+    """Equal gains: spread over 23 columns they support the family, in one column the single
+    effect."""
     spread = SimpleNamespace(information=np.eye(23), moment=np.full(23, np.sqrt(6.0)))
     alone = SimpleNamespace(information=np.eye(1), moment=np.array([np.sqrt(0.6 * 138.0)]))
     single = SimpleNamespace(information=np.eye(23), moment=np.r_[np.sqrt(138.0), np.zeros(22)])
     one = SimpleNamespace(information=np.eye(1), moment=np.array([np.sqrt(138.0)]))
     assert family_gain(single) < family_gain(one)  # type: ignore[arg-type]
-    # Σ z² − 1 − log z² of 23 directions of 6 each.
+    # Σ z² − 1 − log z² of 23 directions with z² = 6 each.
     assert family_gain(spread) == pytest.approx(23.0 * (5.0 - np.log(6.0)), rel=1e-3)  # type: ignore[arg-type]
     assert family_gain(alone) == pytest.approx(81.8 - np.log(82.8), rel=1e-2)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Single rules of the verdict, each on a set that is made to need it."""
+"""Tests of single rules of the verdict, each on a set made for that rule."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ COUNT_ARCSEC = 1_296_000 / (1 << 24)
 
 
 def _weak(name: str, size: float, seed: int) -> Diagnosis:
-    """Four runs of 2,000 samples, ten cycles; sizes below half a count count too."""
+    """Diagnose four runs of 2,000 samples, ten cycles; sizes below half a count matter too."""
     made = simulate_set([Wanted(name, size)], full().smaller(2000, 10), seed)
     _, found = diagnosed(made.measurement, 0.0)
     return found
 
 
 def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
-    """Free in every run, a line could take an order of the warm run; the others do not have it."""
+    """A line free in every run could absorb an order of the warm run, but other runs lack it."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         warmer = temperature - 20.0
@@ -52,7 +52,8 @@ def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
 
 
 def test_a_step_in_the_last_turn_can_be_held_out() -> None:
-    """16 counts after 2.6 of 3 turns of the last run: every fold keeps rows on both sides."""
+    """A step of 16 counts comes after 2.6 of 3 turns of the last run: folds keep rows on both
+    sides."""
     counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
     measurement = measurement_set(
         head2_only=lambda time, speed: counts * COUNT_ARCSEC * (time > 1800.0 + 31.2),
@@ -69,13 +70,14 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
     assert before is not None
     assert after is not None
     assert before > 1.2 * noise
-    # 14,400 rows, 41 coefficients: 1.0 to a percent, and the rounding of both counts.
+    # 14,400 rows and 41 coefficients: a percent, and the rounding of both counts.
     assert after == pytest.approx(np.hypot(noise, COUNT_ARCSEC / np.sqrt(6.0)), rel=0.03)
 
 
 @pytest.mark.parametrize("size", [3.0, 3.5])
 def test_a_step_pays_for_all_its_instants(size: float) -> None:
-    """Against the largest step of drawn white noise: two heads of one run with an offset."""
+    """Compare the charge with the largest step of drawn white noise: two heads, one run, an
+    offset."""
     sets, rows = 4_000, 500
     noise = np.random.default_rng(15).normal(size=(sets, rows))
     before = np.arange(LEAST_STEP_ROWS, rows - LEAST_STEP_ROWS + 1)
@@ -83,14 +85,14 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
     bridge = total[:, before - 1] - total[:, -1:] * (before / rows)
     largest = np.max(np.abs(bridge) / np.sqrt(before * (1.0 - before / rows)), axis=1)
     share = float(np.mean(largest > size))
-    # The formula holds to a tenth for large steps; and four standard deviations of the count.
+    # The formula holds to a tenth for large steps; the count has four standard deviations more.
     told = step_trials(size**2, rows) * 2.0 * float(ndtr(-size))
     assert share == pytest.approx(told, abs=0.1 * told + 4.0 * np.sqrt(told / sets))
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3])
 def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
-    """Too few to tell a step from single wrong rows, and too small to be masked: 5 σ each."""
+    """Too few rows to tell a step from single wrong rows, and too small to be masked: 5 σ each."""
     made = measurement_set(reference=False)
     assert made.capture is not None
     made.capture.head2_counts[-rows:] += round(5.0 * CAPTURE_NOISE * np.sqrt(2.0) / COUNT_ARCSEC)
@@ -103,14 +105,14 @@ def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
 
 
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
-    """A polygon's faces have some order 4 by chance: the 19 others are more than chance too."""
+    """The faces of a polygon contain some order 4 by chance; the other 19 sizes are no chance."""
     found = _weak("polygon_face_error", 0.1, 50_000)
     assert found.named is not None
     assert found.named.name == "polygon_face_error"
 
 
 def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
-    """Only the first two were built in; the fourth would cost four columns of noise."""
+    """Only the first two multiples were built in; the fourth would cost four columns of noise."""
     found = _weak("subdivision_error", 0.015, 50_000)
     assert found.named is not None
     assert found.named.name == "subdivision_error"
@@ -118,7 +120,8 @@ def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> 
 
 
 def test_a_near_tie_between_a_step_and_a_settling_is_said() -> None:
-    """0.15″ that fades within the first run: a slip of two counts comes near."""
+    """An error of 0.15″ fades within the first run, and a slip of two counts fits almost as
+    well."""
     found = _weak("settling_bracket", 0.15, 50_000)
     assert found.verdict in ("ambiguous", "unknown")
     assert found.candidates[0].name == "count_slip"
@@ -139,7 +142,7 @@ def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -
 
 
 def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
-    """101.5 Hz sampled at 167 Hz is 65.2 Hz in the slow runs; the fast one, at 500 Hz, differs."""
+    """101.5 Hz sampled at 167 Hz is 65.2 Hz in the slow runs; the fast run, at 500 Hz, differs."""
     made = simulate_set([Wanted("vibration", 0.02)], full().smaller(6000, 10), 40_005)
     _, found = diagnosed(made.measurement, 0.0)
     assert found.verdict == "ambiguous"
@@ -151,7 +154,7 @@ def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
 
 
 def test_what_is_missing_beside_the_named_one_is_said() -> None:
-    """0.4″/K of first order and 0.8″ of reversal: one is named, the other not kept back."""
+    """The set has 0.4″/K of order 1 and 0.8″ of reversal: one is named, the other reported too."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
         return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc)
@@ -168,16 +171,16 @@ def test_what_is_missing_beside_the_named_one_is_said() -> None:
 
 
 def test_runs_of_two_turns_are_enough_for_a_ball_pass() -> None:
-    """The last sample of two turns stands a step before their end."""
+    """The last sample of two turns stands one step before their end."""
     observations = observations_of(measurement_set(turns=2))
     assert observations.longest_run_turns < 2.0
     assert EFFECTS["bearing_ball_pass"]().missing(observations) == []
 
 
 def test_a_line_beside_an_order_of_the_model_is_found_at_its_place() -> None:
-    """Three turns tell orders 1/6 apart; the model's order 12 takes its part of one at 11.82.
+    """Three turns resolve 1/6 of an order; the model's order 12 absorbs a part of a line at 11.82.
 
-    What is left is highest at 11.72; 0.01 is a twentieth of what three turns resolve.
+    The residual is highest at 11.72; 0.01 is a twentieth of the resolution of three turns.
     """
     order, turn_s = 11.82, 12.0
     observations = observations_of(
@@ -196,9 +199,9 @@ def test_a_line_beside_an_order_of_the_model_is_found_at_its_place() -> None:
 def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
     constant_arcsec: float, confirmed: bool
 ) -> None:
-    """Signals off by ψ from a right angle make ψ/2·(1 ± cos 2φ): 1″ of the wave, 1″ of a constant.
+    """Signals off by ψ from a right angle make ψ/2·(1 ± cos 2φ): a wave of 1″ and a constant of 1″.
 
-    Both heads have 1″ here, so that up to 2″ of R₂ − R₁ are no head that stands elsewhere.
+    Both heads have 1″ here, so that up to 2″ of R₂ − R₁ do not prove a misplaced head.
     """
     made = measurement_set(electrical=lambda phase: np.cos(2.0 * phase), reference=False)
     assert made.capture is not None

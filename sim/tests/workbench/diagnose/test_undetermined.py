@@ -1,4 +1,4 @@
-"""Nothing is said beside a model that leaves more than was measured."""
+"""A model that leaves more variance than was measured gives no statements."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ROWS = 512
 
 
 def _half_a_turn() -> Solution:
-    """300″ of order 1, 480″ of order 100 and 20″ of noise, over 180°."""
+    """Fit 300″ of order 1, 480″ of order 100 and 20″ of noise over 180°."""
     target = np.arange(ROWS) * 180.0 / ROWS
     angle = np.radians(target)
     error = 300.0 * np.cos(angle + 1.0) + 480.0 * np.cos(100.0 * angle)
@@ -41,7 +41,7 @@ def test_a_model_that_leaves_twice_the_measured_variance_is_not_determined(facto
     left = solution.reference_residual_arcsec()
     assert left is not None
     assert undetermined(solution) is None
-    # More of one coefficient, so that the variance that is left is the factor of the limit.
+    # Change one coefficient so that the residual variance is ``factor`` times the limit.
     more = np.zeros(solution.coefficients.size)
     more[0] = 1.0
     wave = (

@@ -1,4 +1,4 @@
-"""A name is given for what it takes away, and what is left is a finding of its own."""
+"""An effect is named for the error that it removes; a further error is a finding of its own."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ EFFECTS = built_in()
 def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:
-    """Quiet repeats make a fifth of it as sure as the whole; it is a second finding."""
+    """Quiet repeats make its variation of a fifth as sure as the whole: a second finding."""
     _, found = diagnosed(reversal_set(stations=stations, noise=noise))
     assert found.named is not None
     assert found.named.name == "hysteresis"
     size = found.named.parameters()["reversal_error"].value
-    # Its places were drawn with a mean of 1: the mean of all stations is the size.
+    # The sizes at the places were drawn with a mean of 1: the mean of all stations is the size.
     assert abs(size) == pytest.approx(REVERSAL, rel=0.02)
     assert found.second is not None
     assert found.second.channel == "reference"
@@ -52,7 +52,7 @@ def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     told = " ".join(sentences(found))
     assert "differs from place to place by ±20 %" in told
     assert diagnosis_data(found, [])["second_finding"]["variation"] == found.second.variation
-    # Both directions are in the set.
+    # The set has both directions already.
     assert "other direction" not in told
 
 
@@ -63,7 +63,7 @@ def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() ->
 
 
 def test_the_variation_is_that_which_was_drawn() -> None:
-    """Against a direct draw: ±1 times (1 + δ of the place), 40 places, 6 visits each."""
+    """Compare with a direct draw: ±1 times (1 + δ of the place), 40 places, 6 visits each."""
     random = np.random.default_rng(5)
     place = np.repeat(np.arange(40), 6)
     side = np.tile([1.0, -1.0], 120)
@@ -71,16 +71,16 @@ def test_the_variation_is_that_which_was_drawn() -> None:
     noise = random.normal(0.0, 0.1, 240)
     found = varies(side, factor[place] * side + noise, place, 0.1)
     assert found is not None
-    # Scatter of a standard deviation of 40 draws is 11 %; here the draws themselves are known.
+    # The scatter of a standard deviation of 40 draws is 11 %; here the draws themselves are known.
     assert found == pytest.approx(float(np.sqrt(np.mean(factor**2))), rel=0.05)
     assert varies(side, noise, place, 0.1) is None
-    # The same at each place: it is not the effect that differs, something stands there.
+    # An error independent of the direction is no variation of the effect.
     assert varies(factor[place], factor[place] + noise, place, 0.1) is None
 
 
 @pytest.mark.parametrize("condition", SIMPLE_CONDITIONS)
 def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: ignore[no-untyped-def]
-    """Two directions, two speeds, a warm run: none of them is asked for."""
+    """The set holds two directions, two speeds and a warm run: the advice asks for none of them."""
     whole = observations_of(measurement_set(turns=1, cycles=1))
     for part in ("direction", "speed", "temperature"):
         assert has_already(part, whole)
@@ -89,7 +89,7 @@ def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: igno
 
 
 def _blocks(coefficients: np.ndarray, columns: np.ndarray, noise: float = 1.0, seed: int = 0):  # type: ignore[no-untyped-def]
-    """Normal matrices and moments of blocks with coefficients of their own, (blocks, q)."""
+    """Return normal matrices and moments of blocks with their own coefficients, (blocks, q)."""
     random = np.random.default_rng(seed)
     block = np.arange(columns.shape[0]) * BLOCKS // columns.shape[0]
     measured = np.sum(columns * coefficients[block], axis=1)
@@ -108,7 +108,7 @@ def test_what_is_the_same_in_all_blocks_is_predicted_and_what_changes_is_not() -
     shares = [share_of(*_blocks(same, columns, seed=seed)) for seed in range(40)]
     found = np.array([item.share for item in shares if item is not None])
     assert found.size == 40
-    # χ² of the disagreement: 12 rows of freedom times 1.2 beside χ² of 300: σ 0.02 each.
+    # χ² of the disagreement: 12 degrees of freedom times 1.2 against a χ² of 300: σ of 0.02 each.
     assert float(found.mean()) == pytest.approx(1.0, abs=0.02)
     assert float(found.min()) > LEAST_HELD_OUT
     turning = 0.7 * np.array(
@@ -117,7 +117,7 @@ def test_what_is_the_same_in_all_blocks_is_predicted_and_what_changes_is_not() -
     for seed in range(10):
         changing = share_of(*_blocks(turning, columns, seed=seed))
         assert changing is not None
-        # The mean of the other five is a fifth of it, and against it.
+        # The mean of the other five is a fifth of the block's own and has the opposite sign.
         assert changing.share < 0.0
 
 
@@ -130,7 +130,7 @@ def test_blocks_do_not_judge_what_happens_once_or_is_weak() -> None:
 
 
 def test_a_line_that_loses_its_phase_is_not_predicted_by_other_blocks() -> None:
-    """A resonance driven by noise, coherent over a few periods, beside a line of its frequency."""
+    """A resonance driven by noise is coherent over a few periods; a line has the same frequency."""
     frequency, size = 1.3, 0.6
 
     def line(time, speed):  # type: ignore[no-untyped-def]
@@ -217,7 +217,8 @@ def test_a_name_after_which_the_error_rises_is_refused(
 
 
 def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_larger() -> None:
-    """3.8″ at 122 s beside 9″ that wander: the orders of the table follow these a little less."""
+    """A line of 3.8″ at 122 s beside 9″ that wander: the table's orders fit these slightly
+    worse."""
     line = _case(_left(3.915), _left(3.924))
     assert makes_it_worse(line) is not None
     line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
@@ -225,7 +226,7 @@ def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_lar
 
 
 def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
-    """Where two causes are missing, the first may raise what the other one leaves."""
+    """Where two causes are missing, the first may raise the residual of the other."""
     before, after = _left(1.254, reference=3.63), _left(0.144, reference=4.41)
     assert makes_it_worse(_case(before, after)) is None
 
@@ -237,13 +238,13 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
         after = _left(float(np.sqrt(noise**2 + excess**2 * (1.0 - share))))
         found = takes_little(_case(before, after))
         assert (found is not None) is refused
-        # Where slow noise explains the rest, a small effect keeps its name.
+        # Where slow noise explains the residual, a small effect keeps its name.
         assert takes_little(_case(before, after, 2.0 * LACK_OF_FIT)) is None
-        # One of many lines takes little of all of them, and other blocks predict it.
+        # One of many lines removes little of all of them, but other blocks predict it.
         confirmed = _case(before, after)
         confirmed.best.share = SimpleNamespace(share=0.9)  # type: ignore[union-attr]
         assert takes_little(confirmed) is None
-        # So does a line of a forward search, which has no share: it is kept only if they do.
+        # A line of a forward search, which has no share, is kept only if other blocks predict it.
         line = _case(before, after)
         line.best.regular = SimpleNamespace()  # type: ignore[union-attr, assignment]
         assert takes_little(line) is None
@@ -252,9 +253,10 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
 
 
 def test_a_head_angle_keeps_its_name_beside_an_order_that_does_not_matter() -> None:
-    """40″ between the heads is in the offsets of the runs, of which the RMS of the rows has none.
+    """40″ between the heads are in the offsets of the runs, which the RMS of the rows does not
+    show.
 
-    It takes nothing of a certain excess of the rows, here an order of 0.5″ where 2″ would matter.
+    The effect does not reduce a sure excess of the rows, here 0.5″ of one order where 2″ matters.
     """
 
     def error(disc: np.ndarray, temperature: np.ndarray, speed: float) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""A table with four heads, written from the geometry: no code of the effects is in it.
+"""A table with four heads, written from the geometry without any code of the effects.
 
-The disc's centre C moves in the frame; head i stands at R·(cos pᵢ, −sin pᵢ), so that the disc that
-turns by θ is read at ψᵢ = θ − arg(hᵢ − C). Without motion that is θ + pᵢ. The reading is ψᵢ and
-the disc's error there, in whole counts from an index mark that is found to within a count.
+The disc's centre C moves in the frame. Head i stands at R·(cos pᵢ, −sin pᵢ) and reads the disc
+turned by θ at ψᵢ = θ − arg(hᵢ − C), which is θ + pᵢ without motion. The reading is ψᵢ plus the
+disc's error there, in whole counts from an index mark that is found to within a count.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from arctrue.measurement import Capture, MeasurementSet, Table
 
 Float = NDArray[np.float64]
 Motion = Callable[[Float], Float]
-"""Of the axis, complex metres, over the unwrapped angle of the table."""
+"""Motion of the axis in complex metres over the unwrapped angle of the table."""
 
 PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 COUNTS = 1 << 24
@@ -28,28 +28,28 @@ NOISE_ARCSEC = 0.1
 DISC = ((1, 80.0, 0.4), (2, 1.1, 2.0), (3, 0.6, -1.0), (5, 0.3, 0.2), (11, 0.2, 1.5))
 """Order, amplitude in arcseconds, phase in radians."""
 RUNS = ((0.5, 0.0), (-0.5, 0.5), (1.5, 1.0), (0.5, 3.0))
-"""Speed in rad/s, and degrees above the temperature of the first run when it begins."""
+"""Speed of each run in rad/s, and its degrees above the first run's temperature at the start."""
 
 
 @dataclass
 class FourHeads:
-    """What the table does beside turning."""
+    """A table that turns, with the errors and motions to be added."""
 
     motion: Motion = field(default=lambda angle: np.zeros_like(angle, dtype=np.complex128))
     disc: tuple[tuple[float, float, float], ...] = DISC
     creep_arcsec_k: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
-    """Of each head's bracket, along the disc."""
+    """Creep of each head's bracket along the disc, in arcseconds per kelvin."""
     places_deg: tuple[float, ...] = PLACES_DEG
     slip: tuple[int, int, int] | None = None
-    """Run, head (1, 2, …) and counts that are lost in the middle of it."""
+    """Run, head (1, 2, …) and number of counts lost in the middle of the run."""
     settling: tuple[int, float, float] | None = None
-    """Head, arcseconds and seconds: its bracket bends at each start and settles."""
+    """Head, arcseconds and seconds of a bracket that bends at each start and settles."""
     turns: float = 2.0
     samples: int = 1200
-    """A run."""
+    """Number of samples of a run."""
 
     def measured(self, seed: int) -> MeasurementSet:
-        """A capture of four runs."""
+        """Return a capture of four runs."""
         random = np.random.default_rng(seed)
         parts = [self._run(number, random) for number in range(len(RUNS))]
         run, time, warmth, *heads = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -102,10 +102,10 @@ class FourHeads:
 
 
 def ball_pass(size_m: float, order: float) -> Motion:
-    """A forward circle at an order that is not whole."""
+    """Return a forward circle at an order that is not whole."""
     return lambda angle: size_m * np.exp(1j * order * angle)
 
 
 def orders_2_and_3(second_m: float, third_m: float) -> Motion:
-    """Order 2 along a line in x, order 3 on a backward circle."""
+    """Return order 2 along a line in x and order 3 on a backward circle."""
     return lambda angle: second_m * np.cos(2.0 * angle + 0.7) + third_m * np.exp(-3j * angle + 0.2j)

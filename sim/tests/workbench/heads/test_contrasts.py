@@ -1,4 +1,4 @@
-"""The contrasts of the heads are what a Cholesky factor of the differences' covariance gives."""
+"""The contrasts of the heads equal those of a Cholesky factor of the differences' covariance."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tests.workbench.heads.four_heads import PLACES_DEG, FourHeads
 Float = NDArray[np.float64]
 
 EXACT = 1e-14
-"""Of weights of the order of one in float64."""
+"""Tolerance of weights of the order of one in float64."""
 
 
 @pytest.mark.parametrize("heads", [2, 3, 4])
 def test_weights_are_the_inverse_cholesky_factor(heads: int) -> None:
-    """Differences to head 1 have the covariance σ²(I + 1·1ᵀ), and R₂ − R₁ has 2σ²."""
+    """Differences to head 1 have the covariance σ²(I + 1·1ᵀ), while R₂ − R₁ has 2σ²."""
     further = heads - 1
     covariance = np.eye(further) + np.ones((further, further))
     expected = np.sqrt(2.0) * np.linalg.inv(np.linalg.cholesky(covariance))
@@ -56,7 +56,7 @@ def test_rows_are_the_contrasts_of_the_readings() -> None:
 
 
 class Seen:
-    """What head i shows at every sample, written down from the physics, with random sizes."""
+    """Error that head i shows at every sample, written from the physics, with random sizes."""
 
     def __init__(self, rows: CaptureRows, places_rad: Float, random: np.random.Generator) -> None:
         self.rows, self.places = rows, places_rad
@@ -119,5 +119,5 @@ def test_columns_are_the_contrasts_of_what_each_head_shows(name: str, heads: int
         inside = slice(None) if rows.channel is None else rows.channel == head - 2
         wanted = shown[head - 1] - shown[: head - 1].mean(axis=0)
         wanted *= np.sqrt(2.0 * (head - 1) / head)
-        # Sums of forty waves of the order of one, powers of e^{jx} up to the 20th.
+        # Sums of forty waves of the order of one, with powers of e^{jx} up to the 20th.
         assert np.abs(found - wanted)[inside].max() < 1e-11

@@ -1,4 +1,4 @@
-"""Every command that reads a capture takes one of four heads."""
+"""Every command that reads a capture accepts one of four heads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.workbench.heads.four_heads import FourHeads, ball_pass
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A table with a ball pass of 0.25 µm."""
+    """Write the set of a table with a ball pass of 0.25 µm."""
     path = tmp_path_factory.mktemp("sets") / "ball"
     world = FourHeads(motion=ball_pass(0.25e-6, 4.37), samples=500)
     write_measurement_set(path, world.measured(7))
@@ -30,7 +30,7 @@ def explained(folder: Path) -> Path:
     answer = arctrue("explain", str(folder), "--model", str(model))
     assert answer.exit_code == 0, answer.output
     assert "bearing_ball_pass" in answer.output
-    # Of the probabilities: no set of the benchmark has more than two.
+    # The probabilities are qualified: no set of the benchmark has more than two heads.
     assert "its capture has 4 heads" in " ".join(answer.output.split())
     return model
 
@@ -45,7 +45,7 @@ def test_the_command_reads_four_heads(command: str, folder: Path, tmp_path: Path
 
 
 def test_a_fresh_set_is_judged_by_the_stored_model(explained: Path, tmp_path: Path) -> None:
-    """Nothing is fitted to it: what is left is the noise of the readings."""
+    """The model is not fitted to the set, so that only the noise of the readings remains."""
     fresh = tmp_path / "fresh"
     world = FourHeads(motion=ball_pass(0.25e-6, 4.37), samples=500)
     write_measurement_set(fresh, world.measured(8))
@@ -70,12 +70,12 @@ def test_the_mean_takes_the_motion_away(explained: Path, folder: Path, tmp_path:
     by = {item["effect"]: item for item in became["effects"]}
     assert by["bearing_ball_pass"]["by"] == "the mean"
     assert by["bearing_ball_pass"]["left_arcsec"] == 0.0
-    # y of a circle of 0.25 µm at a radius of 54 mm stays in head 1.
+    # The y component of a circle of 0.25 µm at a radius of 54 mm stays in head 1.
     assert became["left_arcsec"] == pytest.approx(0.955 / 2**0.5, rel=0.05)
 
 
 def test_the_page_opens_four_heads(folder: Path, tmp_path: Path) -> None:
-    """With a run of each head in its list, and the set's own numbers of the runs."""
+    """The page lists a run of each head, and states the set's own numbers of the runs."""
     settings = PageSettings(folder.parent, tmp_path / "state")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Jobs, "start", lambda *_: None)

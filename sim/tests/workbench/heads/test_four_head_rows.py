@@ -1,4 +1,4 @@
-"""Rows of a capture of four heads: which are used, what is faulty, what a plan adds."""
+"""Tests of the rows of a capture of four heads: used, faulty, and added by a plan."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_sample_with_one_wrong_head_is_left_out_with_all_heads() -> None:
     assert observations.capture.run.size == 3 * (4 * 300 - 1)
     assert observations.capture_line(99) == 101
     assert observations.capture_line(100) == 103
-    # In the second channel of the first run, which has 299 rows.
+    # The row is in the second channel of the first run, which has 299 rows.
     assert observations.capture_line(299 + 100) == 103
 
 
@@ -73,12 +73,12 @@ def test_a_capture_without_a_place_for_each_head_is_refused() -> None:
 
 
 def test_the_part_of_a_long_capture_has_every_head() -> None:
-    """Above 150,000 rows: 4 runs of 14,000 samples with three differences each."""
+    """The capture exceeds 150,000 rows: 4 runs of 14,000 samples with three differences each."""
     found = diagnosis_of(FourHeads(slip=(1, 3, 40), samples=14_000).measured(7))
     assert found.decision.first is not None
     values = found.decision.first.parameters()
     assert (values["run"].value, values["head"].value) == (1.0, 3.0)
-    # Half the counts' step between two samples, and the middle of the run.
+    # The step lies half-way between two samples in the middle of the run.
     duration = 2.0 * 2.0 * np.pi / 0.5
     assert abs(values["instant"].value - (400.0 + 0.5 * duration)) < duration / 14_000
     assert abs(values["counts"].value - 40.0) < 5.0 * values["counts"].sigma
@@ -102,7 +102,7 @@ def test_a_planned_run_has_every_head() -> None:
         assert after.recorded_runs == observations.recorded_runs + 1
         columns = capture_block(motion, rows, {}, FitContext())
         assert columns is not None
-        # Head 4 less the mean of the others, of a motion in y: cos pᵢ of each.
+        # The contrast of head 4 with the mean of the others, for a motion in y: cos pᵢ of each.
         shares = np.cos(np.radians(PLACES_DEG))
         share = np.sqrt(1.5) * (shares[3] - shares[:3].mean())
         new = rows.run == before.runs + 2

@@ -1,4 +1,4 @@
-"""Four heads name what two heads and no reference cannot: each world is drawn by numpy alone."""
+"""Four heads name what two heads without a reference cannot; numpy alone draws each world."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.workbench.heads.four_heads import (
 
 ARCSEC_A_METRE = 648_000.0 / np.pi / RADIUS_M
 SIGMAS = 5.0
-"""A stated σ is wrong where a value is further off than this: p < 10⁻⁶ for each."""
+"""Largest accepted deviation in stated σ: p < 10⁻⁶ for each value."""
 
 
 def _named(world: FourHeads, effect: str) -> tuple[Diagnosis, dict[str, Parameter]]:
@@ -42,7 +42,7 @@ def test_nothing_is_adequate() -> None:
 
 
 def test_a_ball_pass_is_named_with_what_head_1_sees() -> None:
-    """0.25 µm at the radius of the disc, which no reference has measured."""
+    """0.25 µm at the radius of the disc is named, although no reference has measured it."""
     _, values = _named(FourHeads(motion=ball_pass(0.25e-6, 4.37)), "bearing_ball_pass")
     _close(values["head1_amplitude"], 0.25e-6 * ARCSEC_A_METRE)
     assert abs(values["order"].value - 4.37) < 1e-3
@@ -54,7 +54,7 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
     _, values = _named(world, "radial_error_motion")
     assert {name[-1] for name in values} == {"2", "3"}
     if heads < 4:
-        # Three heads show that the axis moves; which part of it, they share with the disc.
+        # Three heads show that the axis moves, but share with the disc which part of it does.
         return
     second, third = 0.1e-6 * ARCSEC_A_METRE, 0.05e-6 * ARCSEC_A_METRE
     expected = {
@@ -68,7 +68,7 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
 
 
 def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
-    """A forward circle would be one."""
+    """A forward circle would be an eccentric disc."""
     backward = FourHeads(motion=lambda angle: 0.1e-6 * np.exp(-1j * angle))
     _, values = _named(backward, "radial_error_motion")
     assert {name[-1] for name in values} == {"1"}
@@ -88,7 +88,7 @@ def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
 def test_lost_counts_are_named_with_their_head(head: int) -> None:
     _, values = _named(FourHeads(slip=(1, head, 40)), "count_slip")
     assert (values["run"].value, values["head"].value) == (1.0, float(head))
-    # A step of head 1 is one of every Rᵢ − R₁, downwards.
+    # A step of head 1 appears in every Rᵢ − R₁, downwards.
     expected = -40.0 if head == 1 else 40.0
     _close(values["counts"], expected)
 
@@ -103,7 +103,7 @@ def test_what_has_no_name_is_described_with_its_head(head: int) -> None:
 
 
 def test_an_order_that_two_heads_do_not_see_is_named() -> None:
-    """120 · 33° are eleven turns: R₂ − R₁ has nothing of it, and the other differences have."""
+    """120 · 33° are eleven turns: R₂ − R₁ does not show the order, and the other differences do."""
     disc = (*DISC, (120, 0.3, 0.5))
     found, values = _named(FourHeads(disc=disc), "high_order_graduation")
     assert values["order"].value == 120.0
@@ -120,7 +120,7 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
 ) -> None:
     """The 80″ of order 1 move the phase of order 200 by 0.08 at each head in its own way.
 
-    A line with a size and a phase for each head takes that too, so that it gains more.
+    A line with a size and a phase for each head describes that too, so that it gains more.
     """
     found, values = _named(
         FourHeads(disc=(*DISC, (order, size_arcsec, 0.5))), "high_order_graduation"
@@ -133,20 +133,20 @@ def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
 
 @pytest.mark.parametrize("order", [97.0, 97.02])
 def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
-    """The axis moves by 0.2 µm along x: each head sees its own share, the disc no order."""
+    """The axis moves by 0.2 µm along x: each head sees its own share, and the disc has no order."""
     world = FourHeads(motion=lambda angle: 0.2e-6 * np.cos(order * angle) + 0j)
     _, values = _named(world, "periodic_error")
     assert values["order"].value == pytest.approx(order, abs=SIGMAS * values["order"].sigma)
 
 
 def test_a_line_beside_a_whole_order_is_not_the_whole_order() -> None:
-    """The phase of 0.02 periods a turn runs on by 14° over the two turns of each run."""
+    """The phase of 0.02 periods a turn advances by 14° over the two turns of each run."""
     _, values = _named(FourHeads(disc=(*DISC, (97.02, 0.6, 0.5))), "periodic_error")
     assert values["order"].value == pytest.approx(97.02, abs=SIGMAS * values["order"].sigma)
 
 
 def test_two_heads_of_the_same_world_do_not_name_the_motion() -> None:
-    """The further heads tell it, not the world: it is synchronous with what a disc does."""
+    """The motion is synchronous like a disc error: only the further heads can tell them apart."""
     world = FourHeads(motion=orders_2_and_3(0.1e-6, 0.05e-6), places_deg=PLACES_DEG[:2])
     decision = diagnosis_of(world.measured(7)).decision
     assert decision.first is None or decision.first.name != "radial_error_motion"

@@ -1,4 +1,4 @@
-"""Slow noise of a reference goes on from run to run, because no index separates its runs."""
+"""Slow noise of a reference continues from run to run, because no index separates its runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SLOW = Spectrum(0.3, np.array([20.0, 400.0]), np.array([0.5, 2.0]))
 
 
 def _passes(pause_s: float, count: int = 3) -> tuple[np.ndarray, np.ndarray]:
-    """Clock and run of passes over the faces, with a pause after each."""
+    """Return clock and run of passes over the faces, with a pause after each."""
     run = np.repeat(np.arange(count), FACES)
     within = np.tile(np.arange(FACES) * STEP_S, count)
     return within + run * ((FACES - 1) * STEP_S + pause_s), run
@@ -41,7 +41,7 @@ def _written_out(clock: np.ndarray, run: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("pause_s", [STEP_S, 150.0])
 def test_a_pass_continues_the_noise_of_the_one_before(pause_s: float) -> None:
-    """The covariance depends on the time between two rows alone; each run keeps its scale."""
+    """The covariance depends only on the time between two rows; each run keeps its scale."""
     clock, run = _passes(pause_s)
     found = _covariance(clock, run, goes_on=True)
     np.testing.assert_allclose(found, _written_out(clock, run), rtol=1e-9)
@@ -68,7 +68,7 @@ def test_runs_with_other_steps_or_a_clock_that_goes_back_begin_anew() -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_stand_that_wanders_over_ten_passes_has_no_drift(seed: int) -> None:
-    """A random walk of the stand, 0.03″ a row; each pass over the faces is a run of its own."""
+    """The stand makes a random walk of 0.03″ a row; each pass over the faces is its own run."""
     made = measurement_set(seed=seed, cycles=10, runs=1)
     reference = made.reference
     assert reference is not None

@@ -1,4 +1,4 @@
-"""Whitening and prediction against the covariance matrix written out."""
+"""Tests of whitening and prediction against the covariance matrix written out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scales of the runs that a missing effect made go with it, and the spectra are as without them."""
+"""Scales of the runs that stand for a missing effect vanish with it; the spectra stay right."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from arctrue.workbench.noise.spectrum_fit import WhiteBounds
 
 ROWS = 360
 STEPS_S = (1.0 / 30.0, 1.0 / 15.0, 1.0 / 21.0)
-"""Three speeds over the same stations: three spectra."""
+"""Row intervals of three speeds over the same stations: three spectra."""
 TRUE = Spectrum(2.6, np.array([0.4]), np.array([2.3]))
 SCALES = np.array([1.3, 1.5, 0.5])
-"""Of the runs where a delay of 280″ per rad/s is missing from the model, seen in a reference at
-these speeds: with its spectra each run has the variance that it has."""
+"""Scales of the runs that stand for a missing delay of 280″ per rad/s in a reference at these
+speeds: with its spectra, each run has its true variance."""
 TOLERANCE = 0.02
-"""Of a variance: a quarter of √(2/360), to which 360 rows know it."""
+"""Relative tolerance of a variance: a quarter of √(2/360), its uncertainty from 360 rows."""
 NOTHING_BESIDE = Beside(np.zeros((0, 0)), np.zeros(0))
 BOUNDS = WhiteBounds(1e-12)
 
@@ -43,11 +43,11 @@ def _rows(seed: int) -> ChannelRows:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_search_begins_at_the_scatter_that_the_runs_have(seed: int) -> None:
-    """The few steps from the law of the model without the effect end where many steps do.
+    """A few steps from the law of the model without the effect end where many steps end.
 
     A start with the scales dropped and the spectra kept has 0.4 to 4 times the variance. The search
-    then ends with a tenth of the variance too much, in slow parts, which take the offsets between
-    the runs: a delay gains less than a line of low frequency.
+    then ends with a tenth too much variance in slow parts, which absorb the offsets between the
+    runs: a delay gains less than a line of low frequency.
     """
     rows = _rows(seed)
     alone, _ = estimated_law(rows, NOTHING_BESIDE, BOUNDS, None, FIRST_ROUNDS)

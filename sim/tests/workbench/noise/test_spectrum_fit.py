@@ -1,4 +1,4 @@
-"""The spectrum of noise that was drawn with a known one, with and without a model fitted out."""
+"""Tests of the fitted spectrum of noise drawn with a known one, with and without a fitted model."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TRUE = Spectrum(0.01, np.array([2.0]), np.array([0.01]))
 
 
 def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], Beside]:
-    """Three runs of Ornstein–Uhlenbeck noise of 2 s and 0.1″ over 0.1″ of white noise."""
+    """Make three runs of Ornstein–Uhlenbeck noise of 2 s and 0.1″ plus 0.1″ of white noise."""
     random = np.random.default_rng(seed)
     clock = np.arange(ROWS) * STEP
     noise = RowNoise(clock, np.array([0]), (TRUE,), np.ones(ROWS))
@@ -38,7 +38,7 @@ def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], Beside]:
 
 @pytest.mark.parametrize("columns", [0, 40])
 def test_density_is_found_from_the_slowest_to_the_fastest(columns: int) -> None:
-    """With 40 columns the model takes a third of the slow noise, which must not be lost."""
+    """The model of 40 columns absorbs a third of the slow noise, which the spectrum must keep."""
     stretches, beside = _stretches(columns)
     found = fit_spectrum(stretches, beside, WhiteBounds(1e-6)).spectrum
     frequency = np.array([0.08, 0.3, 1.0, 10.0, 40.0])
@@ -83,7 +83,7 @@ def test_time_constants_of_the_fit_are_those_of_the_rows() -> None:
 
 
 def test_direction_that_no_row_shows_only_adds_a_constant() -> None:
-    """A column of zeros whose information rounding has made a little negative."""
+    """A column of zeros has an information that rounding has made slightly negative."""
     random = np.random.default_rng(5)
     clock = np.arange(80) * STEP
     constants = np.array([0.05, 0.4])
@@ -111,8 +111,10 @@ def test_direction_that_no_row_shows_only_adds_a_constant() -> None:
 
 @pytest.mark.parametrize("constants", [np.array([0.05, 0.4]), np.geomspace(0.02, 20.0, 6)])
 def test_gradient_is_that_of_the_likelihood(constants: np.ndarray) -> None:
-    """Central differences of the value; with more exponentials than the library's own backward
-    pass is right for, on rows as they are and on means over blocks."""
+    """Compare the gradient with central differences of the value, on rows and on means over blocks.
+
+    There are more exponentials than the library's own backward pass handles correctly.
+    """
     stretches, _ = _stretches(6)
     beside = Beside(30.0 * np.eye(6), np.arange(6.0))
     likelihood = RestrictedLikelihood(stretches, STEP, constants, beside)
@@ -127,5 +129,5 @@ def test_gradient_is_that_of_the_likelihood(constants: np.ndarray) -> None:
         move = np.zeros(logs.size)
         move[index] = 1e-4
         change = (likelihood(at(logs + move)) - likelihood(at(logs - move))) / 2e-4
-        # Of some thousands: rounding of the differences is some 1e-6 of them.
+        # Slopes reach some thousands: rounding of the differences is some 1e-6 of them.
         assert np.exp(logs[index]) * slopes[index] == pytest.approx(change, rel=1e-3, abs=0.02)

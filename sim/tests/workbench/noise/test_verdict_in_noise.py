@@ -1,4 +1,4 @@
-"""Nothing hidden, in noise that is not white: no name; what stands out all the same is named."""
+"""Noise that is not white gets no name; an effect that stands out of it is named."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _ornstein_uhlenbeck(rows: int, length: float, random: np.random.Generator) -
 
 
 def _with_slow_capture(made: MeasurementSet, seed: int) -> MeasurementSet:
-    """0.1″ over some 200 rows, in head 2 alone."""
+    """Add 0.1″ of slow noise over some 200 rows to head 2 alone."""
     assert made.capture is not None
     random = np.random.default_rng(seed)
     counts = made.capture.head2_counts.astype(np.float64)
@@ -40,7 +40,7 @@ def _with_slow_capture(made: MeasurementSet, seed: int) -> MeasurementSet:
 
 
 def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet:
-    """0.3″ over 45 stations: three minutes at 4 s each."""
+    """Add 0.3″ of slow noise over 45 stations: three minutes at 4 s each."""
     assert made.reference is not None
     error = made.reference.error_arcsec
     wander = 0.3 * _ornstein_uhlenbeck(error.size, 45.0, np.random.default_rng(seed))
@@ -49,7 +49,7 @@ def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
-    """In white noise of the same size it was a slip, a drift or a vibration in every set."""
+    """A model of white noise of the same size gave a slip, drift or vibration in every set."""
     assert diagnosis_of(_with_slow_capture(measurement_set(seed=seed), seed)).verdict == "adequate"
 
 
@@ -60,7 +60,8 @@ def test_a_wandering_reference_gets_no_name(seed: int) -> None:
 
 
 def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
-    """24 stations one way take as long as the wander keeps: it must not be taken for noise."""
+    """One pass of 24 stations lasts as long as the noise is correlated; the reversal stays
+    named."""
     made = measurement_set(reversal_arcsec=0.8, cycles=10)
     result = diagnosis_of(_with_wandering_reference(made, 3))
     assert result.named is not None
@@ -68,7 +69,7 @@ def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
 
 
 def test_a_slip_is_not_taken_for_slow_noise() -> None:
-    """Half of a run lies 12 counts higher: estimated without the slip, the noise explains it."""
+    """Half of a run lies 12 counts higher: slow noise estimated without the slip explains it."""
     made = _with_slow_capture(measurement_set(), 5)
     assert made.capture is not None
     run = made.capture.run
@@ -79,7 +80,7 @@ def test_a_slip_is_not_taken_for_slow_noise() -> None:
 
 
 def test_one_polygon_cycle_alone_cannot_tell() -> None:
-    """24 rows and 41 coefficients leave nothing: noise of 0 once named a bearing."""
+    """24 rows and 41 coefficients have no residual: noise of 0 once led to a named bearing."""
     made = measurement_set(cycles=1)
     assert made.reference is not None
     first = {

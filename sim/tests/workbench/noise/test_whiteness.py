@@ -1,4 +1,4 @@
-"""Tests of whitened residuals: right level on white noise, and they see what is not white."""
+"""Tests of whitened residuals: the level on white noise is right, and other noise is detected."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def test_white_noise_fails_as_often_as_the_level_says() -> None:
     tests = [whiteness(random.normal(size=800)) for _ in range(300)]
     for name in ("autocorrelation_p", "successive_differences_p", "normality_p"):
         rare = sum(getattr(item, name) < 0.1 for item in tests)
-        # 30 expected, standard deviation 5.2: four of them.
+        # 30 are expected with a standard deviation of 5.2: four of these.
         assert 9 < rare < 51, name
 
 
@@ -40,7 +40,7 @@ def test_normality_is_the_test_of_jarque_and_bera() -> None:
 
 
 def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
-    """A ratio as far from its mean as drawn ones are in the root mean square has p = 0.317."""
+    """A ratio as far from its mean as the RMS deviation of drawn ratios has p = 0.317."""
     random = np.random.default_rng(6)
     draws = random.normal(size=(4000, 24))
     draws -= draws.mean(axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""How well an index mark repeats: as the set states it, else ±1 whole count of each head."""
+"""Tests of the repeatability of an index mark: as the set states it, else ±1 count of each head."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_the_stated_repeatability_is_that_of_both_heads() -> None:
     assert by_default.index_sigma_arcsec == pytest.approx(count_arcsec * np.sqrt(4.0 / 3.0))
     expected = STATED_COUNTS * count_arcsec * np.sqrt(2.0)
     assert as_stated.index_sigma_arcsec == pytest.approx(expected)
-    # Four runs that agree by chance move what is stated less than what is only supposed.
+    # Four runs that agree by chance change a stated value less than an assumed one.
     left = [
         index_variance(item, np.zeros(4))[0] / item.index_sigma_arcsec**2
         for item in (by_default, as_stated)

@@ -1,4 +1,4 @@
-"""Rows that a recording got wrong are masked and listed; what the table does is kept."""
+"""Rows with recording errors are masked and listed; rows that the table explains are kept."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 ROWS = 4 * TURNS * SAMPLES_A_TURN
 SPIKE_ARCSEC = 5.0
-"""Fifty times the noise of a head."""
+"""Size of a spike: fifty times the noise of a head."""
 
 
 def _with_head2(made: MeasurementSet, rows: NDArray[np.int64], arcsec: float) -> MeasurementSet:
@@ -59,15 +59,15 @@ def test_each_single_wrong_row_is_masked_and_no_other() -> None:
     assert sorted(item.row - 2 for item in seen.masked) == sorted(wrong.tolist())
     assert seen.capture is not None
     assert seen.capture.run.size == ROWS - wrong.size
-    # The distance is what was added, within five standard deviations of R₂ − R₁; from one side the
-    # neighbours tell it with a scatter 1.3 times as large.
+    # The distance is the added spike, within five standard deviations of R₂ − R₁; neighbours on one
+    # side only predict a row with a scatter 1.3 times as large.
     for item in seen.masked:
         assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=1.3 * 5.0 * 0.1 * np.sqrt(2.0))
 
 
 @pytest.mark.parametrize("missing", [60, 400])
 def test_a_wrong_row_beside_missing_rows_is_masked(missing: int) -> None:
-    """What the error changes over the gap is no distance from the rows beside it."""
+    """The change of the error over the gap is not a distance from the neighbouring rows."""
     wrong = np.array([1_999, 2_000 + missing, 5_003, 5_005 + missing])
     made = _with_head2(measurement_set(), wrong, SPIKE_ARCSEC)
     assert made.capture is not None
@@ -79,9 +79,9 @@ def test_a_wrong_row_beside_missing_rows_is_masked(missing: int) -> None:
 
 
 def test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not() -> None:
-    """Ten rows between two gaps of 18°, over each of which R₂ − R₁ changes by up to 16″.
+    """Ten rows stand between two gaps of 18°, over each of which R₂ − R₁ changes by up to 16″.
 
-    Running medians over the borders say nothing of what is expected there.
+    Running medians across the borders cannot predict the rows there.
     """
     left = np.ones(ROWS, dtype=bool)
     for first in range(1_000, ROWS - 200, 500):
@@ -96,22 +96,22 @@ def test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not()
 
 @pytest.mark.parametrize("scatter_counts", [0.75, 1.5, 2.1, 6.0])
 def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float) -> None:
-    """White noise rounded to whole counts, whose own variance is 1/12 count² more (Sheppard)."""
+    """White noise is rounded to whole counts, which adds a variance of 1/12 count² (Sheppard)."""
     noise = np.random.default_rng(11).normal(0.0, scatter_counts, 20_000)
     away = np.round(noise) + 0.5 * np.round(
         2.0 * np.random.default_rng(12).normal(0.0, 0.3, 20_000)
     )
     found = float(np.median(local_scatter(away, 1.0)))
     expected = float(np.std(away))
-    # The largest of three scatters, each of 256 rows: 1.08 times the true one in the mean.
+    # The largest of three scatters of 256 rows each is 1.08 times the true one in the mean.
     assert 0.95 * expected < found < 1.25 * expected
 
 
 @pytest.mark.parametrize("place", [5, 6, 7, 192, 193, 194])
 def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> None:
-    """25 rows a period, as order 20 of 500 rows a turn: a line through 14 of them says nothing.
+    """A period has 25 rows, as order 20 of 500 rows a turn: a line through 14 of them is no guide.
 
-    What lies 1 to 7 rows away on both sides errs by 2·(1 − cos(2π·4/25)) = 0.93 at the most.
+    A prediction from 1 to 7 rows away on both sides errs by 2·(1 − cos(2π·4/25)) = 0.93 at most.
     """
     values = 2.0 * np.sin(2.0 * np.pi * np.arange(200) / 25.0)
     values += 0.1 * np.random.default_rng(place).standard_normal(200)
@@ -121,7 +121,7 @@ def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> No
 
 
 def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
-    """Of one row in a hundred, some lie by chance where the other head was at another outlier."""
+    """With outliers in one row of a hundred, some coincide by chance with one of the other head."""
     random = np.random.default_rng(4)
     wrong = random.choice(ROWS // 20, ROWS // 100, replace=False) * 20 + 9
     made = measurement_set()
@@ -132,7 +132,7 @@ def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
 
 
 def test_what_comes_again_at_the_same_angle_is_kept() -> None:
-    """Dirt narrower than a row step, on the disc: both heads see it, in every revolution."""
+    """Dirt on the disc, narrower than a row step, is seen by both heads in every revolution."""
 
     def dirty(disc: NDArray[np.float64], temperature: object, speed: object) -> object:
         away = np.angle(np.exp(1j * (disc - 1.0)))
@@ -148,7 +148,7 @@ def test_dirt_in_a_single_turn_is_kept_because_both_heads_see_it() -> None:
     angle = made.capture.head1_counts * (2.0 * np.pi / COUNTS_PER_REV)
     at = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0))))))
     before = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0 + ALPHA))))))
-    # R₂ − R₁ falls where head 1 stands on it and rises where head 2 does.
+    # R₂ − R₁ falls where head 1 stands on the dirt and rises where head 2 does.
     dirty = _with_head2(_with_head2(made, np.array([at]), -SPIKE_ARCSEC), np.array([before]), 5.0)
     assert _masked(dirty) == []
     assert _masked(_with_head2(made, np.array([at]), -SPIKE_ARCSEC)) == [at]
@@ -180,7 +180,7 @@ def test_one_reading_of_a_station_that_its_other_visits_contradict_is_masked() -
 
 
 def test_what_comes_again_after_each_reversal_is_kept() -> None:
-    """The first two readings after it hang behind by 3″ and 1.5″: more than 5 % of all rows."""
+    """The first two readings after it lag by 3″ and 1.5″: more than 5 % of all rows."""
     made = measurement_set(cycles=6)
     assert made.reference is not None
     error, sense = made.reference.error_arcsec, np.asarray(made.reference.direction)
@@ -192,7 +192,7 @@ def test_what_comes_again_after_each_reversal_is_kept() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
-    """At a third of the rows it goes to the other stop, 5″ away, and a row or more later back."""
+    """In a third of the rows the head moves to its other stop, 5″ away, and later back."""
     made = measurement_set(cycles=10, turns=1)
     assert made.reference is not None
     random = np.random.default_rng(seed)
@@ -204,7 +204,7 @@ def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) 
 
 @pytest.mark.parametrize("passes", [1, 3])
 def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
-    """Three visits of a station do not tell which of them is wrong; its neighbours do."""
+    """Three visits of a station cannot show which of them is wrong; the neighbours can."""
     random = np.random.default_rng(2)
     target = np.tile(np.linspace(0.0, 40.0, 800), passes)
     error = 5.0 * np.sin(np.radians(target * 18.0)) + random.normal(0.0, 0.3, target.size)
@@ -215,12 +215,12 @@ def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
 
 
 WHITE_SETS = 200
-"""FALSE_ROWS a set make 4 rows of them in the mean; 12 or more once in a thousand times."""
+"""Number of sets: FALSE_ROWS a set make 4 rows in the mean; 12 or more have p = 0.001."""
 MOST_FALSE_ROWS = 12
 
 
 def _white_reference(rows: int, stations: int | None, random: np.random.Generator) -> Reference:
-    """White normal noise: visits of stations in turn, or one dense pass where None."""
+    """Return white normal noise at stations visited in turn, or in one dense pass for None."""
     error = random.normal(0.0, 1.0, rows)
     if stations is None:
         return Reference(np.linspace(0.0, 0.5 * rows, rows), error)
@@ -243,12 +243,12 @@ def test_white_noise_of_few_rows_has_no_outliers(rows: int, stations: int | None
 
 @pytest.mark.parametrize("rows", [7, 10, 30])
 def test_a_scatter_that_few_rows_tell_asks_for_more(rows: int) -> None:
-    """Against the scatter of drawn rows themselves, of which each is judged by the others."""
+    """Compare with the scatter of drawn rows, each judged by the other rows."""
     sets = 40_000
     noise = np.random.default_rng(14).normal(size=(sets, rows + 1))
     scatter = 1.4826 * np.median(np.abs(noise[:, 1:]), axis=1)
     false_share = float(np.mean(np.abs(noise[:, 0]) > far_threshold(rows, rows) * scatter))
-    # The mean of a count of FALSE_ROWS/rows·sets, and four of its standard deviations.
+    # The mean of a count of FALSE_ROWS/rows·sets, plus four of its standard deviations.
     mean = FALSE_ROWS / rows * sets
     assert false_share * sets < mean + 4.0 * np.sqrt(mean)
 
@@ -261,9 +261,10 @@ def test_white_noise_of_many_rows_has_no_outliers(stations: int | None) -> None:
 
 
 def test_wrong_rows_that_a_larger_effect_hid_are_found_in_what_it_leaves() -> None:
-    """1.5″, ten times the noise of R₂ − R₁, beside an interpolation error of 2.5″ a head.
+    """Errors of 1.5″, ten times the noise of R₂ − R₁, hide in an interpolation error of 2.5″ a
+    head.
 
-    Rows are 33 signal periods apart, so that the error is as good as noise before it is known.
+    Rows are 33 signal periods apart, so that the error looks like noise before it is known.
     """
     wrong = np.arange(500, ROWS, 1_300)
     hidden = measurement_set(electrical=lambda phase: 2.5 * np.cos(phase))
@@ -276,15 +277,15 @@ def test_wrong_rows_that_a_larger_effect_hid_are_found_in_what_it_leaves() -> No
     assert done.beside == []
     masked = done.observations.masked
     assert [item.row - 2 for item in masked if item.channel == "capture"] == wrong.tolist()
-    # The set has the last word.
+    # The set's own mask has priority.
     said = replace(made.capture, mask=np.zeros(ROWS, dtype=bool), trusted=np.ones(ROWS, dtype=bool))
     seen = observations_of(replace(made, capture=said))
     assert without_wrong_rows(seen, 100.0 * (np.arange(ROWS) == 500)) is None
 
 
 def test_so_many_outliers_are_a_faulty_recording() -> None:
-    # 8 % of the rows, above the 5 % that may be single wrong rows, at least five rows apart.
-    # Some are wrong in another turn too, at the same angle, and are not counted.
+    # 8 % of the rows, at least five rows apart: above the 5 % that may be single wrong rows. Some
+    # are wrong in another turn at the same angle too, and are not counted.
     wrong = np.random.default_rng(6).choice(ROWS // 5, round(0.08 * ROWS), replace=False) * 5
     seen = observations_of(_with_head2(measurement_set(), wrong, SPIKE_ARCSEC))
     assert seen.masked == ()
@@ -324,7 +325,7 @@ def test_columns_follow_the_rows_that_are_left() -> None:
 
 
 def _swinging(capture: Capture) -> tuple[Capture, NDArray[np.float64]]:
-    """The same rows at times of a speed that swings by ±40 %, and that speed."""
+    """Return the same rows at times of a speed that swings by ±40 %, and that speed."""
     time, speed = capture.time_s.copy(), np.empty(capture.time_s.size)
     for run in np.unique(capture.run):
         rows = capture.run == run
@@ -345,8 +346,8 @@ def test_a_speed_that_swings_is_no_fault_and_is_known_in_each_row() -> None:
     seen = observations_of(replace(made, capture=capture))
     assert data_faults(seen) == []
     assert seen.capture is not None
-    # Over 65 rows of 1,200 a turn the sine of 3 turns a period is flat to (0.34/3)²/24 of 40 %,
-    # and at the ends of a run the nearest window stands for 32 rows: 0.17 rad/3 of it.
+    # Over 65 rows of 1,200 a turn, a sine with a period of 3 turns is flat to (0.34/3)²/24 of 40 %;
+    # at the ends of a run the nearest window stands for 32 rows: 0.17 rad/3.
     assert np.abs(seen.capture.speed_rad_s / speed - 1.0).max() < 0.04
     inner = np.ones(ROWS, dtype=bool)
     for run in range(4):

@@ -1,4 +1,5 @@
-"""Faces of a polygon at its stations, turned on the table, and in a pass between them."""
+"""Tests of the faces of a polygon: at its stations, turned on the table, and between the
+stations."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ def test_each_station_has_its_face_however_the_polygon_is_turned() -> None:
 
 
 def test_a_pass_between_the_faces_is_read_with_the_nearest_one() -> None:
-    """15 readings of one degree a face: 7 on each side of its station."""
+    """Each face has 15 readings one degree apart, 7 on each side of its station."""
     between = np.arange(360.0)
     target = np.concatenate([STATIONS_DEG, between])
     run = _runs(FACES, between.size)

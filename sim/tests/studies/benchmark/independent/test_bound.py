@@ -1,4 +1,4 @@
-"""Injection at the detection bound: the size that is put in, and how it is counted."""
+"""Tests of injection at the detection bound: the injected size, and how the sets are counted."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ from arctrue.studies.benchmark.intervals import Rate
 
 ROWS = 300
 LINEAR = 1e-3
-"""Share by which a cause of 1″ and a hundredth of it differ in form: some 10⁻⁵ of an angle, and
-for the subdivision error the amplitude itself, 10⁻³ of the phase at 0.01″."""
+"""Relative difference in form of a cause of 1″ and of a hundredth of it.
+
+An angle gives some 10⁻⁵, the amplitude of the subdivision error 10⁻³ of the phase at 0.01″.
+"""
 
 
 @pytest.mark.parametrize("effect", [name for name in INJECTIONS if name != "count_slip"])
@@ -41,7 +43,7 @@ def test_a_slip_stays_whole_and_is_never_none() -> None:
 
 
 def test_rms_of_a_creep_is_about_its_mean() -> None:
-    """A ramp from 0 to h has h/√12."""
+    """A ramp from 0 to h has an RMS of h/√12 about its mean."""
     random = np.random.default_rng(5)
     scene = INJECTIONS["reference_drift"].scene(random, ROWS)
     cause = INJECTIONS["reference_drift"].cause(random, scene)
@@ -76,7 +78,7 @@ def test_sets_without_a_bound_do_not_count() -> None:
         Rate(24, 24),
         True,
     )
-    # 20 of 24: 62.6 … 95.3 %, which reaches 95 %; 19 of 24: 57.8 … 92.9 %.
+    # 20 of 24 give 62.6 … 95.3 %, which includes 95 %; 19 of 24 give 57.8 … 92.9 %.
     assert (latency.found, latency.by_name, latency.kept) == (Rate(20, 24), Rate(0, 24), True)
     results[0] = ({"effect": "latency"}, result(False))
     assert not bound_scores(results)[1].kept
@@ -90,5 +92,5 @@ def test_command(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "polygon_eccentricity: found" in done.output
     assert json.loads(file.read_text())["polygon_eccentricity"]["found"]["of"] <= 1
-    # What is done is not done again, and read anew.
+    # Finished sets are not repeated; the results are read again.
     assert CliRunner().invoke(main, arguments).exit_code == 0

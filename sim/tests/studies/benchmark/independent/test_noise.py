@@ -1,4 +1,4 @@
-"""The noise processes of the second generator, against their covariances written out in full."""
+"""Tests of the second generator's noise processes against covariances written out in full."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from arctrue.studies.benchmark.independent.sight import Channel, look_at_oscilla
 WHITE = 0.3
 UNEVEN_S = np.cumsum(np.random.default_rng(1).uniform(0.2, 1.5, 60))
 EXACT = 1e-8
-"""Relative; a Kalman filter over 60 rows in double precision."""
+"""Relative tolerance of a Kalman filter over 60 rows in double precision."""
 DRAWS = 4_000
 FOUR_SIGMA = 4 * np.sqrt(2 / DRAWS)
-"""Of an empirical variance over its expectation."""
+"""Tolerance of an empirical variance relative to its expectation."""
 
 
 def lags(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -42,7 +42,7 @@ def walk(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def oscillator(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """σ²·exp(−γt)·(cos ω₁t + γ/ω₁·sin ω₁t), the textbook's, with ω₁² = ω₀² − γ²."""
+    """Return the textbook's σ²·exp(−γt)·(cos ω₁t + γ/ω₁·sin ω₁t), with ω₁² = ω₀² − γ²."""
     natural = 2 * np.pi * 0.15
     damping = natural / (2 * 4.0)
     rate = np.sqrt(natural**2 - damping**2)
@@ -94,7 +94,8 @@ def test_flicker_noise_is_whitened_by_the_inverse_of_its_impulse_response() -> N
 
 
 def test_flicker_noise_falls_as_one_over_f() -> None:
-    """Averaged periodograms over two decades: the slope of log power against log frequency."""
+    """The slope of log power against log frequency comes from averaged periodograms over two
+    decades."""
     noise, random = FlickerNoise(1.0, 1.0), np.random.default_rng(5)
     time_s = np.arange(4096.0)
     power = np.zeros(2049)
@@ -106,12 +107,12 @@ def test_flicker_noise_falls_as_one_over_f() -> None:
 
 
 def test_heavy_tails_keep_their_standard_deviation_and_tell_more_than_it_says() -> None:
-    """Fisher's information of a shift, integrated numerically over the density of Student's t."""
+    """Fisher's information of a shift is integrated numerically over the density of Student's t."""
     from scipy.stats import t
 
     noise = StateNoise(0.3, (), 4.0)
     drawn = noise.draw(np.random.default_rng(6), np.arange(400_000.0))
-    # The fourth moment is infinite at four degrees of freedom: the tolerance is by trial.
+    # The fourth moment is infinite at four degrees of freedom: the tolerance was found by trial.
     assert drawn.std() == pytest.approx(0.3, rel=0.03)
     scale = 0.3 * np.sqrt(0.5)
     x = np.linspace(-60, 60, 400_001) * scale
@@ -130,7 +131,7 @@ def test_scaling_and_stated_size(noise: NoiseProcess) -> None:
     random = np.random.default_rng(7)
     drawn = np.array([noise.draw(random, time_s) for _ in range(400)])
     about = drawn - drawn.mean(axis=1, keepdims=True)
-    # A relaxation of 7 s and 1/f lose little by their mean over 300 s.
+    # A relaxation of 7 s and 1/f noise lose little with their mean over 300 s.
     assert np.sqrt(np.mean(about**2)) == pytest.approx(noise.rms_arcsec(time_s), rel=0.1)
     one = noise.whiten(drawn[:1].T, time_s)
     np.testing.assert_allclose(noise.scaled(3.0).whiten(3 * drawn[:1].T, time_s), one)
@@ -140,7 +141,8 @@ def test_scaling_and_stated_size(noise: NoiseProcess) -> None:
 
 
 def test_the_mean_periodogram_is_that_of_the_covariance_matrix() -> None:
-    """vᴴ·C·v/N over the rows' Fourier vectors v, the covariances written out in full."""
+    """Compare with vᴴ·C·v/N over the Fourier vectors v of the rows, covariances written out in
+    full."""
     time_s = 0.7 * np.arange(91)
     noise = StateNoise(WHITE, (STATES[0], STATES[2]))
     covariance = relaxation(time_s) + oscillator(time_s) + WHITE**2 * np.eye(time_s.size)
@@ -152,18 +154,18 @@ def test_the_mean_periodogram_is_that_of_the_covariance_matrix() -> None:
 
 
 def kullback_leibler(true: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Twice the mean log likelihood ratio of two normal densities with mean 0."""
+    """Return twice the mean log likelihood ratio of two normal densities with mean 0."""
     left = np.linalg.solve(other, true)
     return float(np.trace(left) - len(true) - np.linalg.slogdet(left)[1])
 
 
 @pytest.mark.parametrize("quality", [3.0, 12.0])
 def test_the_oracle_sees_of_an_oscillator_what_no_falling_spectrum_explains(quality: float) -> None:
-    """Against the exact ratio to the nearest white noise with a relaxation, of dense matrices.
+    """Compare with the exact ratio to the nearest white noise with a relaxation, of dense matrices.
 
     No falling spectrum is nearer than the isotonic one; the ends of the record, which the spectrum
-    does not have, are given 10 %. A falling spectrum with a step is nearer than a relaxation: for
-    a quality of 3 by a factor of 2.5.
+    ignores, are given 10 %. A falling spectrum with a step is nearer than a relaxation: for a
+    quality of 3 by a factor of 2.5.
     """
     time_s = 0.7 * np.arange(300)
     shaken = DrivenOscillator(0.4, 0.25, quality)

@@ -1,4 +1,4 @@
-"""Sets of the second generator, strictly: what is not right yet is listed with its reason."""
+"""Sets of the second generator must be right; wrong ones are listed with the reason."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.studies.benchmark.work import run_set
 from arctrue.studies.campaign import Task
 
 SETS = 48
-"""Three sets of each world: one without a cause and two with one, if the world has both."""
+"""Number of sets: three of each world, one without a cause and two with one where possible."""
 SUBDIVISION = "a column calculated from the readings contains their noise"
 OSCILLATION = "a smooth part stands for the damped oscillation of a short run"
 ROUNDING = "the rounding of a display is mistaken for lack of fit"
@@ -40,8 +40,11 @@ NOT_YET = {
     4580360450252416: SECOND,
     4226551977028624: PART,
 }
-"""Seeds of the sets whose answer is still wrong, with the reason. A set leaves the list when its
-answer becomes right; a change that adds one makes the diagnosis worse."""
+"""Seeds of the sets whose answer is still wrong, with the reason.
+
+A set leaves the list when its answer becomes right; a change that adds one makes the diagnosis
+worse.
+"""
 
 
 @cache
@@ -52,7 +55,7 @@ def tasks() -> list[Task]:
 
 
 def judged_tasks(world: str) -> list[Task]:
-    """Those of a world whose answer is right already.
+    """Return the tasks of a world whose answer is right already.
 
     In every second world a set with a cause comes first, in the others one without.
     """
@@ -69,7 +72,7 @@ def judged_tasks(world: str) -> list[Task]:
 )
 @pytest.mark.parametrize("world", list(independent_worlds()))
 def test_every_set_except_the_known_ones_is_right(world: str, sets: slice) -> None:
-    """One set of each world; ``make test-large`` diagnoses the others."""
+    """Diagnose one set of each world; ``make test-large`` diagnoses the others."""
     chosen = judged_tasks(world)[sets]
     if not chosen:
         pytest.skip("NOT_YET lists every set of this world, or all but one")

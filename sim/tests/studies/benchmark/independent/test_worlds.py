@@ -1,4 +1,4 @@
-"""In every world of the second generator a fit recovers the truth; the set does not state it."""
+"""In every world of the second generator a fit recovers the truth, which the set does not state."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ ROWS = 600
 SEEDS = range(6)
 FIVE_SIGMA = 5.0
 BENT = 0.02
-"""Largest relative change of a cause's shape with its size, because the angle of a row is read with
-the error in it."""
+"""Largest relative change of a cause's shape with its size: the angle of a row is read with it."""
 ARCSEC = float(np.radians(1 / 3600))
 
 
@@ -48,9 +47,9 @@ def scene_of(world: str, seed: int) -> tuple[Scene, MeasurementSet, dict[str, ob
 def fitted(
     scene: Scene, measurement: MeasurementSet, causes: list[Cause]
 ) -> tuple[np.ndarray, ...]:
-    """Sizes relative to the true sizes, and their σ, by least squares of the whitened rows.
+    """Return relative sizes and their σ from least squares of the whitened rows.
 
-    Written here from the rows as they stand in the set: 20 orders, an offset a run, a zero.
+    The design matrix is written here from the rows of the set: 20 orders, an offset a run, a zero.
     """
     whole = scene.channels(causes)
     alone = [
@@ -95,7 +94,7 @@ def fitted(
         rows = np.column_stack([base, signal, reference.error_arcsec])
         blocks.append(noise.whiten(rows, reference.time_s))
     rows = np.vstack(blocks)
-    # An index mark is even within ± its counts: variance n(n + 1)/3 a head.
+    # An index mark is uniform within ± its counts: variance n(n + 1)/3 a head.
     scatter = scene.disc.arcsec_per_count * np.sqrt(
         2 * scene.index_counts * (scene.index_counts + 1) / 3
     )
@@ -176,6 +175,6 @@ def test_a_content_that_a_world_does_not_have_is_refused() -> None:
 
 
 def test_needed_noncentrality_is_that_of_the_tables() -> None:
-    """χ² of one degree of freedom: (2.5758 + 1.6449)², 1 % two-sided and 95 % power."""
+    """χ² with one degree of freedom gives (2.5758 + 1.6449)²: 1 % two-sided and 95 % power."""
     assert needed_noncentrality(1, 1) == pytest.approx((2.5758 + 1.6449) ** 2, rel=1e-3)
     assert needed_noncentrality(2, 1000) > needed_noncentrality(2, 1) > needed_noncentrality(1, 1)
