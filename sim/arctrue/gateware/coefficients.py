@@ -345,8 +345,7 @@ class Coefficients:
             self.phases_rad,
             strict=True,
         ):
-            # Up to this limit, n·θ is an exact whole number and is reduced to one turn without
-            # rounding.
+            # order · angle is a whole number up to here: the reduction to one turn is exact.
             turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
             if turn_step:
                 whole = _whole_part(order, turn_step)
