@@ -175,7 +175,7 @@ class Coefficients:
         return dataclasses.replace(self, phase_offsets=offsets, amplitudes=amplitudes, thermal=None)
 
     def extent(self) -> tuple[float, float]:
-        """Bounds of |dε/dR| and of the largest amplitude of a lane in counts, at any temperature.
+        """Bound |dε/dR| and the largest amplitude of a lane in counts, at any temperature.
 
         The bounds are the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
         most that a lane can exceed the chord between two of them, c₂h²/4. Phases are ignored:

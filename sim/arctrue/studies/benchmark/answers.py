@@ -74,7 +74,7 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
 
 
 def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> list[Judged]:
-    """Every set of one subject's results with truth and answer, in the order of the plan.
+    """Return every set of one subject's results with truth and answer, in the order of the plan.
 
     Raises PlanError where the sets of a drawn seed are scored by another state of the scoring, and
     AnswersError for a file of answers that is not as it should be.
@@ -93,7 +93,7 @@ def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> 
 
 
 def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
-    """The scores of every subject of which ``folder`` has results, over the sets that all have.
+    """Score every subject with results in ``folder`` on the sets that all subjects have.
 
     Each with the ``header`` of the campaign that made its answers: a subject's answers are of one
     state of what they depend on (see sources_of), and those of two subjects may differ in it.

@@ -48,7 +48,7 @@ def bound_campaign(
 
 
 def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
-    """One injection of ``effect``: the stated bound, the size put in, and what was said.
+    """Do one injection of ``effect``; return the stated bound, the injected size, the answer.
 
     ``bound_rms_arcsec`` is None where the set with nothing in it states no bound of the effect,
     because it cannot be tested or because the set is not said to be quiet.

@@ -63,7 +63,7 @@ def needed_noncentrality(effect: str) -> float:
 
 
 def inverse_times(noise: Noise, columns: Float) -> Float:
-    """C⁻¹ × ``columns`` ``(n, c)`` for C = W + Σ_j sigma_j²·K_j, W = diag(white²) > 0.
+    """Return C⁻¹ × ``columns`` ``(n, c)`` for C = W + Σ_j sigma_j²·K_j, W = diag(white²) > 0.
 
     Uses the matrix inversion lemma over the k Gauss–Markov processes. Their joint precision matrix
     is banded if their states are interleaved row by row: O(n·k²·(k + c)).
