@@ -59,8 +59,7 @@ def loosening_bracket(days: Float, begin: float, random: Random) -> Course:
 
 
 def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Simulate creep with the logarithm of time, as of a bolted joint, up to the limit and
-    beyond."""
+    """Simulate creep with the logarithm of time, as of a bolted joint, beyond the limit."""
     constant = random.uniform(30.0, 120.0)
     whole = random.uniform(200.0, 400.0)
     elapsed = np.maximum(days - begin, 0.0)
