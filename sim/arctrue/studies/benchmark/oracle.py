@@ -182,5 +182,5 @@ def _waves(angle_rad: NDArray[np.floating[Any]]) -> Float:
 
 
 def visible(sights: Sequence[Sight], matters_arcsec: float) -> bool:
-    """Tell whether the test sees a cause that changes the prediction by ``matters_arcsec``."""
+    """Tell whether the test sees a cause that changes the prediction by more than the limit."""
     return any(sight.sees and sight.rms_arcsec > matters_arcsec for sight in sights)

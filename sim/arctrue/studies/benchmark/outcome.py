@@ -196,7 +196,7 @@ class Judged:
     def falsely_named(self) -> bool:
         """Tell whether a wrong name was given.
 
-        If no hidden cause has a name, a class of names counts too. A damped oscillation has no
+        If no hidden cause has a name, a class of names counts too. Only a damped oscillation has no
         name.
         """
         outcome = self.outcome
