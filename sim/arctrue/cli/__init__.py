@@ -50,7 +50,7 @@ class _NotGeneratedError(click.ClickException):
 
 
 def _without_extra(name: str, missing: MissingExtraError) -> click.Command:
-    """A command that says which extra it needs, whatever it is asked."""
+    """Make a command that always says which extra it needs."""
 
     def refuse(_: click.Context, __: click.Parameter, ___: object) -> None:
         raise missing

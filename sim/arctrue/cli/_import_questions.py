@@ -38,7 +38,7 @@ class Asker:
     _shown: bool = False
 
     def __call__(self, asked: Ambiguous) -> str:
-        """The answer."""
+        """Ask the question and return the answer."""
         if not self._shown:
             self._shown = True
             for line in preview_lines(self.import_):

@@ -15,8 +15,10 @@ from arctrue.metrology.iso230_7 import ErrorMotion, error_motion
 
 
 def orbit_of(measurement: MeasurementSet) -> AxisOrbit | None:
-    """Return the axis orbit of the first run that the calibration uses; None for two heads or a set
-    that cannot give it."""
+    """Return the axis orbit of the first run in the calibration, or None.
+
+    None for two heads, or a set that does not determine the orbit.
+    """
     capture, scale = measurement.capture, measurement.table
     if capture is None or scale.counts_per_rev is None or len(capture.heads) < LEAST_HEADS:
         return None
@@ -39,7 +41,7 @@ def _figures(orbit: AxisOrbit) -> dict[str, ErrorMotion]:
 
 
 def orbit_data(orbit: AxisOrbit) -> dict[str, Any]:
-    """Figures of both directions as plain values, arcseconds at the disc's radius."""
+    """Return the figures of both directions as plain values, arcseconds at the disc's radius."""
     return {
         direction: {
             "total_arcsec": item.total,
@@ -52,7 +54,7 @@ def orbit_data(orbit: AxisOrbit) -> dict[str, Any]:
 
 
 def print_orbit(console: Console, orbit: AxisOrbit) -> None:
-    """Error motion after ISO 230-7 in two fixed sensitive directions."""
+    """Print the error motion according to ISO 230-7 in two fixed sensitive directions."""
     shown = table(
         "Error motion of the axis (ISO 230-7), ″ at the disc's radius",
         words("direction"),

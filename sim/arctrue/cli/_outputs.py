@@ -34,7 +34,7 @@ class OutputFolder(click.Path):
     """Accepts a folder that exists or can be made, and can be written to."""
 
     def __init__(self) -> None:
-        """The folder's name is free."""
+        """Accept any name of a folder."""
         super().__init__(file_okay=False, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:

@@ -11,22 +11,22 @@ WIDTH = 80
 
 
 def words(heading: str = "") -> Column:
-    """A left-aligned column of text; long text continues on the next line."""
+    """Make a left-aligned column of text; long text continues on the next line."""
     return Column(heading, overflow="fold")
 
 
 def number(heading: str) -> Column:
-    """A right-aligned column of numbers; a line break in the heading keeps the column narrow."""
+    """Make a right-aligned column of numbers; a line break in the heading keeps it narrow."""
     return Column(heading, justify="right", no_wrap=True)
 
 
 def table(title: str, *columns: Column, lines: bool = False) -> Table:
-    """An empty table of these columns; ``lines`` draws a line below each row."""
+    """Make an empty table of these columns; ``lines`` draws a line below each row."""
     return Table(*columns, title=title, title_justify="left", show_lines=lines)
 
 
 def pairs() -> Table:
-    """An empty two-column table of terms and their descriptions, without lines."""
+    """Make an empty two-column table of terms and their descriptions, without lines."""
     return Table.grid(padding=(0, 2))
 
 

@@ -118,7 +118,7 @@ def _budget(loaded: LoadedSet, model_file: Path | None, temperature: float | Non
 
 
 def _by_angle(made: Budget) -> dict[str, Any] | None:
-    """U with k = 2 at the readings; None if the budget is for the whole turn only."""
+    """Return U with k = 2 at the readings; None if the budget is for the whole turn only."""
     if made.u_by_angle_arcsec is None:
         return None
     return {

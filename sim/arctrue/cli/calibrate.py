@@ -42,7 +42,7 @@ _REFUSED_FAULTS = ("not_a_number", "empty")
 
 
 class _ManyRuns(click.Command):
-    """``--run 0 1 3`` is ``--run 0 --run 1 --run 3``."""
+    """A command for which ``--run 0 1 3`` means ``--run 0 --run 1 --run 3``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         expanded: list[str] = []
@@ -214,7 +214,7 @@ _OF_TWO_HEADS = (*_OF_HEAD1, "runs", "angle", "motion")
 
 
 def _refuse_given(names: Sequence[str], why: str) -> None:
-    """Raises ValueError where one of the options was given."""
+    """Raise ValueError if the user gave one of the options."""
     context = click.get_current_context()
     for name in names:
         if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
@@ -302,7 +302,7 @@ def _write_figures(json_file: Path | None, figures: dict[str, Any]) -> None:
 
 
 def _stop_if_refused(objections: Sequence[str], out: Path, *, force: bool) -> None:
-    """Say what is against the coefficients; ends the command unless they are forced."""
+    """Print the objections to the coefficients; end the command unless they are forced."""
     for objection in objections:
         tell_objection(objection, forced=force)
     if objections and not force:
@@ -476,12 +476,12 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
 
 
 def _finite(value: float) -> float | None:
-    """JSON has no infinity: what cannot be seen is null."""
+    """Return the value; None (null in JSON) if it is infinite: JSON has no infinity."""
     return float(value) if math.isfinite(value) else None
 
 
 def _plotted(draw: Callable[[], None], picture: Path) -> str:
-    """Draw it, and say where it is, or what is missing: the coefficients are there all the same."""
+    """Draw the plot and say where it is, or which extra is missing, without an error."""
     try:
         with needs_extras():
             draw()

@@ -133,7 +133,10 @@ def _method(measured: MeasurementSet) -> str:
 
 
 def _temperature(measured: MeasurementSet, details: CertificateDetails, file: Path) -> float:
-    """Mean of the recorded temperatures, else that of the file. Raises ValueError without."""
+    """Return the mean of the recorded temperatures, else the temperature in the file.
+
+    Raises ValueError without both.
+    """
     rows = [
         part.temperature_c
         for part in (measured.capture, measured.reference)

@@ -158,7 +158,7 @@ async def _run(daemon: type, settings: object) -> None:
 
 
 def _token(file: Path) -> str:
-    """Read the token of the store; make one the first time, readable by its owner alone."""
+    """Read the token of the store; make one at the first start, readable by its owner only."""
     file.parent.mkdir(parents=True, exist_ok=True)
     try:
         handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
@@ -228,7 +228,7 @@ def unit(folder: Path) -> None:
 
 
 def _program() -> str:
-    """The command of this installation."""
+    """Return the path of this installation's command."""
     return str(Path(sys.executable).with_name("arctrue"))
 
 

@@ -33,9 +33,10 @@ from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
 BESIDE_EFFECTS = 8
-"""Steps of a diagnosis besides those of the effects: fits, parts, noise and held-out rows."""
+"""Number of steps of a diagnosis in addition to those of the effects: fits, parts, noise and held-
+out rows."""
 SHOWN_AT_LEAST = 3
-"""Candidates that add nothing are left out beyond these."""
+"""Number of candidates that are always shown; further ones are shown only if they add something."""
 
 
 @click.command("diagnose", short_help="Say which effect a model lacks.")
@@ -102,15 +103,17 @@ def diagnose(
 def _guide(
     result: Diagnosis, measurement: MeasurementSet, folder: Path, model_file: Path | None
 ) -> list[str]:
-    """Return the instructions for the next measurement, one line each: at the table, then the
-    commands."""
+    """Return the instructions for the next measurement, one per line.
+
+    The steps at the table come first, then the commands.
+    """
     kind = result.next_measurement_kind
     if kind not in KINDS:
         return []
     try:
         at_the_table = steps(kind, measurement)
     except ValueError:
-        # Without a capture there are no detailed steps: print the diagnosis's own words.
+        # Without a capture there are no steps: the text of the diagnosis must suffice.
         return []
     typed = commands(kind, folder, model=model_file)
     return ["At the table:", *(f"  {line}" for line in at_the_table), "Then:"] + [
@@ -119,7 +122,10 @@ def _guide(
 
 
 def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
-    """The file of the adopted product. Raises ValueError when the verdict gives none."""
+    """Write the file of the adopted product and return its path.
+
+    Raises ValueError if the verdict has no product.
+    """
     found = None if result.described is None else result.described.effect
     if not isinstance(found, ProductOfParts):
         raise ValueError(f"nothing to adopt: the verdict is {result.verdict}, not unknown")
@@ -127,7 +133,7 @@ def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
 
 
 def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
-    """One row a channel, the name and the evidence in the first; a dash where it was not added."""
+    """Return one row per channel; the first has name and evidence; a dash: not fitted."""
     first = (item.name, probability(item.p_corrected), figure(item.delta_bic, 0))
     if after is None:
         return [(*first, "", "–", "–")]
@@ -143,7 +149,7 @@ def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
 
 
 def _by_what_lacks(untestable: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """The names of the effects by what the set lacks for them."""
+    """Group the names of the effects by what the set lacks for them."""
     found: dict[str, list[str]] = {}
     for name, lacking in untestable.items():
         found.setdefault("; ".join(lacking), []).append(name)

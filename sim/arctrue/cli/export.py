@@ -294,7 +294,7 @@ def export(
 
 
 def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet, float]:
-    """The model and the set with the temperature of the table, and the thermometer's lag."""
+    """Return the model and the set at the table's temperature, and the thermometer's lag."""
     with Progress("fitting the thermometer's lag"):
         lag = fitted_sensor_lag(model, loaded.observations, loaded.effects)
         measured = f"{figure(lag.value, 3)} s ± {figure(lag.sigma, 2)} s"
@@ -311,7 +311,7 @@ def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet,
 
 
 def _tell_what_became(became: Outcome) -> None:
-    """Every effect of the model: who takes it away, and what is left."""
+    """Print what corrects each effect of the model, and the remaining error."""
     effects_table = table(
         "What becomes of the model, RMS at head 1",
         words("effect"),
@@ -351,7 +351,7 @@ def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
 
 
 def _check_points(form: TableFormat, points: int | None) -> None:
-    """Raises ValueError for a number that the controller does not take."""
+    """Raise ValueError for a number that the controller does not accept."""
     least, most = form.least_points, form.most_points
     if points is not None and not least <= points <= most:
         takes = str(most) if least == most else f"{least} to {most}"

@@ -177,7 +177,7 @@ def _on_four_heads(
 
 
 def print_result(result: HiddenResult) -> None:
-    """Verdict, ladder, and the corrected output before and after."""
+    """Print the verdict, the history, and the corrected output before and after."""
     scale = result.settings.revolution
     say(f"What was hidden: {result.case.title}")
     console.print(ladder_table(result.diagnosed.ladder))

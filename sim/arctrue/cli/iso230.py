@@ -161,7 +161,7 @@ def _print_targets(which: Positioning, title: str) -> None:
 
 
 def target_columns(which: Positioning) -> dict[str, NDArray[np.float64]]:
-    """Figures per target, (targets,), by their symbols of ISO 230-2."""
+    """Return the figures per target, (targets,), by their symbols of ISO 230-2."""
     return {
         "x̄↑": which.up.mean_arcsec,
         "x̄↓": which.down.mean_arcsec,

@@ -113,7 +113,7 @@ def _turn(source: Watch | Console | None, seconds: float) -> TelemetryLine | Non
 
 
 def _capture(port: str, console: Console | None, seconds: float) -> MeasurementSet:
-    """A capture; without a ``console`` from the daemon, whose console is used for it alone."""
+    """Take a capture; without ``console``, open the daemon's console for this only."""
     if console is not None:
         return console.dump(seconds)
     console = open_console(port, lambda _: None)
@@ -133,7 +133,7 @@ _COLUMNS = (
     ("die °C", 6),
     ("order1″", 8),
 )
-"""The table is 76 columns wide, spaces included."""
+"""Columns of the live table, which is 76 columns wide, spaces included."""
 
 _HEAD = live_head(_COLUMNS)
 

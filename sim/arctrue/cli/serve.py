@@ -15,7 +15,7 @@ _STATE = Path("arctrue") / "page"
 
 
 def state_folder() -> Path:
-    """The default folder of sessions (XDG base directories)."""
+    """Return the default folder of sessions (XDG base directories)."""
     base = os.environ.get("XDG_STATE_HOME", "")
     return (Path(base) if base else Path.home() / ".local" / "state") / _STATE
 

@@ -173,7 +173,7 @@ def calibrated_file(folder: Path, file: Path, settings: CalibrationSettings | No
     file : Path
         The coefficient file, which is replaced.
     settings : CalibrationSettings, optional
-        Of the calibration; None: those of ``arctrue calibrate``.
+        Settings of the calibration; None: those of ``arctrue calibrate``.
 
     Returns
     -------

@@ -29,7 +29,7 @@ class Change:
 
 
 def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
-    """The index of the first turn with the coefficients that are active at the last turn.
+    """Return the index of the first turn with the coefficients that are active at the last turn.
 
     Each swap of the coefficients raises the telemetry's ``swaps``. Without a swap in ``turns``, it
     is the first turn after the board started, or the first one at all. ``turns`` is not empty.
@@ -44,7 +44,7 @@ def calibration_turn(turns: Sequence[Mapping[str, Any]]) -> int:
 
 
 def order_change(before: Sequence[float], now: Sequence[float]) -> tuple[float, float]:
-    """Size and u in arcseconds of an order's change; each argument is a row of ``harmonics``.
+    """Return size and u, arcseconds, of an order's change; arguments are rows of ``harmonics``.
 
     The row has order, amplitude, phase in radians, and u of cosine and of sine. The size is
     |A₂·exp(iφ₂) − A₁·exp(iφ₁)|; u is √(u₁² + u₂²).

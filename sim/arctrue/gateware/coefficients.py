@@ -175,7 +175,7 @@ class Coefficients:
         return dataclasses.replace(self, phase_offsets=offsets, amplitudes=amplitudes, thermal=None)
 
     def extent(self) -> tuple[float, float]:
-        """Bounds of |dε/dR| and of the largest amplitude of a lane in counts, at any temperature.
+        """Bound |dε/dR| and the largest amplitude of a lane in counts, at any temperature.
 
         The bounds are the largest value at RANGE_STEPS + 1 temperatures of ``thermal``, plus the
         most that a lane can exceed the chord between two of them, c₂h²/4. Phases are ignored:
@@ -345,8 +345,7 @@ class Coefficients:
             self.phases_rad,
             strict=True,
         ):
-            # Up to this limit, n·θ is an exact whole number and is reduced to one turn without
-            # rounding.
+            # order · angle is a whole number up to here: the reduction to one turn is exact.
             turn_counts: NDArray[Any] = order * angle % self.counts_per_rev
             if turn_step:
                 whole = _whole_part(order, turn_step)

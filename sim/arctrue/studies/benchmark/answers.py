@@ -1,4 +1,4 @@
-"""Whose answers are scored: those of a run, or anybody's from a file."""
+"""Answers to score: those of a run, or those of another program from a file."""
 
 from __future__ import annotations
 
@@ -74,10 +74,10 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
 
 
 def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> list[Judged]:
-    """Every set of one subject's results with truth and answer, in the order of the plan.
+    """Return every set of one subject's results with truth and answer, in the order of the plan.
 
-    Raises PlanError where the sets of a drawn seed are scored by another state of the scoring, and
-    AnswersError for a file of answers that is not as it should be.
+    Raises PlanError if the sets have a drawn seed and another state of the scoring than the plan,
+    and AnswersError for an invalid file of answers.
     """
     plan = read_plan(folders[0])
     if TIERS[plan.tier].seed is None:
@@ -93,14 +93,12 @@ def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> 
 
 
 def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
-    """The scores of every subject of which ``folder`` has results, over the sets that all have.
+    """Score every subject with results in ``folder`` on the sets that all subjects have.
 
-    Each with the ``header`` of the campaign that made its answers: a subject's answers are of one
-    state of what they depend on (see sources_of), and those of two subjects may differ in it.
-
-    Raises PlanError where there is no plan, AnswersError where there are no results, or where
-    subjects were asked about other sets (also than the frozen ones) or calculated with other
-    libraries.
+    Each score has the ``header`` of the campaign that made its answers: all answers of one subject
+    come from one state of its code (see sources_of), but two subjects may have different states.
+    Raises PlanError if there is no plan, AnswersError if there are no results, or if subjects have
+    other sets (also other than the frozen ones) or other libraries.
     """
     plan = read_plan(folder)
     results = {
@@ -142,7 +140,7 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
-    """Raise AnswersError where a set was not the frozen one."""
+    """Raise AnswersError if a set differs from the frozen one."""
     other = differing({key: item.result.get("set", "") for key, item in results.items()})
     if other:
         raise AnswersError(

@@ -1,8 +1,8 @@
-"""Injection at the detection bound: is what a diagnosis says it would have found, found?
+"""Injection at the detection bound: does a diagnosis find what it states to be detectable?
 
-A set with nothing in it is diagnosed, and says of each effect the smallest size that it would have
-found in 95 % of such sets. A cause of that size, by the RMS in every channel at least, is put into
-the same experiment, the noise is drawn anew, and the set is diagnosed again.
+A set with nothing in it is diagnosed; the diagnosis states for each effect the smallest size that
+it would have found in 95 % of such sets. A cause with at least this RMS in every channel is put
+into the same experiment, the noise is drawn anew, and the set is diagnosed again.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ def bound_campaign(
 
 
 def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
-    """One injection of ``effect``: the stated bound, the size put in, and what was said.
+    """Do one injection of ``effect``; return the stated bound, the injected size, the answer.
 
-    ``bound_rms_arcsec`` is None where the set with nothing in it states no bound of the effect,
-    because it cannot be tested or because the set is not said to be quiet.
+    ``bound_rms_arcsec`` is None if the diagnosis of the set with nothing in it states no bound of
+    the effect, because it cannot test the effect or does not call the set quiet.
     """
     effect = str(task["effect"])
     injection = INJECTIONS[effect]

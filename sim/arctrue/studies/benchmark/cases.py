@@ -37,7 +37,7 @@ def kept_cases(file: Path = FILE) -> list[dict[str, Any]]:
 
 
 def case_tasks(subject: str, file: Path = FILE) -> list[Task]:
-    """The sets of all cases as tasks."""
+    """Return the sets of all cases as tasks."""
     return [
         {**{name: case[name] for name in OF_A_SET}, "subject": subject} for case in kept_cases(file)
     ]

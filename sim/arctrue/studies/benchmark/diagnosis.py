@@ -29,7 +29,7 @@ def diagnosed(
 
 
 def arctrue(folder: Path) -> Answer:
-    """The diagnosis of this project, from the folder alone."""
+    """Answer with the diagnosis of this project, from the folder alone."""
     _, found = diagnosed(read_measurement_set(folder))
     answer = answer_of(diagnosis_data(found, default_model().names()))
     grounds = None if found.grounds is None else asdict(found.grounds)

@@ -15,7 +15,7 @@ def set_name(task: Task) -> str:
 
 
 def folder_digest(folder: Path) -> str:
-    """The first 16 hex digits of SHA-256 over the names and digests of a set's files."""
+    """Return the first 16 hex digits of SHA-256 over the names and digests of a set's files."""
     files = sorted(fingerprint(folder).items())
     return hashlib.sha256(
         "".join(f"{name} {found}\n" for name, found in files).encode()

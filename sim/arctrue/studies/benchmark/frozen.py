@@ -27,7 +27,7 @@ def task_digest(task: Task) -> str:
 
 
 def frozen_digests() -> dict[str, str]:
-    """The digest of each frozen set by its name."""
+    """Return the digest of each frozen set by its name."""
     found: dict[str, str] = json.loads(FILE.read_text(encoding="utf-8"))["sets"]
     return found
 

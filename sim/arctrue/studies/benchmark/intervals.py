@@ -80,7 +80,7 @@ def reliability(probability: Sequence[float] | Float, right: Sequence[bool] | Fl
 
 
 def expected_calibration_error(bins: Sequence[Bin]) -> float:
-    """Mean distance of stated probability and rate, weighted by the sets of each bin."""
+    """Compute the mean distance of stated probability and rate, weighted by sets per bin."""
     whole = sum(item.right.of for item in bins)
     gaps = [
         item.right.of * abs(item.mean_probability - item.right.hits / item.right.of)
@@ -103,7 +103,7 @@ class Estimate:
 
 
 def calibration_error(probability: Sequence[float], right: Sequence[bool]) -> Estimate:
-    """Mean distance of stated probability and rate over ten bins of equal count."""
+    """Compute the mean distance of stated probability and rate over ten bins of equal count."""
     return _bootstrap(
         lambda stated, was: expected_calibration_error(reliability(stated, was)), probability, right
     )

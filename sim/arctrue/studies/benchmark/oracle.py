@@ -63,7 +63,7 @@ def needed_noncentrality(effect: str) -> float:
 
 
 def inverse_times(noise: Noise, columns: Float) -> Float:
-    """C⁻¹ × ``columns`` ``(n, c)`` for C = W + Σ_j sigma_j²·K_j, W = diag(white²) > 0.
+    """Return C⁻¹ × ``columns`` ``(n, c)`` for C = W + Σ_j sigma_j²·K_j, W = diag(white²) > 0.
 
     Uses the matrix inversion lemma over the k Gauss–Markov processes. Their joint precision matrix
     is banded if their states are interleaved row by row: O(n·k²·(k + c)).
@@ -182,5 +182,5 @@ def _waves(angle_rad: NDArray[np.floating[Any]]) -> Float:
 
 
 def visible(sights: Sequence[Sight], matters_arcsec: float) -> bool:
-    """Tell whether the test sees a cause that changes the prediction by ``matters_arcsec``."""
+    """Tell whether the test sees a cause that changes the prediction by more than the limit."""
     return any(sight.sees and sight.rms_arcsec > matters_arcsec for sight in sights)

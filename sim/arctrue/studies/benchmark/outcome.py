@@ -76,7 +76,7 @@ class Judged:
 
     @property
     def accepted(self) -> Mapping[str, Sequence[str]]:
-        """Answers that are right or not false for this design: ``names``, ``alike``, ``verdicts``.
+        """Return further answers that are right or not false: ``names``, ``alike``, ``verdicts``.
 
         A set of the first generator has none besides its hidden causes.
         """
@@ -146,7 +146,7 @@ class Judged:
 
     @property
     def said(self) -> str:
-        """The answer in a word: the name, or the verdict."""
+        """Return the answer in a word: the name, or the verdict."""
         verdict, effects = self.answer["verdict"], self.answer.get("class") or []
         if verdict == "named":
             return str(self.answer.get("named"))
@@ -156,7 +156,7 @@ class Judged:
 
     @property
     def outcome(self) -> str:
-        """One of OUTCOMES."""
+        """Return one of OUTCOMES."""
         verdict = self.answer["verdict"]
         allowed = self.left_open
         if verdict == "named":
@@ -196,7 +196,7 @@ class Judged:
     def falsely_named(self) -> bool:
         """Tell whether a wrong name was given.
 
-        If no hidden cause has a name, a class of names counts too. A damped oscillation has no
+        If no hidden cause has a name, a class of names counts too. Only a damped oscillation has no
         name.
         """
         outcome = self.outcome

@@ -68,7 +68,7 @@ class PlanError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class TierPlan:
-    """A tier with its seed, and the digests of what was fixed before the seed was drawn."""
+    """A tier with its seed, and the digests of the code as it was before the seed was drawn."""
 
     tier: str
     sets: int
@@ -79,10 +79,10 @@ class TierPlan:
     scoring: str
     """The oracle and the thresholds."""
     source: str = SIMULATED
-    """Which generator makes the sets: one of SOURCES."""
+    """Generator that makes the sets: one of SOURCES."""
 
     def tasks(self, subject: str) -> list[Task]:
-        """Every set as a task, worlds in turn."""
+        """Return every set as a task, worlds in turn."""
         if self.tier == CASES:
             return case_tasks(subject)
         if self.source not in SOURCES:
@@ -177,7 +177,7 @@ def make_plan(
 
 
 def read_plan(folder: Path) -> TierPlan:
-    """The plan of a folder. Raises PlanError where there is none."""
+    """Read the plan of a folder. Raises PlanError if there is none."""
     path = folder / FILE
     try:
         return read_json(path, TierPlan)

@@ -69,7 +69,7 @@ class Stated:
 
     @property
     def grounds(self) -> Grounds:
-        """Return the grounds as the diagnosis has them, without those that no feature uses."""
+        """Return the grounds in the form of the diagnosis, without values that no feature uses."""
         away = Distance(self.untested, self.runs, self.visits, self.left, self.not_white)
         return Grounds(self.evidence, 0.0, 0.0, 0.0, None, 0.0, 0, self.ways, away, self.rests_on)
 

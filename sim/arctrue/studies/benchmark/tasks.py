@@ -1,4 +1,4 @@
-"""Which worlds, contents and seeds the sets of a plan have."""
+"""The worlds, contents and seeds of the sets of a plan."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def mixed_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
 
 
 def _set_seed(entropy: list[int]) -> int:
-    """A seed of 53 bits: a whole number in every reader of JSON."""
+    """Return a seed of 53 bits, which every reader of JSON holds exactly."""
     high, low = np.random.SeedSequence(entropy).generate_state(2, np.uint32)
     return (int(high) >> 11) * 2**32 + int(low)
 

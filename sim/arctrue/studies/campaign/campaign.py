@@ -54,7 +54,7 @@ class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """How far a campaign has come.
+    """Progress of a campaign.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class Campaign:
     work : str
         ``module:function``, importable on every worker.
     tasks : sequence of mapping
-        What the function is called with, one task each.
+        Arguments of the function, one per task.
     folder : Path
         Folder of the results.
     facts : mapping

@@ -30,11 +30,11 @@ class Result:
     Parameters
     ----------
     key : str
-        Of the task.
+        Key of the task.
     task : mapping
-        What the work was called with.
+        Argument of the work.
     result : mapping
-        What it returned.
+        Return value of the work.
     """
 
     key: str

@@ -23,7 +23,7 @@ class BenchStage:
 
     @classmethod
     def read(cls, file: Path) -> BenchStage | None:
-        """The last stage written, or None before the first."""
+        """Read the last stage written, or None before the first."""
         if not file.exists():
             return None
         return read_json(file, cls)

@@ -41,12 +41,12 @@ class DemoSettings:
 
     @property
     def arcsec_per_count(self) -> float:
-        """One count in seconds of arc."""
+        """Return one count in seconds of arc."""
         return arcsec_per_count(self.counts_per_rev)
 
     @property
     def speed_rad_s(self) -> float:
-        """Mean speed of the table in this time scale."""
+        """Return the mean speed of the table in this time scale."""
         return 2 * 3.141592653589793 / self.counts_per_rev * self.clock_hz / self.clocks_per_count
 
     def console_commands(self) -> list[str]:

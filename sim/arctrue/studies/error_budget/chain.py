@@ -97,12 +97,12 @@ class Left:
 
     @property
     def rms_arcsec(self) -> float:
-        """RMS over the turn, offset included."""
+        """Return the RMS over the turn, offset included."""
         return float(np.sqrt(np.mean(self.error_arcsec**2) + self.offset_arcsec**2))
 
 
 def disc() -> tuple[Cause, ...]:
-    """The disc of ``arctrue revolution``, and an order 11."""
+    """Return the disc of ``arctrue revolution``, and an order 11."""
     return (
         DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
         GraduationHarmonics(
@@ -212,7 +212,7 @@ def _calibrated(
 
 
 def _correction(sources: Collection[Source], estimate: Estimate, reading: Float) -> Float:
-    """ε(R) of the estimate, arcseconds, in the number formats of the sources.
+    """Return ε(R) of the estimate, arcseconds, in the number formats of the sources.
 
     For the paper's method ε is a function of the angle. Taking it at the reading is the
     approximation in (8); without that source the angle is found first.

@@ -113,7 +113,7 @@ def error_budget(
 
 
 def expected_of_noise_arcsec() -> float:
-    """RMS over the turn of white noise on both readings through TF(n), equation (6).
+    """Return the RMS over the turn of white noise on both readings through TF(n), equation (6).
 
     A component of an order of R₂ − R₁ has the variance 2 σ² · 2 / samples.
     """
@@ -130,7 +130,7 @@ def _rms(runs: list[Left]) -> dict[str, float]:
 
 
 def _of_order(runs: list[Left], exact: Left, order: int) -> float:
-    """RMS over the turn of the error of one order of the estimate."""
+    """Return the RMS over the turn of the error of one order of the estimate."""
     at = int(np.flatnonzero(order == ORDERS)[0])
     both = np.array([at, at + ORDERS.size])
     off = np.array([run.estimate.values[both] - exact.estimate.values[both] for run in runs])
@@ -138,7 +138,7 @@ def _of_order(runs: list[Left], exact: Left, order: int) -> float:
 
 
 def _by_angle(runs: list[Left], angle: Float) -> dict[str, list[float]]:
-    """U (k = 2) at every angle: by the covariance of one calibration, and by the draws.
+    """Return U (k = 2) at every angle: by the covariance of one calibration, and by the draws.
 
     The covariance contains noise and α. The draws contain all sources: twice the root mean square
     error in bins around the angle.

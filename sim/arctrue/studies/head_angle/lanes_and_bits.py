@@ -19,13 +19,13 @@ COUNTS_PER_REV = 1 << 24
 
 
 def residual_of_lanes(disc: Disc, lanes: int) -> float:
-    """RMS of the orders without a lane, arcseconds; the largest orders get the lanes."""
+    """Return the RMS of the orders without a lane, arcseconds; the largest orders get the lanes."""
     left = np.sort(disc.amplitude_arcsec)[::-1][lanes:]
     return float(np.sqrt(0.5 * np.sum(left**2)))
 
 
 def cosine_rms(width: int, iterations: int, phases: int = 1 << 14) -> float:
-    """RMS error of the bit-true cosine over so many even phases.
+    """Return the RMS error of the bit-true cosine over ``phases`` even phases.
 
     Raises ValueError for a width or a number of iterations that is not built.
     """
@@ -36,17 +36,17 @@ def cosine_rms(width: int, iterations: int, phases: int = 1 << 14) -> float:
 
 
 def residual_of_bits(disc: Disc, width: int, iterations: int) -> float:
-    """RMS error of the output through the cosine alone, all orders having lanes, arcseconds."""
+    """Return the RMS error of the output due to the cosine, with lanes for all orders, arcsec."""
     return cosine_rms(width, iterations) * float(np.linalg.norm(disc.amplitude_arcsec))
 
 
 def rounding_arcsec() -> float:
-    """RMS of rounding the corrected angle to a count, which lanes and bits do not reduce."""
+    """Return the RMS of rounding to a count, which lanes and bits do not reduce."""
     return arcsec_per_count(COUNTS_PER_REV) / float(np.sqrt(12.0))
 
 
 def residual_map(disc: Disc) -> Float:
-    """RMS through the cosine, ``(widths, iterations)``, arcseconds."""
+    """Return the RMS due to the cosine, ``(widths, iterations)``, arcseconds."""
     return np.array(
         [[residual_of_bits(disc, width, count) for count in ITERATIONS] for width in WIDTHS]
     )

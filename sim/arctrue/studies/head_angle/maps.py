@@ -44,7 +44,7 @@ def least_worst_gain(most_order: int) -> float:
 
 
 def blind_orders(alpha_deg: float, most_order: int) -> list[int]:
-    """Orders up to ``most_order`` that cannot be seen."""
+    """Return the orders up to ``most_order`` that cannot be seen."""
     orders = np.arange(1, most_order + 1)
     return [int(n) for n in orders[~np.isfinite(noise_gain(orders, math.radians(alpha_deg)))]]
 
@@ -58,7 +58,7 @@ class Disc:
 
     @classmethod
     def of_paper(cls) -> Disc:
-        """The disc of ``arctrue revolution``: the paper's range of error."""
+        """Return the disc of ``arctrue revolution``: the paper's range of error."""
         return cls(
             np.array([1, *GRADUATION_ORDERS]), np.array([ECCENTRICITY_ARCSEC, *GRADUATION_ARCSEC])
         )
@@ -83,7 +83,7 @@ class AlphaChoice:
 
     @property
     def total_arcsec(self) -> float:
-        """Both together."""
+        """Return the root sum of squares of both errors."""
         return math.hypot(self.noise_arcsec, self.by_mounting_arcsec)
 
 

@@ -1,2 +1,1 @@
-"""Shows on fresh turns, without a fit, what the calibrated mean of four heads corrects and two
-heads cannot."""
+"""Shows on fresh turns which errors the mean of four heads corrects and two heads do not."""

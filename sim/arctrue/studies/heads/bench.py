@@ -128,8 +128,7 @@ class Bench:
         )
 
     def mean(self, motion: MotionOrders = "every") -> Coefficients:
-        """Return the gateware's words for the mean of all heads, and a set for each missing
-        head."""
+        """Return the gateware's words for the mean of all heads, and a set per missing head."""
         coefficients, refused = mean_banks(self.estimate(motion).on_disc(), COUNTS_PER_REV)
         if refused:
             raise refused[0]

@@ -154,7 +154,7 @@ def _at_once(settings: HiddenSettings) -> list[Cause]:
 
 
 SLOW = 0.5
-"""Share of the usual speed in the second measured run."""
+"""Second measured speed, as a share of the usual speed."""
 BETWEEN = 0.7
 """Share of the usual speed at which nothing was measured."""
 

@@ -46,20 +46,20 @@ class Life:
 
 
 def wearing_bearing(days: Float, begin: float, random: Random) -> Course:
-    """Wear in proportion to a power of the time since its begin, between 1 and 2."""
+    """Simulate wear in proportion to a power of the time since its begin, between 1 and 2."""
     whole, power = random.uniform(120.0, 400.0), random.uniform(1.0, 2.0)
     return np.asarray((np.maximum(days - begin, 0.0) / whole) ** power)
 
 
 def loosening_bracket(days: Float, begin: float, random: Random) -> Course:
-    """Knocks at irregular instants, every 25 days on average; each gives a little play."""
+    """Simulate knocks at irregular instants, every 25 days on average; each gives a little play."""
     knocks = begin + np.cumsum(random.exponential(25.0, 60))
     play = random.uniform(0.05, 0.15, 60)
     return np.asarray((days[:, None] >= knocks) @ play)
 
 
 def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Creep with the logarithm of time, as of a bolted joint; it goes on to the limit."""
+    """Simulate creep with the logarithm of time, as of a bolted joint, beyond the limit."""
     constant = random.uniform(30.0, 120.0)
     whole = random.uniform(200.0, 400.0)
     elapsed = np.maximum(days - begin, 0.0)
@@ -67,13 +67,13 @@ def creeping_clamp(days: Float, begin: float, random: Random) -> Course:
 
 
 def settled_clamp(days: Float, begin: float, random: Random) -> Course:
-    """Creep that ends at half of the limit or below: no alarm is right."""
+    """Simulate creep that ends at half of the limit or below: no alarm is right."""
     end, constant = random.uniform(0.2, 0.5), random.uniform(20.0, 80.0)
     return np.asarray(end * -np.expm1(-np.maximum(days - begin, 0.0) / constant))
 
 
 def healthy(days: Float, begin: float, random: Random) -> Course:
-    """Nothing changes."""
+    """Simulate no change."""
     return np.zeros(days.size)
 
 
@@ -87,7 +87,7 @@ KINDS: dict[str, Callable[[Float, float, Random], Course]] = {
 
 
 def simulated_life(kind: str, seed: int) -> Life:
-    """A life of one kind; an amplitude with a phase for the bearing, a signed size otherwise."""
+    """Simulate a life of one kind; sizes are signed, for the bearing an amplitude with a phase."""
     random = np.random.default_rng([seed, list(KINDS).index(kind)])
     parts = 2 if kind == "bearing that wears" else 1
     begin = float(random.uniform(100.0, 300.0))

@@ -29,7 +29,7 @@ class Truth:
         self._count_arcsec = arcsec_per_count(scenario.scale.counts_per_rev)
 
     def _turn(self, number: int) -> tuple[Float, Float]:
-        """Reading in radians and error in arcsec, (PLACES,), at even instants of a turn."""
+        """Return reading in radians and error in arcsec, (PLACES,), at even instants."""
         begin, end = (self._course.time_at_turn(float(turn)) for turn in (number - 1, number))
         places: Float = (np.arange(PLACES) + 0.5) / PLACES
         instants: Float = begin + places * (end - begin)
@@ -39,11 +39,11 @@ class Truth:
         return reading, error - error.mean()
 
     def error_arcsec(self, number: int) -> Float:
-        """Reading minus true angle in turn ``number`` (first: 1), mean removed, (PLACES,)."""
+        """Return the error in turn ``number`` (first: 1), mean removed, (PLACES,)."""
         return self._turn(number)[1]
 
     def left_arcsec(self, turn: ScenarioTurn) -> float:
-        """RMS of that turn's error minus the correction by the coefficients at its end."""
+        """Return the RMS of a turn's error minus the correction by its last coefficients."""
         reading, error = self._turn(turn.number)
         if turn.bank is not None:
             bank = turn.bank

@@ -81,7 +81,7 @@ class FreeSpin:
 
 
 def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
-    """Times in seconds and readings in radians of the lines, spin by spin.
+    """Return times in seconds and readings in radians of the lines, spin by spin.
 
     Raises ValueError for a spin that ends before its turns.
     """
@@ -121,7 +121,7 @@ def timed_lines(world: World, spin: FreeSpin) -> list[tuple[Float, Float]]:
 
 
 def harmonics_of_spin(world: World, spin: FreeSpin) -> tuple[NDArray[np.int64], Float]:
-    """Orders and values of head 1's error as a function of its reading."""
+    """Return orders and values of head 1's error as a function of its reading."""
     orders = world.settings.orders
     torque = np.asarray(spin.fitted_torque_orders, dtype=np.float64)
     sums = NormalEquations(2 * orders.size + 2 * torque.size)

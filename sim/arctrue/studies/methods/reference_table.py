@@ -12,7 +12,7 @@ Float = NDArray[np.float64]
 
 
 def station_errors(world: World) -> tuple[Float, Float]:
-    """Readings in radians and mean errors in arcseconds at the faces, ``(faces,)``."""
+    """Return readings in radians and mean errors in arcseconds at the faces, ``(faces,)``."""
     reading, errors, _ = world.stations([0] * world.settings.cycles)
     return reading, np.asarray(errors.mean(axis=0))
 

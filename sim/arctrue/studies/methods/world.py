@@ -107,7 +107,7 @@ class MethodsSettings:
 
     @classmethod
     def compared(cls, minutes: float = 16.0, seed: int = 1) -> MethodsSettings:
-        """World of ``arctrue methods``: index detection ± 50″, radii ± 0.1 mm, more orders."""
+        """Return the world of ``arctrue methods``: index to ± 50″, radii ± 0.1 mm, more orders."""
         return cls(
             minutes=minutes,
             seed=seed,
@@ -236,11 +236,11 @@ class World:
             yield np.stack([table.counts(head, state, random) for head in range(len(places_rad))])
 
     def reading_at_rest_rad(self, angle_rad: Float) -> Float:
-        """Head 1 at rest at each angle, mean of many latches: no noise, no quantisation."""
+        """Read head 1 at rest at each angle, mean of many latches, without noise and rounding."""
         return self.table().reading_rad(0, TableState.at_rest(angle_rad))
 
     def instruments(self) -> tuple[Polygon, Autocollimator]:
-        """The polygon and the autocollimator of the paper's Table 3."""
+        """Return the polygon and the autocollimator of the paper's Table 3."""
         random = np.random.default_rng([self.settings.seed, 24])
         return (
             PUBLISHED.drawn_polygon(random),

@@ -178,7 +178,7 @@ def drawn(seed: int, case: str) -> dict[str, float]:
 
 
 def ellipse_m(values: Values) -> tuple[complex, complex]:
-    """The two circles of the radial motion, metres."""
+    """Return the two circles of the radial motion, metres."""
     return (
         cmath.rect(values["forward_um"] * 1e-6, values["forward_rad"]),
         cmath.rect(values["backward_um"] * 1e-6, values["backward_rad"]),

@@ -167,7 +167,7 @@ def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:
 
 
 def true_error(table: RotaryTable, temperature_c: float) -> tuple[Float, Float]:
-    """Readings of head 1 at even true angles and their error R₁ − θ in arcseconds, (2048,) each.
+    """Return readings of head 1 at even true angles, and R₁ − θ in arcseconds, (2048,) each.
 
     The values exclude noise and rounding, at one temperature: they are the target of the
     calibration.
@@ -180,7 +180,7 @@ def true_error(table: RotaryTable, temperature_c: float) -> tuple[Float, Float]:
 
 
 def components(reading_rad: Float, error_arcsec: Float) -> Float:
-    """Cosines, then sines of orders 1 to 32 of the error as a function of the reading, (64,).
+    """Return cosines, then sines of orders 1 to 32 of the error over the reading, (64,).
 
     (1/π)·∮ ε·e^{jnR} dR, taken over the true angle: dR = (1 + ε′) dθ.
     """
@@ -193,7 +193,7 @@ def components(reading_rad: Float, error_arcsec: Float) -> Float:
 
 
 def _in_stated_covariance(estimate: Estimate, off: Float) -> tuple[Float, Float]:
-    """Squared deviation of each order in the covariance of its components, and their variance.
+    """Return each order's squared deviation in its covariance, and the mean variance.
 
     An order that cannot be seen has an infinite stated variance: its squared deviation is 0.
     """
@@ -208,7 +208,7 @@ def _in_stated_covariance(estimate: Estimate, off: Float) -> tuple[Float, Float]
 
 
 def _over_the_turn(estimate: Estimate, off: Float, places: Float) -> tuple[Float, Float]:
-    """Error of the estimate at readings, and its stated standard uncertainty, arcseconds."""
+    """Return the error of the estimate at readings, and its stated u, arcseconds."""
     phase = np.multiply.outer(places, estimate.orders)
     waves = np.hstack([np.cos(phase), np.sin(phase)])
     variance = np.diag(estimate.covariance)
@@ -221,7 +221,7 @@ def _over_the_turn(estimate: Estimate, off: Float, places: Float) -> tuple[Float
 def _left_after_gateware(
     coefficients: Coefficients, reading_rad: Float, error_arcsec: Float, places: Float
 ) -> Float:
-    """Error of the corrected angle at readings, through the bit-true gateware, no mean."""
+    """Return the error of the angle that the bit-true gateware corrects, mean removed."""
     counts_per_rev = coefficients.counts_per_rev
     turn = 2.0 * np.pi
     # For its mean, the error is evaluated over a whole turn of readings, in the middle of each

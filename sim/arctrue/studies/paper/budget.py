@@ -12,7 +12,7 @@ COVERAGE_FACTOR = 2.0
 
 
 def bessel_deviation(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Work out the standard deviation of a single value at every face, equation (13).
+    """Calculate the standard deviation of a single value at every face, equation (13).
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def bessel_deviation(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def mounting_eccentricity_rad(offset_m: float, flatness_m: float, width_m: float) -> float:
-    """Work out u₄ of a hollow face that is not observed in its middle.
+    """Calculate u₄ of a hollow face that is not observed in its middle.
 
     Equation (14) without its factor ρ, which converts to arcseconds.
 
@@ -57,7 +57,7 @@ def mounting_eccentricity_rad(offset_m: float, flatness_m: float, width_m: float
 
 
 def tower_difference_rad(working_angle_rad: float, tilt_rad: float) -> float:
-    """Work out u₅ of faces that are tilted against the axis.
+    """Calculate u₅ of faces that are tilted against the axis.
 
     Equation (15) without its factor ρ, which converts to arcseconds.
 

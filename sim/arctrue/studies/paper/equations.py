@@ -81,7 +81,7 @@ def _order(values: Float, order: int) -> complex:
 
 
 def definition() -> Item:
-    """(1)."""
+    """Evaluate equation (1)."""
     _, error, _ = _geometry()
     # A servo that moves the reading to the target stops at target − ε.
     amplitude = 2.0 * abs(_order(error, 1))
@@ -96,7 +96,7 @@ def definition() -> Item:
 
 
 def readings() -> Item:
-    """(2) and (3)."""
+    """Evaluate equations (2) and (3)."""
     angle, first, second = _geometry()
     orders = np.arange(1, 8)
     lines = np.fft.rfft(first)[orders] * (2.0 / angle.size)
@@ -114,7 +114,7 @@ def readings() -> Item:
 
 
 def difference() -> Item:
-    """(4) and (5)."""
+    """Evaluate equations (4) and (5)."""
     _, first, second = _geometry()
     off = [
         abs(
@@ -133,7 +133,7 @@ def difference() -> Item:
 
 
 def transfer() -> Item:
-    """(6)."""
+    """Evaluate equation (6)."""
     gain = noise_gain(np.array([1, 11, 120]), HEAD_SEPARATION_RAD)
     return Item(
         "(6)",
@@ -146,7 +146,7 @@ def transfer() -> Item:
 
 
 def self_calibration() -> Item:
-    """(7)."""
+    """Evaluate equation (7)."""
     angle, first, second = _geometry()
     lines = np.fft.rfft(second - first)[ORDERS] / angle.size
     found = 2.0 * lines * transfer_function(ORDERS, HEAD_SEPARATION_RAD)
@@ -162,7 +162,7 @@ def self_calibration() -> Item:
 
 
 def correction() -> Item:
-    """(8)."""
+    """Evaluate equation (8)."""
     amplitude = 150.0
     angle: Float = np.arange(4096) * np.float64(2.0 * np.pi / 4096)
     reading = angle + amplitude * np.cos(angle) / ARCSEC_PER_RAD
@@ -186,7 +186,7 @@ def correction() -> Item:
 
 
 def cosines() -> Item:
-    """(9)."""
+    """Evaluate equation (9)."""
     value = complex(-60.0, 40.0)
     angle: Float = np.arange(360) * np.float64(np.pi / 180.0)
     complex_sum = 2.0 * (value * np.exp(1j * angle)).real
@@ -204,7 +204,7 @@ def cosines() -> Item:
 
 
 def rotation() -> Item:
-    """(10) and (11)."""
+    """Evaluate equations (10) and (11)."""
 
     def cosine(sign: float) -> float:
         scale = 1.0 / math.prod(math.sqrt(1.0 + 4.0**-i) for i in range(CORDIC_ITERATIONS))
@@ -231,7 +231,7 @@ def rotation() -> Item:
 
 
 def cosine() -> Item:
-    """(12)."""
+    """Evaluate equation (12)."""
     phase = np.arange(0, 1 << PHASE_WIDTH, 1 << (PHASE_WIDTH - 18), dtype=np.int32)
     exact = np.cos(phase * (2.0 * math.pi / (1 << PHASE_WIDTH)))
     error = float(np.max(np.abs(lane_cosine(phase) * 2.0 ** (2 - COSINE_WIDTH) - exact)))
@@ -245,7 +245,7 @@ def cosine() -> Item:
 
 
 def instrument_terms() -> Item:
-    """(14) and (15)."""
+    """Evaluate equations (14) and (15)."""
     fourth = ARCSEC_PER_RAD * mounting_eccentricity_rad(
         PUBLISHED.mounting_offset_m, PUBLISHED.flatness_m, PUBLISHED.face_width_m
     )
@@ -263,7 +263,7 @@ def instrument_terms() -> Item:
 
 
 def first_bound() -> Item:
-    """(A.1)."""
+    """Evaluate equation (A.1)."""
     value = approximation_bound(CORDIC_ITERATIONS)
     return Item(
         "(A.1)",
@@ -275,7 +275,7 @@ def first_bound() -> Item:
 
 
 def accumulated() -> Item:
-    """(A.2): carries a unit error through the later rotations."""
+    """Evaluate equation (A.2): carry a unit error through the later rotations."""
     worst = 0.0
     for j in range(1, CORDIC_ITERATIONS):
         error = complex(1.0, 0.0)
@@ -294,7 +294,7 @@ def accumulated() -> Item:
 
 
 def rounding_units() -> Item:
-    """(A.3) and (A.4)."""
+    """Evaluate equations (A.3) and (A.4)."""
     printed = 2.0 ** (0.5 - COSINE_WIDTH)
     right = math.sqrt(2.0) * 2.0 ** -(COSINE_WIDTH - 1)
     return Item(
@@ -307,7 +307,7 @@ def rounding_units() -> Item:
 
 
 def second_bound() -> Item:
-    """(A.5)."""
+    """Evaluate equation (A.5)."""
     bound = rounding_bound(COSINE_WIDTH, CORDIC_ITERATIONS)
     total = bound + approximation_bound(CORDIC_ITERATIONS)
     return Item(
@@ -321,7 +321,7 @@ def second_bound() -> Item:
 
 
 def delays() -> Item:
-    """Table 1."""
+    """Evaluate Table 1."""
     count_ns = 360e9 / COUNTS_PER_REV / SPEED_DEG_S
     clock_ns = 1e9 / CLOCK_HZ
     pins_ns = pin_to_pin_clocks()[1] * clock_ns
@@ -345,7 +345,7 @@ def delays() -> Item:
 
 
 def measuring_equipment() -> Item:
-    """Table 2."""
+    """Evaluate Table 2."""
     budget = PUBLISHED.budget
     largest = max(abs(limit) for limit in PUBLISHED.before_arcsec)
     return Item(
@@ -363,7 +363,7 @@ def measuring_equipment() -> Item:
 
 
 def resolution() -> Item:
-    """Section 4."""
+    """Evaluate the resolution in section 4."""
     value = arcsec_per_count(COUNTS_PER_REV)
     eccentricity = ECCENTRICITY_M / DISC_RADIUS_M * ARCSEC_PER_RAD
     samples = RevolutionSettings().samples

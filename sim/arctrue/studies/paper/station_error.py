@@ -34,7 +34,7 @@ class StationErrors:
         return float(self.mean_arcsec.min()), float(self.mean_arcsec.max())
 
     def budget(self, published: Published) -> UncertaintyBudget:
-        """Work out table 3 with the repeatability that was measured here.
+        """Calculate Table 3 with the repeatability that was measured here.
 
         Parameters
         ----------
@@ -62,7 +62,7 @@ class StationErrors:
 
 
 def station_errors(readings_rad: Float) -> StationErrors:
-    """Work out the errors of the faces: error = −reading.
+    """Calculate the errors of the faces: error = −reading.
 
     A table beyond its target turns the face further. The mean of each cycle is its arbitrary zero
     and is removed, as an autocollimator is set to zero before a cycle.

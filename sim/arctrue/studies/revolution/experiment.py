@@ -50,7 +50,7 @@ class RevolutionResult:
     wall_s: float
     """Duration of the run on this computer, seconds."""
     faults: tuple[str, ...]
-    """What is wrong with the result, in words; empty: nothing."""
+    """Descriptions of the faults in the result; empty: none."""
 
     @property
     def limit_arcsec(self) -> float:

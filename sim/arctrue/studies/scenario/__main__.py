@@ -10,7 +10,7 @@ from typing import Any
 
 
 def results_table(files: Sequence[Path]) -> str:
-    """One line a file of ``arctrue run --json``, in markdown: what its last turn came to."""
+    """Return a table in markdown: the last turn in each file of ``arctrue run --json``."""
     lines = [
         "| Scenario | Turns | Applied | Refused "
         "| Not corrected, RMS | Corrected, RMS | Edges | Mean | Reference |",

@@ -313,8 +313,8 @@ class Scenario:
     def _legs_in_samples(self) -> list[Leg]:
         """Return the legs with the simulated part of a pause rounded to whole sample periods.
 
-        The motion after the pause then meets the gateware's clock and sampler where it would
-        without the pause.
+        The clock and the sampler of the gateware then have the same phase after the pause as
+        without it.
         """
         if not self.speeds_rad_s:
             return list(self.legs)

@@ -40,7 +40,7 @@ class Axis:
     torque_limit_n_m: float = 5.0
 
     def friction(self, speed: Float, bend: Float, step_s: float) -> tuple[Float, Float]:
-        """Torque of the friction and the bristles' bend a step later, each ``(n,)``.
+        """Return the torque of the friction and the bristles' bend a step later, each ``(n,)``.
 
         The bend is computed implicitly: while the axis slides it settles within less than a step.
         """

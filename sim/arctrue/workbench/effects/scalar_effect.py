@@ -43,8 +43,7 @@ class ScalarEffect(Effect):
 
 
 class ScalarOfEachHead(ScalarEffect):
-    """An effect that each head has separately, such as a bracket angle or a delay: one number per
-    head.
+    """An effect of each head, such as a bracket angle or a delay, with one number per head.
 
     Heads 2, 3, … have one coefficient each; an effect of head 1 changes all of them equally. The
     setting ``heads`` lists the heads that have coefficients instead, and may contain head 1.

@@ -109,7 +109,7 @@ def explain(
     matters_counts: float = MATTERS_COUNTS,
     report_step: ReportStep = lambda text: None,
 ) -> Explanation:
-    """Add what is named, drop what became idle, and say what is left.
+    """Add the named effects, drop the idle ones, and diagnose the remainder.
 
     Effects that ``model`` had stay. Raises NotTestableError for one that the set cannot test.
     """

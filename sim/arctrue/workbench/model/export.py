@@ -55,7 +55,7 @@ does."""
 
 @dataclass(frozen=True)
 class Export:
-    """Coefficients, and descriptions of what stays uncorrected."""
+    """Coefficients, and descriptions of the uncorrected errors."""
 
     coefficients: Coefficients
     orders: list[int]
@@ -562,8 +562,7 @@ class _FollowedLanes:
         ]
 
     def extension(self, first_lane: int) -> Extension:
-        """Make the extension; ``first_lane`` lanes precede. Raises ValueError for a steep
-        reversal."""
+        """Make the extension after ``first_lane`` lanes. Raises ValueError for a steep reversal."""
         assert self.settings is not None
         assert self.observations.counts_per_rev is not None
         width_counts = self.settings.reversal_width_deg / 360.0 * self.observations.counts_per_rev

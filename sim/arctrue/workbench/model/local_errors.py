@@ -27,19 +27,19 @@ WINDOWS = (1, 2, 4)
 
 
 def local_errors(model: Model, effects: Mapping[str, type[Effect]]) -> dict[int, LocalError]:
-    """Find the effects of a fitted model that a local table can take away.
+    """Find the effects of a fitted model that a local table can correct.
 
     Parameters
     ----------
     model : Model
-        Effects without coefficients are left out.
+        The model; its effects without coefficients are left out.
     effects : mapping of str to type[Effect]
         The catalogue.
 
     Returns
     -------
     dict of int to LocalError
-        By the place in the model.
+        The local errors by the place of their effect in the model.
     """
     found = {}
     for index, entry in enumerate(model.effects):
@@ -57,20 +57,20 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
     Parameters
     ----------
     errors : sequence of LocalError
-        At least one. Every point holds the sum of all, so that windows may overlap.
+        One error or more. Every point holds the sum of all, so that windows may overlap.
     counts_per_rev : int
         Counts of a turn.
 
     Returns
     -------
     LocalTable
-        With the narrowest windows that hold each error and the most fraction bits that hold the
-        largest point; more than four errors share one window of the whole turn.
+        The table with the narrowest windows that hold each error and the most fraction bits that
+        hold the largest point; more than four errors share one window of the whole turn.
 
     Raises
     ------
     ValueError
-        Where the errors exceed what a point holds.
+        The errors exceed the range of a point.
     """
     widest = 2.0 * max(error.half_width_rad for error in errors)
     exponent = int(np.clip(np.floor(np.log2(2.0 * np.pi / widest)), 0, WINDOW_EXPONENT_MOST))
@@ -98,12 +98,12 @@ def table_of(errors: Sequence[LocalError], counts_per_rev: int) -> LocalTable:
 
 
 def taken_off_arcsec(table: LocalTable, counts_per_rev: int, reading_rad: Float) -> Float:
-    """Calculate what the gateware takes off, with its own rounding.
+    """Calculate the correction of the gateware, with its own rounding.
 
     Parameters
     ----------
     table : LocalTable
-        As in the coefficient file.
+        The table of the coefficient file.
     counts_per_rev : int
         Counts of a turn.
     reading_rad : ndarray, shape (n,)
@@ -112,7 +112,7 @@ def taken_off_arcsec(table: LocalTable, counts_per_rev: int, reading_rad: Float)
     Returns
     -------
     ndarray, shape (n,)
-        Arcseconds.
+        Correction, arcseconds.
     """
     turn = np.asarray(reading_rad, dtype=np.float64) / (2.0 * np.pi)
     counts = np.rint(turn * counts_per_rev).astype(np.int64) % counts_per_rev

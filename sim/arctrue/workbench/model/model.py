@@ -30,15 +30,15 @@ class ModelEffect:
     name : str
         Public name of the effect.
     settings : dict, optional
-        Those that differ from the effect's own.
+        Settings that differ from the effect's defaults.
     search : dict of str to float, optional
         Values of the search parameters, in their units.
     columns : list of str, optional
-        One name a coefficient.
+        One name per coefficient.
     coefficients : list of float, optional
         Fitted values, arcseconds or the effect's own unit.
     parameters : dict of str to Parameter, optional
-        The same as people read them: value, standard uncertainty, unit.
+        The same quantities for people: value, standard uncertainty, unit.
     """
 
     name: str
@@ -59,13 +59,13 @@ class ModelEffect:
         Returns
         -------
         Effect
-            With these settings.
+            The effect with these settings.
 
         Raises
         ------
         ValueError
-            A name, setting or search parameter is not known; a search parameter is missing beside
-            others, or lies outside its declared range.
+            A name, setting or search parameter is not known; some search parameters are given and
+            others are missing; a search parameter lies outside its declared range.
         """
         effect = effect_class(self.name, dict(effects))(**self.settings)
         known = [item.name for item in effect.search]
@@ -100,12 +100,12 @@ class ModelEffect:
         Returns
         -------
         Term
-            With its search parameters.
+            The term with its search parameters.
 
         Raises
         ------
         ValueError
-            It has to be searched for yet.
+            The search parameters are not known yet.
         """
         effect = self.effect(effects)
         if effect.search and not self.search:
@@ -139,17 +139,17 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
     head_separation_deg: Number | None = None
 
     def completed(self, other: ModelTable | None) -> ModelTable:
-        """Take what this one does not say from another.
+        """Fill missing values from another description of the table.
 
         Parameters
         ----------
         other : ModelTable or None
-            Of the same table.
+            Another description of the same table.
 
         Returns
         -------
         ModelTable
-            What either says.
+            All values that either of them states.
         """
         if other is None:
             return self
@@ -161,17 +161,17 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
         )
 
     def differences(self, other: ModelTable) -> list[str]:
-        """List in what two tables differ; separations within the mounting are alike.
+        """List the differences of two tables; separations within the mounting tolerance are equal.
 
         Parameters
         ----------
         other : ModelTable
-            That of the set.
+            The table of the set.
 
         Returns
         -------
         list of str
-            In words; empty where both may be the same table.
+            Descriptions of the differences; empty if both may be the same table.
         """
         found = []
         ours, theirs = self.counts_per_rev, other.counts_per_rev
@@ -187,14 +187,14 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
 
 @dataclass
 class Model:
-    """Effects, where further ones are found, and the history.
+    """A list of effects, the folders of the user's effects, and the history.
 
     Parameters
     ----------
     effects : list of ModelEffect
-        In order.
+        The effects in their order.
     history : list of HistoryStep, optional
-        How the error fell.
+        The steps of the model, with the error after each.
     reference_offset_arcsec : float, optional
         The constant a₀ of the reference, arcseconds.
     """
@@ -215,7 +215,7 @@ class Model:
         Returns
         -------
         list of str
-            In order.
+            The names in the order of the effects.
         """
         return [effect.name for effect in self.effects]
 
@@ -230,22 +230,22 @@ class Model:
         Returns
         -------
         list of Term
-            In order.
+            The terms in the order of the effects.
 
         Raises
         ------
         ValueError
-            One has to be searched for yet.
+            The search parameters of an effect are not known yet.
         """
         return [effect.term(effects) for effect in self.effects]
 
 
 def default_model() -> Model:
-    """Make the paper's model: graduation harmonics of orders 1 to 20, α as it is nominally.
+    """Make the paper's model: graduation harmonics of orders 1 to 20, nominal α.
 
     Returns
     -------
     Model
-        Not fitted yet.
+        The model, not yet fitted.
     """
     return Model([ModelEffect("graduation_harmonics")])

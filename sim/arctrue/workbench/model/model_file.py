@@ -74,7 +74,7 @@ class _File(_Declared, kw_only=True):
 
 
 class ModelFileError(ValueError):
-    """A model file that cannot be used: which file, which entry, what was expected."""
+    """An unusable model file; the message names file, entry and expected value."""
 
 
 def read_model(path: Path) -> Model:

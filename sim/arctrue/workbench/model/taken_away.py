@@ -48,7 +48,7 @@ of the table."""
 
 @dataclass(frozen=True, slots=True)
 class TakenAway:
-    """One effect of the model and what the exported coefficients do to it."""
+    """One effect of the model and its correction by the exported coefficients."""
 
     effect: str
     by: Taker
@@ -206,8 +206,7 @@ class _LanesOf:
 
     @property
     def following(self) -> list[int]:
-        """Return the orders whose share of this effect follows the temperature, also in
-        firmware."""
+        """Return the orders whose share of this effect follows the temperature, as in firmware."""
         thermal = self.coefficients.thermal
         cold = self._at(self._export_c)
         warm = self._at(self._export_c + THERMAL_SPAN_K)

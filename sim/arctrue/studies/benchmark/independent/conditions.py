@@ -42,8 +42,7 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Sweep:
-    """One run of the moving table: θ(t) = begin + ω·t + a·t²/2 + ripple, and temperature in
-    time."""
+    """One run of a moving table: θ(t) = begin + ω·t + a·t²/2 + ripple, and temperature in time."""
 
     number: int
     begin_s: float

@@ -93,8 +93,7 @@ class DrivenOscillator:
         return self.hz / (2 * self.quality)
 
     def step(self, seconds: float) -> tuple[Float, Float]:
-        """Return the oscillator's matrix exponential and the covariance of added noise, both (2,
-        2)."""
+        """Return the matrix exponential and the covariance of the added noise, both (2, 2)."""
         natural = 2 * np.pi * self.hz
         damping = natural / (2 * self.quality)
         rate = float(np.sqrt(natural**2 - damping**2))
@@ -175,7 +174,7 @@ class StateNoise:
         return tuple(state for state in self.states if isinstance(state, DrivenOscillator))
 
     def mean_periodogram(self, rows: int, step_s: float) -> Float:
-        """Mean of |Σ x_n·e^(−2πikn/N)|²/N at k = 1 … ⌈N/2⌉ − 1 of N even rows.
+        """Return the mean of |Σ x_n·e^(−2πikn/N)|²/N at k = 1 … ⌈N/2⌉ − 1 of N even rows.
 
         Σ_l (1 − |l|/N)·C(l)·e^(−2πikl/N) over the covariances C. Raises ValueError for a random
         walk, which has none.
@@ -322,7 +321,10 @@ def _root(covariance: Float) -> Float:
 
 
 def _response(rows: int, power: float) -> Float:
-    """Impulse response of (1 − z⁻¹)^(−power): h₀ = 1, h_k = h_{k−1}·(k − 1 + power)/k."""
+    """Return the impulse response of (1 − z⁻¹)^(−power).
+
+    h₀ = 1, h_k = h_{k−1}·(k − 1 + power)/k.
+    """
     at = np.arange(1, rows)
     return np.concatenate([[1.0], np.cumprod((at - 1 + power) / at)])
 

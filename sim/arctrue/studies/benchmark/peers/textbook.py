@@ -56,7 +56,7 @@ class Problem:
 
     @property
     def runs(self) -> Whole:
-        """Every run of the capture once."""
+        """Return every run of the capture once."""
         return np.unique(self.run)
 
     def thinned(self, every: int) -> Problem:
@@ -94,7 +94,7 @@ def waves(angle: Float, orders: Float | Whole) -> Float:
 
 
 def problem(folder: Path) -> Problem:
-    """The set of a folder."""
+    """Read the set of a folder."""
     measured = read_measurement_set(folder)
     facts = measured.table
     counts = float(facts.counts_per_rev or 1)
@@ -188,7 +188,7 @@ class Fit:
     """
 
     def __init__(self, given: Problem) -> None:
-        """The base model of a set: orders 1 to 20 on the disc, offsets of runs, a zero."""
+        """Make the base model of a set: orders 1 to 20 on the disc, offsets of runs, a zero."""
         runs = given.runs.size
         self.given = given
         self.rows = (given.difference.size, given.error.size, runs)
@@ -360,7 +360,7 @@ def _stator(given: Problem, orders: Places) -> tuple[Float, Float]:
 
 
 def _steps(given: Problem, instants: Places) -> Float:
-    """Zero before each instant and one from it to the end of its run, ``(n, instants, 1)``."""
+    """Return 0 before each instant and 1 from it to the end of its run, ``(n, instants, 1)``."""
     number = np.searchsorted(given.time_s, instants).clip(0, given.time_s.size - 1)
     same_run = given.run[:, None] == given.run[number]
     after = given.time_s[:, None] >= instants
@@ -368,7 +368,7 @@ def _steps(given: Problem, instants: Places) -> Float:
 
 
 def _bells(angle: Float, places: Places) -> Float:
-    """A bell of 0.5° (1 sigma) about each place, ``(n, places)``."""
+    """Return a bell of 0.5° (1 sigma) about each place, ``(n, places)``."""
     width = np.radians(0.5)
     found = np.zeros((angle.size, places.size))
     for at, place in enumerate(places):

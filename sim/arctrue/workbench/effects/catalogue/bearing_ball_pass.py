@@ -99,8 +99,9 @@ class BearingBallPass(Effect):
         """Refuse an order that cannot be distinguished from a whole or half one.
 
         Balls and cage do not turn at simple rates; a motion that repeats after one or two turns (a
-        belt, a gear of two to one) does, and is the simpler statement. So narrow an interval holds
-        so small a share of all orders that only odds of 10⁶ would justify it (Occam's factor).
+        belt, a gear of two to one) does, and is the simpler statement. The narrow interval around a
+        simple order contains a small share of all orders: an order in it counts as simple unless
+        the odds against this are 10⁶ (Occam's factor).
         """
         order = found["order"]
         half = round(2.0 * order.value) / 2.0

@@ -124,8 +124,8 @@ class DriveGearError(Effect):
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Keep the lines whose gain exceeds the BIC penalty of their two columns.
 
-        If no line does, the first one stays. Candidates are the multiples of the tooth count and,
-        if the stations cover the turn, the sidebands of an eccentric gear.
+        If no line does, the effect stays as it is. Candidates are the multiples of the tooth count
+        and, if the stations cover the turn, the sidebands of an eccentric gear.
         """
         reference = residuals.observations.reference
         assert reference is not None

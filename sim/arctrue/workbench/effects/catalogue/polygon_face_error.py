@@ -23,7 +23,7 @@ WIDEST_PLACE = 3
 faces."""
 MAGNIFIED = 0.25
 """Limit of |e^{jnα} − 1|. Below it the fit assigns to the graduation an order at least four times
-as large as in the heads' difference, which then appears in the reference with the opposite sign."""
+as large as in the heads' difference, which then appears in the reference."""
 
 
 class PolygonFaceError(Effect):

@@ -38,7 +38,7 @@ class HighOrder(Cause):
         )
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """a·cos(nψ + φ)."""
+        """Return a·cos(nψ + φ)."""
         wave: Float = self.size * ARCSEC * np.cos(self.order * label_rad + self.phase_rad)
         return wave
 
@@ -65,7 +65,7 @@ class Defect(Cause):
         return cls(size, random.uniform(0, 2 * np.pi), np.radians(random.uniform(1.5, 6.0)))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """a·(1 + cos(πx/w))/2 within ±w of the place."""
+        """Return a·(1 + cos(πx/w))/2 within ±w of the place."""
         off = np.angle(np.exp(1j * (label_rad - self.place_rad))) / self.half_width_rad
         bump = np.where(np.abs(off) < 1, 0.5 + 0.5 * np.cos(np.pi * off), 0.0)
         found: Float = self.size * ARCSEC * bump
@@ -95,7 +95,7 @@ class AxisMotion(Cause):
         return cls(log_uniform(random, 0.05, 1.0), orders, x.tolist(), y.tolist())
 
     def centre_m(self, at: Conditions) -> Complex:
-        """The axis carries the disc with it."""
+        """Return the displacement of the axis, which carries the disc."""
         found: Complex = np.zeros(at.rows, dtype=complex)
         for order, x, y in zip(self.orders, self.x, self.y, strict=True):
             wave = np.exp(1j * order * at.turned_rad)
@@ -111,7 +111,7 @@ class BallPass(Cause):
     columns, places = 4, 400
 
     def __init__(self, size: float, order: float, phase_rad: float, ratio: float) -> None:
-        """An ellipse with the half axes ``size`` and ``size·ratio``."""
+        """Set an ellipse with the half axes ``size`` and ``size·ratio``."""
         super().__init__(size)
         self.order, self.phase_rad, self.ratio = order, phase_rad, ratio
 

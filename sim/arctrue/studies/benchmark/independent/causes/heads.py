@@ -80,7 +80,7 @@ class SubdivisionError(Cause):
     def signals(
         self, sine: Float, cosine: Float, head: int, label_rad: Float
     ) -> tuple[Float, Float]:
-        """sin(φ + p)·(1 + g) + Im o and cos φ + Re o."""
+        """Return sin(φ + p)·(1 + g) + Im o and cos φ + Re o."""
         if head != self.head:
             return sine, cosine
         around = 1 + self.uneven * np.cos(label_rad + self.at_rad)

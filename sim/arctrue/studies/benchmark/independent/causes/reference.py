@@ -28,7 +28,7 @@ class GearError(Cause):
         self.teeth, self.phases_rad = teeth, phases_rad
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """a·(cos(zθ + φ₁) + cos(2zθ + φ₂)/5)."""
+        """Return a·(cos(zθ + φ₁) + cos(2zθ + φ₂)/5)."""
         tooth = self.teeth * at.turned_rad
         first, second = self.phases_rad
         found: Float = (
@@ -53,7 +53,7 @@ class Line(Cause):
         self.hz, self.phase_rad = hz, phase_rad
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """a·cos(2πft + φ)."""
+        """Return a·cos(2πft + φ)."""
         found: Float = self.size * ARCSEC * np.cos(2 * np.pi * self.hz * at.time_s + self.phase_rad)
         return found
 
@@ -77,7 +77,7 @@ class AngleLine(Cause):
         self.back_rad = phase_rad if back_rad is None else back_rad
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """a·cos(νθ + φ)."""
+        """Return a·cos(νθ + φ)."""
         phase = np.where(at.direction > 0, self.phase_rad, self.back_rad)
         found: Float = self.size * ARCSEC * np.cos(self.order * at.turned_rad + phase)
         return found
@@ -133,7 +133,7 @@ class FirstOrderOfReference(Cause):
         return cls(log_uniform(random, 0.1, 2.0), random.uniform(0, 2 * np.pi))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """a·cos(θ + φ)."""
+        """Return a·cos(θ + φ)."""
         found: Float = self.size * ARCSEC * np.cos(at.turned_rad + self.phase_rad)
         return found
 

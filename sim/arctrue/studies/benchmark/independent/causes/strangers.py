@@ -34,7 +34,7 @@ class WarmOval(Stranger):
         return cls(log_uniform(random, 0.1, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """a·ΔT·cos 2ψ."""
+        """Return a·ΔT·cos 2ψ."""
         found: Float = self.size * ARCSEC * at.warming_k * np.cos(2 * label_rad)
         return found
 
@@ -51,7 +51,7 @@ class FastLobes(Stranger):
         return cls(log_uniform(random, 0.05, 1.0))
 
     def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
-        """a·(ω/30°/s)²·cos 3ψ."""
+        """Return a·(ω/30°/s)²·cos 3ψ."""
         share = (at.speed_rad_s / np.radians(30.0)) ** 2
         found: Float = self.size * ARCSEC * share * np.cos(3 * label_rad)
         return found
@@ -74,7 +74,7 @@ class SettlingBracket(Stranger):
         return cls(log_uniform(random, 0.5, 5.0), run_s * random.uniform(0.1, 0.4))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """a·exp(−t/τ)."""
+        """Return a·exp(−t/τ)."""
         if head != 2:
             return 0.0
         found: Float = self.size * ARCSEC * np.exp(-at.time_s / self.time_constant_s)
@@ -92,7 +92,7 @@ class AirDrag(Stranger):
         return cls(log_uniform(random, 0.5, 5.0))
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """a·√(|ω|/30°/s)."""
+        """Return a·√(|ω|/30°/s)."""
         if head != 2:
             return 0.0
         share = np.sqrt(np.abs(at.speed_rad_s) / np.radians(30.0))
@@ -187,7 +187,7 @@ class BentScale(Stranger):
         return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """a·(ε/ε_max)³ minus its linear part."""
+        """Return a·(ε/ε_max)³ minus its linear part."""
         share = error_rad / np.max(np.abs(error_rad))
         found: Float = self.size * ARCSEC * (share**3 - 0.6 * share)
         return found
@@ -212,7 +212,7 @@ class Chirp(Stranger):
         return cls(size, hz, 2 * hz / length_s, random.uniform(0, 2 * np.pi))
 
     def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
-        """a·cos(2π(f + kt/2)t + φ)."""
+        """Return a·cos(2π(f + kt/2)t + φ)."""
         time_s = at.time_s - at.time_s[0]
         phase = 2 * np.pi * (self.hz + self.hz_s * time_s / 2) * time_s + self.phase_rad
         found: Float = self.size * ARCSEC * np.cos(phase)

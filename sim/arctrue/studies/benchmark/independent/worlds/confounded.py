@@ -21,7 +21,7 @@ from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world: ten turns, 1 to 4 K warmer at the end."""
+    """Draw a scene of this world: ten turns, 1 to 4 K warmer at the end."""
     warming_k = float(random.uniform(1.0, 4.0))
     run = sweeps([SLOW_RAD_S], 2 * rows, 10.0)[0]
     run = replace(run, warming_k_s=warming_k / float(run.time_s[-1]))

@@ -12,7 +12,7 @@ from arctrue.studies.benchmark.independent.scene import Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world: a reversal error, or nothing."""
+    """Draw a scene of this world: a reversal error, or nothing."""
     number = int(random.integers(5, 13))
     both = hidden or random.random() < 0.5
     at = stations(

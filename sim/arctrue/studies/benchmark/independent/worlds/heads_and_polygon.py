@@ -19,7 +19,7 @@ FACES = 24
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world: two thirds of the causes are of the reference."""
+    """Draw a scene of this world: two thirds of the causes act on the reference."""
     runs = four_runs(rows)
     stations = polygon(5, both_ways=True, faces=FACES, begin_s=runs[-1].end_s + 600.0)
     length_s = float(np.ptp(stations.at.time_s))

@@ -20,7 +20,7 @@ COARSE = 1 << 16
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world."""
+    """Draw a scene of this world."""
     sigma = float(random.uniform(0.1, 0.5))
     moving = bool(random.random() < 0.5)
     slipped = bool(random.random() < 0.4)

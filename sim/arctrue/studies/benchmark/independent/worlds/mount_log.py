@@ -49,7 +49,7 @@ def any_line(
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world."""
+    """Draw a scene of this world."""
     time_s = log_time_s(random, rows)
     length_s = float(np.ptp(time_s))
     sigma = log_uniform(random, 0.1, 1.0)

@@ -17,7 +17,7 @@ from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world: two turns a pass."""
+    """Draw a scene of this world, with two turns in each pass."""
     slow = float(np.radians(3.0))
     passes = sweeps([slow, -slow, 3 * slow, -3 * slow], rows, 2.0)
     step_s = float(passes[0].time_s[1])

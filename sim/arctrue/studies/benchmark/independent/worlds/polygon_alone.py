@@ -14,7 +14,7 @@ from arctrue.studies.benchmark.independent.scene import Accepted, Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world."""
+    """Draw a scene of this world."""
     number = int(random.choice([24, 36, 48, 72]))
     teeth = int(random.integers(25, 90))
     # A gear needs unevenly spaced stations; otherwise its order is an alias of a low one.

@@ -23,7 +23,7 @@ COHERENT_SHARE = 0.05
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world."""
+    """Draw a scene of this world."""
     sigma = log_uniform(random, 0.05, 0.5)
     if random.random() < 0.5:
         time_s = log_time_s(random, rows)

@@ -13,7 +13,7 @@ from arctrue.studies.benchmark.independent.scene import Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world: a reversal error, a creep, or nothing."""
+    """Draw a scene of this world: a reversal error, a creep, or nothing."""
     number = int(random.choice([24, 36]))
     at = stations(np.arange(number) * (2 * np.pi / number), int(random.integers(3, 9)), True, 8.0)
     sigma = float(random.uniform(0.03, 0.2))

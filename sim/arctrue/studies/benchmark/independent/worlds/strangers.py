@@ -34,7 +34,7 @@ FACES = 24
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world."""
+    """Draw a scene of this world."""
     if random.random() < 0.2:
         time_s = log_time_s(random, rows)
         sigma = log_uniform(random, 0.1, 0.5)

@@ -21,7 +21,7 @@ FACES = 24
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world."""
+    """Draw a scene of this world."""
     runs = four_runs(rows)
     with_polygon = random.random() < 0.5
     stations = polygon(4, True, FACES, runs[-1].end_s + 300.0) if with_polygon else None

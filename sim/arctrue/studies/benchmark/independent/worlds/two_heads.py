@@ -10,7 +10,7 @@ from arctrue.studies.benchmark.independent.scene import Scene
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world."""
+    """Draw a scene of this world."""
     runs = four_runs(rows)
     return Scene(
         any_disc(random),

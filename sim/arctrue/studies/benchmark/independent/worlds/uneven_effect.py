@@ -17,7 +17,7 @@ UNEVEN = 0.2
 
 
 def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
-    """A scene of this world: a reversal error at stations, or a subdivision error of a head."""
+    """Draw a scene of this world: a reversal error at stations, or a subdivision error."""
     if random.random() < 0.6:
         number = int(random.choice([24, 36, 72]))
         at = stations(np.arange(number) * (2 * np.pi / number), 5, True, 6.0)
