@@ -47,9 +47,10 @@ def table() -> RotaryTable:
 
 
 def bound_arcsec() -> float:
-    """Cramér–Rao bound of the RMS over the turn for any unbiased estimate of these orders.
+    """Return the Cramér–Rao bound of the RMS over the turn for any unbiased estimate of these
+    orders.
 
-    Each head has noise s and rounding of a count; K differences have the variance 2s², and a
+    Each head has noise s and rounding to a count. K differences have the variance 2s², and a
     component of order n has 4|TF|²s²/K.
     """
     variance = NOISE_ARCSEC**2 + arcsec_per_count(COUNTS_PER_REV) ** 2 / 12.0
@@ -58,7 +59,7 @@ def bound_arcsec() -> float:
 
 
 def plain_fft(turn: WholeTurns) -> Float:
-    """Apply (4) to (7) directly: cosines, then sines, arcseconds."""
+    """Apply (4) to (7) directly. The result is the cosines, then the sines, in arcseconds."""
     difference = (turn.head2_counts - turn.head1_counts) * arcsec_per_count(COUNTS_PER_REV)
     lines = np.fft.rfft(difference)[ORDERS] * (2.0 / SAMPLES)
     found = lines * transfer_function(ORDERS, HEAD_SEPARATION_RAD)
@@ -103,7 +104,7 @@ def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
 
 
 def gateware_difference_arcsec() -> tuple[float, float, float]:
-    """Give bit-true correction minus equation (8) in float64: largest, RMS, and the bound."""
+    """Return the bit-true correction minus equation (8) in float64 as largest, RMS and bound."""
     amplitude, phase = np.array([1864.0, 77.7, 15.5]), np.array([1.0, 2.0, 3.0])
     coefficients = Coefficients.from_harmonics(
         np.array([1, 2, 3]), amplitude, phase, COUNTS_PER_REV
@@ -113,14 +114,14 @@ def gateware_difference_arcsec() -> tuple[float, float, float]:
     exact = angle - coefficients.error_counts(angle)
     half = COUNTS_PER_REV / 2
     off = (corrected - exact + half) % COUNTS_PER_REV - half
-    # A count is rounded once; the cosines stay within the appendix's bound.
+    # A count is rounded once. The cosines stay within the appendix's bound.
     most = 0.5 + cosine_bound() * float(np.sum(np.abs(amplitude))) + 2.0**-11
     unit = arcsec_per_count(COUNTS_PER_REV)
     return float(np.max(np.abs(off))) * unit, float(np.sqrt(np.mean(off**2))) * unit, most * unit
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows; exit code 1: the gateware exceeds its bound."""
+    """Print the rows. Exit code 1 means that the gateware exceeds its bound."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--draws", type=int, default=4 * GROUP, help=f"captures that are drawn ({4 * GROUP})"

@@ -49,25 +49,25 @@ def timed(task: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """One campaign."""
+    """The measured times of one campaign."""
 
     name: str
     workers: int
     tasks: int
     task_cpu_s: float
-    """CPU time of the tasks alone."""
+    """The CPU time of the tasks alone."""
     whole_cpu_s: float
-    """CPU time of all processes, from start to end."""
+    """The CPU time of all processes, from start to end."""
     wall_s: float
 
     @property
     def share(self) -> float:
-        """Share of the tasks in the CPU time."""
+        """Return the share of the tasks in the CPU time."""
         return self.task_cpu_s / self.whole_cpu_s
 
 
 def cpu_s() -> float:
-    """CPU time of this process and of its children that have ended."""
+    """Return the CPU time of this process and of its children that have ended."""
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(item.ru_utime + item.ru_stime for item in used)
 
@@ -97,7 +97,7 @@ HEADINGS = (
 
 
 def table(found: Sequence[Measured], load: float) -> list[str]:
-    """Lines of Markdown; the first entry of ``found`` is a campaign of a few empty tasks."""
+    """Return lines of Markdown. The first entry of ``found`` is a campaign of a few empty tasks."""
     lines = [f"| {' | '.join(HEADINGS)} |", "|" + "---|" * len(HEADINGS)]
     for item in found[1:]:
         cells = (

@@ -35,32 +35,34 @@ from scripts.bench_rows import Row, add_option, give_out  # noqa: E402
 IMAGE = ROOT / "build" / "firmware" / "pynq_z2" / "bench.elf"
 NS_A_TICK = 10
 PROCESSOR_HZ = 667e6
-"""The fastest XC7Z020-1; the boards here run at 650 MHz."""
+"""The clock of the fastest XC7Z020-1. The boards here run at 650 MHz."""
 CYCLES_AN_INSTRUCTION = (1.0, 2.0)
-"""Cycles per instruction: dual issue at best, chains of doubles at worst; an assumed range. The
-Cortex-A9 FPU issues a multiplication or addition of doubles every second or every clock."""
+"""The range of cycles per instruction is assumed. At best two instructions are issued at once. At
+worst doubles follow in chains, of which the Cortex-A9 FPU issues a multiplication every second
+clock and an addition every clock."""
 GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
-"""Number of loaded orders that the calibration does not fit, as in firmware/bench."""
+"""The number of loaded orders that the calibration does not fit, as in firmware/bench."""
 JUDGE_SHARE = 0.7
-"""Largest share of a calibration (same samples, 40 orders, least squares) for a judgement."""
+"""A judgement may take this share of a calibration with the same samples, 40 orders and least
+squares."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6
-"""Tolerance as a share of the largest harmonic: the firmware stops at 10⁻⁴″ of about 150″."""
+"""The tolerance is a share of the largest harmonic. The firmware stops at 10⁻⁴″ of about 150″."""
 NUMPY_RUNS = 7
 EMULATION_S = 400.0
 
 
 def turn(samples: int) -> NDArray[np.int64]:
-    """Counts (2, n) of one turn and the sample that closes it."""
+    """Return the counts (2, n) of one turn and of the sample that closes it."""
     disc = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 3: (1.2, 2.9), 11: (0.4, 1.0)})
     theta = turn_angles(samples, 2)[: samples + 1]
     return disc.heads(theta, 0.1, np.random.default_rng(1))
 
 
 def instructions(samples: int, orders: int) -> dict[str, float]:
-    """Count every part; raises AssertionError if a plain result differs."""
+    """Count every part. Raises AssertionError if a plain result differs."""
     window = bytearray(core_window(turn(samples)))
     scratch = register_named("scratch").address
     window[scratch : scratch + 4] = word(orders)
@@ -71,7 +73,7 @@ def instructions(samples: int, orders: int) -> dict[str, float]:
     counted = {}
     for line in lines:
         part, ticks, off = line.split()
-        # The last number of a method is its reason of refusal, 0 for none.
+        # The last number of a method is its reason of refusal, or 0.
         assert float(off) * 1e-9 <= SAME_RESULT, f"{part}: {line}"
         counted[part] = float(ticks) * NS_A_TICK
     return counted
@@ -141,7 +143,7 @@ def judge_rows(samples: int, counted: dict[str, float]) -> list[Row]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows; exit code 1: a goal is missed even at one cycle per instruction."""
+    """Print the rows. Exit code 1 means that a goal is missed even at one cycle per instruction."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_option(parser)
     given = parser.parse_args(arguments)

@@ -28,7 +28,7 @@ from scripts.bench_rows import Row, read_rows, table
 
 ROOT = Path(__file__).resolve().parents[1]
 BENCH_S = 4 * 3600
-"""Time limit; the longest bench takes half an hour on a free machine."""
+"""The time limit. The longest bench takes half an hour on a free machine."""
 BENCHES: Mapping[str, tuple[str, str]] = {
     "scripts.bench_calibration": (
         "Calibration and gateware",
@@ -80,13 +80,13 @@ class Ran:
     code: int
     rows: tuple[Row, ...]
     text: str
-    """Output of the bench."""
+    """The output of the bench."""
     facts: Mapping[str, str]
-    """Date, commit, load before and after, duration."""
+    """Date, commit, load before and after, and duration."""
 
 
 def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
-    """Compose the page in Markdown; ``benches``: results of every bench that ran."""
+    """Compose the page in Markdown from ``benches``, the results of every bench that ran."""
     lines = ["# Benches", "", f"Made by `make bench`. {READING}", "", "| | |", "|---|---|"]
     lines += [f"| {name} | {value} |" for name, value in facts]
     for module, ran in benches.items():

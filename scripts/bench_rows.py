@@ -1,6 +1,6 @@
-"""Rows of a bench: repeated measurements with their spread, compared with a peer or limit.
+"""Rows of a bench compare repeated measurements and their spread with a peer or limit.
 
-A bench writes its rows with ``--rows FILE``; ``scripts.bench_page`` makes one page from all.
+A bench writes its rows with ``--rows FILE``, and ``scripts.bench_page`` makes one page from all.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ class Row:
     what: str
     unit: str
     values: tuple[float, ...]
-    """Results of all runs. A single one is a count or a sum, which is always the same."""
+    """The results of all runs. A single one is a count or a sum, which is always the same."""
     beside: str
-    """Figure of the peer, or the limit, in words."""
+    """The figure of the peer or the limit in words."""
     kept: bool = True
-    """True if the limit is kept; None without a limit."""
+    """True if the limit is kept or there is none."""
 
     @property
     def median(self) -> float:
-        """Median of the runs."""
+        """Return the median of the runs."""
         return float(np.median(self.values))
 
     def cells(self) -> list[str]:
@@ -63,18 +63,18 @@ def shown(value: float) -> str:
 
 
 def table(rows: Sequence[Row]) -> list[str]:
-    """Lines of Markdown."""
+    """Return the rows as lines of Markdown."""
     lines = [f"| {' | '.join(HEADINGS)} |", "|---|---|---:|---:|---:|---:|---|"]
     return lines + [f"| {' | '.join(row.cells())} |" for row in rows]
 
 
 def add_option(parser: argparse.ArgumentParser) -> None:
-    """``--rows FILE``."""
+    """Add the option ``--rows FILE``."""
     parser.add_argument("--rows", type=Path, metavar="FILE", help="write the rows as JSON")
 
 
 def give_out(rows: Sequence[Row], file: Path | None) -> int:
-    """Print the rows and write them to the file, if any; return 1 if a limit is exceeded."""
+    """Print the rows and write them to the file, if any. Return 1 if a limit is exceeded."""
     print("\n".join(table(rows)))
     if file is not None:
         write_whole_text(file, json.dumps([asdict(row) for row in rows], indent=1) + "\n")

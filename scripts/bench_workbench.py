@@ -33,16 +33,16 @@ Float = NDArray[np.float64]
 
 ROWS = (10_000, 72_000, 150_000)
 REFERENCE_ROWS = (100_000, 1_000_000)
-"""Sizes of sets with a moving reference alone."""
+"""These sets have a moving reference alone."""
 REFERENCE_ORDER = 37.3
 REFERENCE_LINE_ARCSEC = 0.05
 REFERENCE_NAMED = "periodic_error"
 HIDDEN = "thermal_eccentricity"
-"""Effect that is hidden in every set and that ``diagnose`` must name."""
+"""This effect is hidden in every set, and ``diagnose`` must name it."""
 COMMANDS = ("compare", "diagnose")
 LONG_ROWS = (1_000_000, 10_000_000)
 LONG_RUNS = ((30.0, 20.0, 20.0), (-30.0, 20.0, 20.0), (90.0, 20.0, 20.0), (30.0, 23.5, 24.5))
-"""deg/s, temperature at the start and the end."""
+"""Speed in deg/s, then the temperature at the start and the end."""
 LONG_ROWS_A_TURN = 6_000
 LONG_WARM_ARCSEC_K = 0.3
 LONG_PIECE = 500_000
@@ -65,16 +65,17 @@ LIMITS = {
     ("capture", 10_000_000): (60.0, 2048.0),
     ("reference", 1_000_000): (30.0, 1024.0),
 }
-"""Most seconds of one processor core and most MB of ``compare`` and of ``diagnose``, by the set's
-channel and rows."""
+"""The most seconds of one processor core and the most MB of ``compare`` and of ``diagnose``, by the
+set's channel and rows."""
 EXPLAIN_LIMITS = {("capture", 72_000): (30.0, 1024.0)}
-"""Limits of ``explain``, which diagnoses once more for each effect; it is measured on these sets
-only."""
+"""The limits of ``explain``, which diagnoses once more for each effect. It is measured on these
+sets only."""
 SEED = 11
 
 
 def make_set(folder: Path, rows: int) -> None:
-    """A full experiment with about this many capture rows, hidden in it a warm disc centre."""
+    """Write a full experiment with about this many capture rows, in which a warm disc centre is
+    hidden."""
     experiment = full()
     share = -(-rows // len(experiment.runs))
     made = simulate_set([Wanted(HIDDEN, 0.3)], experiment.smaller(share, cycles=10), SEED)
@@ -82,7 +83,8 @@ def make_set(folder: Path, rows: int) -> None:
 
 
 def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
-    """ε of the long sets' table: four orders, and a centre that wanders with the heat."""
+    """Return ε of the long sets' table, which has four orders and a centre that wanders with the
+    heat."""
     return (
         90.0 * np.cos(disc + 0.4)
         + 0.8 * np.cos(2.0 * disc + 1.0)
@@ -95,8 +97,8 @@ def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
 def make_long_set(folder: Path, rows: int) -> None:
     """Write a capture of very many rows in pieces, directly from its equations.
 
-    Four runs of equal length at 6,000 rows a turn: up, down, three times as fast, and warm with a
-    warm disc centre hidden in it. Five polygon cycles are added.
+    Four runs have equal length and 6,000 rows a turn. They go up, down, three times as fast, and
+    warm with a warm disc centre hidden in it. Five polygon cycles are added.
     """
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(LONG_DESCRIPTION, encoding="utf-8")
@@ -135,7 +137,8 @@ def make_long_set(folder: Path, rows: int) -> None:
 
 
 def make_reference_set(folder: Path, rows: int) -> None:
-    """A reference on the move, ten turns up and ten back; hidden in it a line between orders."""
+    """Write a moving reference, ten turns up and ten back, in which a line between orders is
+    hidden."""
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(
         'schema = 1\ntitle = "long reference"\n[reference]\nfile = "reference.csv"\n',
@@ -176,18 +179,18 @@ def _write_long_reference(folder: Path, random: np.random.Generator) -> None:
 
 @dataclass(frozen=True)
 class Measured:
-    """One command: wall clock, processor time, peak memory, exit code."""
+    """Wall clock, processor time, peak memory and exit code of one command."""
 
     seconds: float
     processor_seconds: float
     megabytes: float
     code: int
     named: str | None = None
-    """Effect that ``diagnose`` names."""
+    """The effect that ``diagnose`` names."""
 
 
 def measure(command: str, folder: Path) -> Measured:
-    """``arctrue COMMAND folder`` in a process of its own. Raises RuntimeError when it breaks."""
+    """Run ``arctrue COMMAND folder`` in a process of its own. Raises RuntimeError if it fails."""
     words = [sys.executable, "-m", "scripts.bench_workbench", "--one", command, str(folder)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -224,7 +227,7 @@ def _one(command: str, folder: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the rows; exit code 1 when a limit is not kept or another effect is named."""
+    """Print the rows. Exit code 1 means that a limit is exceeded or another effect is named."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--one", nargs=2, metavar=("COMMAND", "SET"), help=argparse.SUPPRESS)
     parser.add_argument(
@@ -255,8 +258,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def row(command: str, case: tuple[str, int], runs: Sequence[Measured], hidden: str) -> Row:
-    """Return the processor seconds of a command with its limits; a run that names another effect is
-    not kept."""
+    """Return the processor seconds of a command with its limits. The row is not kept if a run names
+    another effect."""
     channel, rows = case
     limits = EXPLAIN_LIMITS if command == "explain" else LIMITS
     most_s, most_mb = limits.get(case, (np.inf, np.inf))

@@ -32,18 +32,18 @@ FOLDS = (1, 2, 4, 8)
 ROTATIONS = ("cordic", "table")
 PART = "xc7z020clg400-1"
 OPEN_PIPELINES = 16
-"""The largest number of pipelines that the open tools have routed at 100 MHz: docs/timing.md."""
+"""The open tools have routed at most this many pipelines at 100 MHz (docs/timing.md)."""
 
 
 def boards() -> list[str]:
-    """The boards that have a pin file in constraints/."""
+    """Return the boards that have a pin file in constraints/."""
     files = (path for path in CONSTRAINTS.glob("*.xdc") if not path.stem.startswith("vivado"))
     return sorted(path.stem for path in files if not path.stem.endswith(".template"))
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """Return the lanes per pipeline without --fold: the smallest number that the tools of the flow
-    can route."""
+    """Return the lanes per pipeline without --fold, the smallest number that the flow's tools can
+    route."""
     folds = [fold for fold in FOLDS if lanes % fold == 0]
     if flow == "vivado":
         return folds[0]
@@ -51,7 +51,7 @@ def fold_of(flow: str, lanes: int) -> int:
 
 
 def pins_of_all_heads(pins: Path) -> Path:
-    """Joins a board's pin file with that of its heads 3 and 4, below build/.
+    """Join a board's pin file with that of its heads 3 and 4, below build/.
 
     Raises ConstraintError where the board has no place for them.
     """
@@ -113,7 +113,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
+    """Run the command line and return the exit code."""
     parser = _parser()
     chosen = parser.parse_args(arguments)
     lanes = number_formats.LANES_DEFAULT if chosen.lanes is None else chosen.lanes

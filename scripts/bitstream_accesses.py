@@ -12,11 +12,11 @@ from typing import Final
 
 WORD: Final = 0xFFFF_FFFF
 BEAT_STEP: Final = 0x0100_0193
-"""Difference between the data of successive beats of a write; the same as in axi_master.h."""
+"""The difference between the data of successive beats of a write, the same as in axi_master.h."""
 
 
 class Burst(IntEnum):
-    """AxBURST of AXI3."""
+    """Values of AxBURST in AXI3."""
 
     FIXED = 0
     INCREASING = 1
@@ -25,7 +25,7 @@ class Burst(IntEnum):
 
 
 class Response(IntEnum):
-    """BRESP and RRESP of AXI3."""
+    """Values of BRESP and RRESP in AXI3."""
 
     OKAY = 0
     EXCLUSIVE = 1
@@ -35,7 +35,11 @@ class Response(IntEnum):
 
 @dataclass(frozen=True)
 class Access:
-    """``kind``: w write, r read, n nothing, z reset, the last two for ``data`` clocks."""
+    """One access, or a pause. ``kind`` is w for a write, r for a read, n for nothing, z for a
+    reset.
+
+    The last two take ``data`` clocks.
+    """
 
     kind: str
     address: int = 0
@@ -45,9 +49,9 @@ class Access:
     burst: Burst = Burst.INCREASING
     strobe: int = 0xF
     last: int | None = None
-    """The beat that WLAST comes with, where it is not the last one."""
+    """WLAST comes with this beat where it is not the last one."""
     together: bool = False
-    """It may start while an access the other way is under way."""
+    """The access may start while one the other way is under way."""
 
     def line(self) -> str:
         """Return the line in the form that the bench reads."""
@@ -58,13 +62,14 @@ class Access:
         )
 
     def beat(self, place: int) -> int:
-        """The data of a beat of a write."""
+        """Return the data of a beat of a write."""
         return (self.data + place * BEAT_STEP) & WORD
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Answers to the access at ``place`` of the list: one for a write, one per beat for a read."""
+    """An answer to the access at ``place`` of the list. A write has one, a read has one per
+    beat."""
 
     place: int
     response: Response
@@ -72,7 +77,7 @@ class Answer:
 
 
 def read_answers(path: Path) -> list[Answer]:
-    """The answers that the bench wrote, in the order in which they came."""
+    """Return the answers that the bench wrote, in the order in which they came."""
     found = []
     for line in path.read_text(encoding="ascii").splitlines():
         place, response, data = line.split()

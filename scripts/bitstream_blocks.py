@@ -1,8 +1,8 @@
-"""Writes configured DSPs and block RAMs as Verilog: instances of scripts/bitstream_models.
+"""Writes configured DSPs and block RAMs as Verilog instances of scripts/bitstream_models.
 
-Sources of what the features mean: their names in the database, UG479 and UG473. What the gateware
-does not use (the DSP's port D, SIMD, pattern detection; a block RAM as FIFO, with error correction
-or with its data cascaded) is refused. A cascaded address is a route.
+What the features mean is taken from their names in the database, UG479 and UG473. What the gateware
+does not use is refused. That is the DSP's port D, SIMD and pattern detection, and a block RAM as
+FIFO, with error correction or with its data cascaded. A cascaded address is a route.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ RAM_PINS: Final = {
     "REGCEA": ("REGCEAREGCE", "REGCE"),
     "REGCEB": ("REGCEB",),
 }
-"""Port of the model to the pin's name in a RAMB18E1 and, where it differs, in a FIFO18E1."""
+"""Maps a port of the model to the pin's name in a RAMB18E1 and, where it differs, in a FIFO18E1."""
 RAM_BUSES: Final = {"ADDRA": ("ADDRARDADDR", 14), "ADDRB": ("ADDRBWRADDR", 14)}
 WRITE_MODES: Final = {"": 0, "READ_FIRST": 1, "NO_CHANGE": 2}
 EVERY_BIT: Final = (1 << 18) - 1
@@ -73,14 +73,15 @@ def _joined(bits: list[str]) -> str:
 
 
 def _instance(model: str, name: str, parameters: dict[str, str], ports: dict[str, str]) -> str:
-    """An instance in Verilog."""
+    """Return an instance in Verilog."""
     given = ", ".join(f".{key}({value})" for key, value in parameters.items())
     wired = ", ".join(f".{key}({value})" for key, value in ports.items())
     return f"{model} #({given}) {name} ({wired});"
 
 
 def dsp(name: str, features: frozenset[str], pin: Pin, product: str) -> str:
-    """An instance of a DSP; ``features`` without the site's name, ``product``: the net at P."""
+    """Return an instance of a DSP. ``features`` lack the site's name, and ``product`` is the net at
+    P."""
     _refuse(name, features, DSP_REFUSED)
 
     def level(port: str, bit: int | None) -> str:
@@ -104,7 +105,7 @@ def dsp(name: str, features: frozenset[str], pin: Pin, product: str) -> str:
 
 
 def _width(features: frozenset[str], name: str) -> int:
-    """Return the width of a port of a half; all choices zero means 1."""
+    """Return the width of a port of a half. It is 1 if all choices are zero."""
     found = [feature for feature in features if re.fullmatch(rf"{name}_\d+", feature)]
     return int(found[0].rpartition("_")[2]) if found else 1
 
@@ -125,7 +126,8 @@ def _contents(features: frozenset[str], name: str, rows: int) -> int:
 def ram_half(
     name: str, features: frozenset[str], pin: Pin, has_pin: Callable[[str], bool], out: str
 ) -> str:
-    """An instance of half a block RAM; ``out``: its outputs, port A in the lower 18 bits."""
+    """Return an instance of half a block RAM. ``out`` holds its outputs, port A in the lower 18
+    bits."""
     _refuse(name, features, RAM_REFUSED)
     parameters = {
         f"{kind}_WIDTH_{port}": str(_width(features, f"{kind}_WIDTH_{port}"))
@@ -158,7 +160,7 @@ def ram_half(
     for port, bus in (("A", "A"), ("B", "B")):
         data = [pin(f"DI{bus}DI{bit}") for bit in range(16)]
         ports[f"DI{port}"] = _joined(data + [pin(f"DIP{bus}DIP{bit}") for bit in range(2)])
-    # Two pins a byte at port A, of which nextpnr drives both alike; one a byte at port B.
+    # Port A has two pins a byte, which nextpnr drives alike. Port B has one a byte.
     ports["WEA"] = _joined([pin("WEA0"), pin("WEA2")])
     ports["WEB"] = _joined([pin(f"WEBWE{bit}") for bit in range(4)])
     ports |= {"DOA": f"{out}[17:0]", "DOB": f"{out}[35:18]"}

@@ -25,11 +25,11 @@ PULLS = ("NONE", "PULLDOWN", "PULLUP", "KEEPER")
 
 
 class ConstraintError(Exception):
-    """A pin file does not fit the top level; the text names every fault with its line."""
+    """A pin file does not fit the top level. The text names every fault with its line."""
 
 
 def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
-    """Port to property to value and line number, of a pin file.
+    """Return for each port of a pin file its properties with value and line number.
 
     Raises ConstraintError for anything beyond the subset and for a property given twice.
     """
@@ -64,13 +64,13 @@ def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
 
 
 def ports_of(top: str) -> list[str]:
-    """The ports of a top level below rtl/, in its order."""
+    """Return the ports of a top level below rtl/, in its order."""
     entity = read_entity(ROOT, Path("rtl") / "top" / f"{top}.vhd")
     return [name for item in entity.ports for name in item.names.split(", ")]
 
 
 def check_pins(path: Path, ports: Iterable[str]) -> dict[str, str]:
-    """Port to pin; every port has one pin of its own and a standard.
+    """Return the pin of each port. Every port has one pin of its own and a standard.
 
     Raises ConstraintError that names all faults.
     """

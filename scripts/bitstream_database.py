@@ -1,9 +1,11 @@
-"""Project X-Ray's database of a chip: tiles, meaning of their bits, wires and connections.
+"""Reads Project X-Ray's database of a chip, with tiles, the meaning of their bits, wires and
+connections.
 
-The files and their meaning are Project X-Ray's (its documentation, "Database"): ``tilegrid.json``
-(tiles and where their bits lie), ``segbits_*.db`` (feature to bits), ``ppips_*.db`` (connections
-without bits: there always, or where nothing else drives the wire), ``tile_type_*.json`` (sites,
-their pins and the tile's connections), ``tileconn.json`` (which wires of neighbours are one).
+The files and their meaning are Project X-Ray's (its documentation, "Database"). ``tilegrid.json``
+has the tiles and the places of their bits. ``segbits_*.db`` has the bits of each feature.
+``ppips_*.db`` has the connections without bits, which are there always or where nothing else drives
+the wire. ``tile_type_*.json`` has the sites, their pins and the tile's connections.
+``tileconn.json`` tells which wires of neighbours are one.
 """
 
 from __future__ import annotations
@@ -18,16 +20,16 @@ from typing import Any, Final
 from scripts.netlist import ToolError
 
 Bit = tuple[int, int, bool]
-"""Frame within the tile, bit within the tile's words, set or cleared."""
+"""Frame within the tile, bit within the tile's words, and whether the bit is set."""
 Wire = tuple[str, str]
-"""Tile and wire."""
+"""The names of tile and wire."""
 
 ALWAYS: Final = "always"
 DEFAULT: Final = "default"
 
 
 def _bits(text: str) -> list[Bit]:
-    """``28_05 !27_11``: frame_bit, with ! cleared."""
+    """Read bits such as ``28_05 !27_11``. The form is frame_bit, and ! means cleared."""
     found = []
     for word in text.split():
         frame, _, bit = word.removeprefix("!").partition("_")
@@ -36,10 +38,11 @@ def _bits(text: str) -> list[Bit]:
 
 
 class TileType:
-    """Bits that the features of one type of tile set, by kind of frames; read from its files."""
+    """The bits that the features of one type of tile set, by kind of frames, read from its
+    files."""
 
     def __init__(self, family: Path, name: str) -> None:
-        """``family``: the database's folder of the family."""
+        """Read from ``family``, the database's folder of the family."""
         lower = name.lower()
         self.family = family
         self.name = name
@@ -50,7 +53,7 @@ class TileType:
         ):
             for feature, bits in self._entries(family / file):
                 self.features[feature] = (kind, _bits(bits))
-        # Connections that are always there, or are made by others: they set nothing.
+        # These connections are always there or are made by others, so they set nothing.
         self.without_bits = dict(self._entries(family / f"ppips_{lower}.db"))
 
     @staticmethod
@@ -62,7 +65,8 @@ class TileType:
                     yield entry.partition(".")[2], rest
 
     def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
-        """Kind of frames and bits; without any where the feature sets nothing; None: unknown."""
+        """Return kind of frames and bits, without bits where the feature sets none. None means
+        unknown."""
         if feature in self.without_bits:
             return "", []
         if not index and feature in self.features:
@@ -75,7 +79,7 @@ class TileType:
 
     @cached_property
     def by_bit(self) -> dict[tuple[str, int, int], list[str]]:
-        """Kind, frame and bit to the features whose first set bit it is."""
+        """Return, by kind, frame and bit, the features whose first set bit it is."""
         found: dict[tuple[str, int, int], list[str]] = defaultdict(list)
         for name, (kind, bits) in self.features.items():
             first = next((bit for bit in bits if bit[2]), None)
@@ -93,7 +97,8 @@ class TileType:
 
     @cached_property
     def sites(self) -> list[dict[str, Any]]:
-        """The type's sites: ``name``, ``type``, ``prefix`` and ``site_pins`` (pin to ``wire``)."""
+        """Return the type's sites with ``name``, ``type``, ``prefix`` and ``site_pins`` (pin to
+        ``wire``)."""
         return [
             {
                 **site,
@@ -108,7 +113,7 @@ class TileType:
 
     @cached_property
     def pips(self) -> dict[str, set[str]]:
-        """Wire to the wires that can drive it within the tile."""
+        """Return for each wire the wires that can drive it within the tile."""
         found: dict[str, set[str]] = defaultdict(set)
         for pip in self._tile["pips"].values():
             found[pip["dst_wire"]].add(pip["src_wire"])
@@ -118,14 +123,15 @@ class TileType:
 
     @cached_property
     def permanent(self) -> dict[str, str]:
-        """Give for each wire its permanent driver."""
+        """Return for each wire its permanent driver."""
         return dict(
             entry.split(".", 1) for entry, kind in self.without_bits.items() if kind == ALWAYS
         )
 
     @cached_property
     def defaults(self) -> dict[str, str]:
-        """Give each wire's driver without a feature: documented, or the choice of all zeros."""
+        """Return each wire's driver without a feature, either documented or the choice of all
+        zeros."""
         found = {
             destination: source
             for destination, _, source in (
@@ -142,7 +148,8 @@ class TileType:
 
     @cached_property
     def driven_by_pin(self) -> dict[str, tuple[int, str]]:
-        """Wire to the site (its place in ``sites``) and the output pin that drives it."""
+        """Return for each wire the site (its place in ``sites``) and the output pin that drives
+        it."""
         found = {}
         for place, site in enumerate(self.sites):
             path = self.family / f"site_type_{site['type']}.json"
@@ -154,10 +161,10 @@ class TileType:
 
 
 class Chip:
-    """The tiles of a part, their types and how their wires meet."""
+    """The tiles of a part, their types, and the connections of their wires."""
 
     def __init__(self, family: Path, part: str) -> None:
-        """``family``: the database's folder. Raises ToolError when it lacks the part."""
+        """Read from ``family``, the database's folder. Raises ToolError when it lacks the part."""
         grids = [
             path for path in family.glob("*/tilegrid.json") if part.startswith(path.parent.name)
         ]
@@ -170,17 +177,18 @@ class Chip:
         self._types: dict[str, TileType] = {}
 
     def type(self, name: str) -> TileType:
-        """Give a type of tile by its name."""
+        """Return a type of tile by its name."""
         if name not in self._types:
             self._types[name] = TileType(self.family, name)
         return self._types[name]
 
     def type_of(self, tile: str) -> TileType:
-        """The type of a tile."""
+        """Return the type of a tile."""
         return self.type(self.tiles[tile]["type"])
 
     def alias(self, tile: str) -> tuple[TileType, dict[str, str], int] | None:
-        """The type whose bits a tile at the chip's edge takes, its sites' names there, first word.
+        """Return the type whose bits a tile at the chip's edge takes, its sites' names there and
+        first word.
 
         Such a tile has one site of two.
         """
@@ -192,17 +200,17 @@ class Chip:
 
     @cached_property
     def at(self) -> dict[tuple[int, int], str]:
-        """Column and row of the grid to the tile."""
+        """Return the tile at each column and row of the grid."""
         return {(tile["grid_x"], tile["grid_y"]): name for name, tile in self.tiles.items()}
 
     @cached_property
     def of_site(self) -> dict[str, str]:
-        """Site to its tile."""
+        """Return the tile of each site."""
         return {site: name for name, tile in self.tiles.items() for site in tile.get("sites", {})}
 
     @cached_property
     def _joints(self) -> dict[tuple[str, str], list[tuple[int, int, str, str]]]:
-        """Type and wire to the wires of neighbours that are the same: where, type, wire."""
+        """Return for each type and wire the same wires of neighbours, with place, type and wire."""
         path = self.folder / "tileconn.json"
         found: dict[tuple[str, str], list[tuple[int, int, str, str]]] = defaultdict(list)
         for entry in json.loads(path.read_text(encoding="utf-8")):
@@ -214,7 +222,7 @@ class Chip:
         return found
 
     def node(self, wire: Wire) -> set[Wire]:
-        """Give all wires that are connected to ``wire`` without a switch."""
+        """Return all wires that are connected to ``wire`` without a switch."""
         found = {wire}
         waiting = [wire]
         while waiting:

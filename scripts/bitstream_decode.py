@@ -1,8 +1,8 @@
 """Writes a configured chip as a netlist in Verilog, from its outputs backwards.
 
-Outputs of the chip are pads and the inputs of the PS7; its inputs are pads and the PS7's outputs.
+Outputs of the chip are pads and the inputs of the PS7. Its inputs are pads and the PS7's outputs.
 From each output the wires are followed to the pin that drives them, that pin's cell is written, and
-so on. A pin without a driver gets its own input, ``open_lines``: the simulation of the
+so on. A pin without a driver gets its own input in ``open_lines``, and the simulation of the
 netlist gives it any level.
 """
 
@@ -21,9 +21,9 @@ from scripts.bitstream_slices import Slice, Text
 from scripts.netlist import ToolError
 
 LEAST_BITS: Final = 96
-"""Least width of a bus of the netlist, so that each is an array of words in Verilator's C++."""
+"""The least width of a bus of the netlist, so that each is an array of words in Verilator's C++."""
 RAM_HALVES: Final = {"L": "FIFO18E1", "U": "RAMB18E1", "FIFO18": "FIFO18E1", "RAMB18": "RAMB18E1"}
-"""Site types by the names of a half's wires; a site of type RAMBFIFO36E1 is both halves at once."""
+"""Site types by the names of a half's wires. A site of type RAMBFIFO36E1 is both halves at once."""
 RAM_OUTPUT: Final = re.compile(
     r"BRAM_(?P<site>\w+)_DO(?P<parity>P?)(?P<port>[AB])DOP?(?P<half>[LU]?)(?P<bit>\d+)"
 )
@@ -31,11 +31,11 @@ RAM_OUTPUT: Final = re.compile(
 
 @dataclass
 class Decoded:
-    """The netlist: ``pads`` and ``ps7`` by direction, in the order of the buses' bits."""
+    """The netlist, with ``pads`` and ``ps7`` by direction in the order of the buses' bits."""
 
     verilog: str = ""
     clock: int = 0
-    """The input that every register and block runs on."""
+    """The input that clocks every register and block."""
     inputs: list[str] = field(default_factory=list)
     outputs: list[str] = field(default_factory=list)
     open_pins: list[str] = field(default_factory=list)
@@ -50,7 +50,7 @@ def bus_bits(count: int) -> int:
 
 
 class Decoder:
-    """Writes the cells of a chip as they are met."""
+    """Writes the cells of a chip in the order in which they are reached."""
 
     def __init__(
         self,
@@ -83,14 +83,14 @@ class Decoder:
         return found["type"], found["site_pins"]
 
     def pin(self, tile: str, site: int, pin: str) -> str:
-        """The net at an input pin of a site."""
+        """Return the net at an input pin of a site."""
         kind, pins = self._site(tile, site)
         if pin not in pins:
             raise ToolError(f"{tile}: a {kind} has no pin {pin}")
         return self.net(self.routes.source(tile, pins[pin]), (tile, site, pin))
 
     def net(self, source: Source | None, sink: tuple[str, int, str]) -> str:
-        """Give the name of the net that drives a pin."""
+        """Return the name of the net that drives a pin."""
         if source is not None and self._is_idle(source):
             source = None
         if source is None:
@@ -107,14 +107,14 @@ class Decoder:
         return self._nets[key]
 
     def _is_idle(self, source: Source) -> bool:
-        """True for a pin of an unused DSP, whose levels are unknown."""
+        """Return True for a pin of an unused DSP, whose levels are unknown."""
         if source.level is not None or self._site(source.tile, source.site)[0] != "DSP48E1":
             return False
         half = self.chip.type_of(source.tile).sites[source.site]["name"][-1]
         return not self._features_of(source.tile, f"DSP48.DSP_{half}")
 
     def _enter(self, tile: str, site: int, pin: str) -> str:
-        """The net of an output pin; its cell waits to be written."""
+        """Return the net of an output pin, and put its cell on the list to be written."""
         kind, _ = self._site(tile, site)
         if kind in ("BUFGCTRL", "BUFHCE"):
             return self._buffer(tile, site, kind)
@@ -141,7 +141,7 @@ class Decoder:
         return f"inputs[{self._input_bits[name]}]"
 
     def _level_of(self, tile: str, site: int) -> str:
-        """Give the level of a pad: that of its driver, else that of the outside."""
+        """Return the level of a pad, which is that of its driver or else of the outside."""
         port = self._port_of(tile, site)
         if port not in self._wires:
             return self._from_outside(port)
@@ -152,7 +152,7 @@ class Decoder:
         return self._levels[port]
 
     def _port_of(self, tile: str, site: int) -> str:
-        """The port of a pad, or its site where it has none."""
+        """Return the port of a pad, or its site where it has none."""
         own = self.chip.type_of(tile).sites[site]
         names = [str(name) for name in self.chip.tiles[tile]["sites"] if name.startswith("IOB")]
         names.sort(key=lambda name: int(name.rpartition("Y")[2]))
@@ -161,7 +161,7 @@ class Decoder:
         return self.pads.get(name, name)
 
     def _buffer(self, tile: str, site: int, kind: str) -> str:
-        """Write a clock buffer that passes its input; any other use is refused."""
+        """Write a clock buffer that passes its input. Any other use is refused."""
         there = self.features.of(tile)
         own = self.chip.type_of(tile).sites[site]
         name = f"{kind}.{kind}_{own['name']}" if kind == "BUFHCE" else None
@@ -191,7 +191,7 @@ class Decoder:
         return net if is_straight else f"~{net}"
 
     def _output_logic(self, source: Source) -> str:
-        """Give the signal that passes an OLOGICE3 to a pad, or to its enable."""
+        """Return the signal that passes an OLOGICE3 to a pad or to its enable."""
         there = self.features.of(source.tile)
         found = re.search(r"OLOGIC(\d)", self._site(source.tile, source.site)[1][source.pin])
         assert found
@@ -214,7 +214,8 @@ class Decoder:
         return self.net(source, (tile, site, pin))
 
     def add_pad(self, name: str) -> None:
-        """An output of the design that is a pad. Raises ToolError when it is not driven always."""
+        """Add an output of the design that is a pad. Raises ToolError when it is not always
+        driven."""
         site_name = next(site for site, port in self.pads.items() if port == name)
         tile = self.chip.of_site[site_name]
         for site, own in enumerate(self.chip.type_of(tile).sites):
@@ -230,7 +231,7 @@ class Decoder:
 
     @cached_property
     def _processor(self) -> tuple[str, int]:
-        """The tile and the site of the PS7."""
+        """Return the tile and the site of the PS7."""
         for tile in self.chip.tiles:
             if self.chip.tiles[tile]["type"].startswith("PSS"):
                 for site, own in enumerate(self.chip.type_of(tile).sites):
@@ -239,7 +240,7 @@ class Decoder:
         raise ToolError(f"{self.chip.part} has no PS7")
 
     def add_processor_pin(self, name: str) -> None:
-        """An output of the design that is an input of the PS7."""
+        """Add an output of the design that is an input of the PS7."""
         self._leave(name, self.pin(*self._processor, name))
 
     def _leave(self, name: str, net: str) -> None:
@@ -314,7 +315,7 @@ class Decoder:
         self.text.assignments.append(dsp(f"{name}_dsp", features, pin, out))
 
     def _ram_net(self, tile: str, site: int, pin: str) -> str:
-        """Give the net at an output of a block RAM, for any of its sites."""
+        """Return the net at an output of a block RAM, for any of its sites."""
         found = RAM_OUTPUT.fullmatch(self._site(tile, site)[1][pin])
         if not found:
             raise ToolError(f"{tile}: the output {pin} of a block RAM is not decoded")
@@ -364,7 +365,7 @@ class Decoder:
 
 
 def pads_of(chip_folder: Path, ports: Mapping[str, str]) -> dict[str, str]:
-    """Site of a pad to its port, from ``ports`` (port to pin of the package).
+    """Return the port of each pad's site, from ``ports`` (port to pin of the package).
 
     Raises ToolError for a pin that the package does not have.
     """

@@ -24,7 +24,7 @@ MODELS: Final = Path(__file__).with_name("bitstream_models")
 VERILATOR: Final = (
     *("verilator", "--cc", "--exe", "--build", "-O3", "--x-assign", "0", "--x-initial", "0"),
     *("--no-assert", "-Wno-fatal", "-Wno-lint", "-Wno-style", "-Wno-SYMRSVDWORD", "-Wno-UNOPTFLAT"),
-    # The program runs for seconds: compiling it with any optimisation takes longer than that.
+    # The program runs for seconds. Compiling it with any optimisation takes longer than that.
     *("-MAKEFLAGS", "OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O1", "--output-split", "20000"),
     *("--top-module", "bench", "--prefix", "Vbench", "-o", "bench"),
 )
@@ -44,7 +44,7 @@ KINDS: Final = (
     (r"\w*_in", "pulse"),
     (r".*", "data"),
 )
-"""Stimulus of each input by its name; the first pattern that fits applies."""
+"""The stimulus of each input by its name. The first pattern that fits applies."""
 MASTER: Final = "MAXIGP0"
 MASTER_LINES: Final = (
     *("AWVALID", "AWREADY", "AWID", "AWADDR", "AWLEN", "AWSIZE", "AWBURST"),
@@ -52,7 +52,8 @@ MASTER_LINES: Final = (
     *("ARVALID", "ARREADY", "ARID", "ARADDR", "ARLEN", "ARSIZE", "ARBURST"),
     *("RVALID", "RREADY", "RDATA", "RRESP", "RLAST"),
 )
-"""Lines of the PS7's general purpose master 0 (AXI3); lines that a design lacks have width 0."""
+"""The lines of the PS7's general purpose master 0 (AXI3). Lines that a design lacks have width
+0."""
 
 
 @dataclass(frozen=True)
@@ -62,20 +63,20 @@ class Port:
     name: str
     bits: int
     is_input: bool
-    """Into the design: from a pad, or an output of the PS7."""
+    """The port goes into the design, from a pad or from an output of the PS7."""
     is_processor: bool
     is_wire: bool = False
-    """One of the two ports of a pad that both sides may pull low and no side drives high: what the
-    outside does (0 pulls low), or the level."""
+    """The port is one of two of a pad that both sides may pull low and no side drives high. One is
+    what the outside does (0 pulls low), the other the level."""
 
     def lines(self) -> list[str]:
-        """Give the names of its bits, as the PS7's pins are named."""
+        """Return the names of its bits, as the PS7's pins are named."""
         is_bus = self.is_processor and self.bits > 1
         return [f"{self.name}{bit}" for bit in range(self.bits)] if is_bus else [self.name]
 
 
 def ports_of(module: dict[str, Any]) -> list[Port]:
-    """The pads and the ports of the PS7 of a mapped netlist, inputs first.
+    """Return the pads and the ports of the PS7 of a mapped netlist, inputs first.
 
     An inout is two ports, see ``Port.is_wire``.
     """
@@ -95,7 +96,7 @@ def ports_of(module: dict[str, Any]) -> list[Port]:
 
 
 def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
-    """Ports of a direction and their first bit of the bus."""
+    """Return the ports of a direction, each with its first bit in the bus."""
     found, first = [], 0
     for port in ports:
         if port.is_input == is_input:
@@ -105,12 +106,13 @@ def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
 
 
 def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
-    """Give the ports of both directions, each with its first bit in its own bus."""
+    """Return the ports of both directions, each with its first bit in its own bus."""
     return [place for is_input in (True, False) for place in _placed(ports, is_input=is_input)]
 
 
 def _reference(top: str, ports: Sequence[Port]) -> str:
-    """Verilog: the top level with a PS7 whose outputs come, and whose inputs go, outside."""
+    """Return Verilog of the top level with a PS7 whose outputs come from outside and inputs go
+    there."""
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     wide_in = bus_bits(sum(port.bits for port, _ in inputs))
     wide_out = bus_bits(sum(port.bits for port, _ in outputs))
@@ -165,9 +167,10 @@ def _reference(top: str, ports: Sequence[Port]) -> str:
 
 
 def without_repeats(netlist: str) -> str:
-    """GHDL declares an output twice, as a port and as a wire, and assigns signals to themselves.
+    """Remove second declarations and assignments of a signal to itself from GHDL's netlist.
 
-    Verilator takes only one declaration, and of two assignments the first.
+    GHDL declares an output twice, as a port and as a wire. Verilator accepts only one declaration,
+    and of two assignments the first.
     """
     kept = []
     ports: set[str] = set()
@@ -186,7 +189,7 @@ def without_repeats(netlist: str) -> str:
 
 
 def direct_tristates(netlist: str) -> str:
-    """Connect an inout directly: GHDL puts two wires between it and its driver or reader.
+    """Connect an inout directly. GHDL puts two wires between it and its driver or reader.
 
     Verilator handles 1'bz only where it is assigned to the port itself.
     """
@@ -265,7 +268,7 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
             f"constexpr MasterLines AXI = {{\n{chr(10).join(master)}\n}};",
             "struct Block { const char* name; int first; int bits; };",
             f"constexpr Line LINES[] = {{\n{chr(10).join(rows)}\n}};",
-            # One more, since an array of nothing is none.
+            # An array must not be empty, so it has one more entry.
             f"constexpr int BLOCK_COUNT = {len(blocks)};",
             f"constexpr int ENCODERS = {max(1, len(heads))};",
             f"constexpr int PULSES = {pulses};",
@@ -283,19 +286,19 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """The result of a run: a sentence for each difference, and figures by name."""
+    """The result of a run, with a sentence for each difference and figures by name."""
 
     differences: list[str]
     still: list[str]
-    """DSPs, halves of block RAMs and outputs of look-up tables as RAM that never moved."""
+    """DSPs, halves of block RAMs and outputs of look-up tables as RAM that never changed."""
     figures: Mapping[str, int]
     quiet: list[str] = field(default_factory=list)
-    """Outputs that never moved."""
+    """Outputs that never changed."""
     answers: Sequence[Answer] = ()
 
     @property
     def is_equal(self) -> bool:
-        """True if no output ever differed."""
+        """Return True if no output ever differed."""
         return self.figures["different"] == 0
 
 
@@ -342,10 +345,10 @@ def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, fold
 
 
 def run(bench: Path, clocks: int, seed: int, accesses: Sequence[Access] = ()) -> Compared:
-    """Run it for so many clocks at least, and to the end of ``accesses``, seen at the VHDL.
+    """Run the bench for at least this many clocks, and until the VHDL has had all ``accesses``.
 
-    Without any, all lines of the processor get random levels. Raises ToolError when it ends without
-    figures.
+    Without accesses, all lines of the processor get random levels. Raises ToolError when the bench
+    ends without figures.
     """
     command = [str(bench), str(clocks), str(seed)]
     answered = bench.with_name("answers.txt")

@@ -18,11 +18,11 @@ SHOWN: Final = 5
 INDEXED: Final = re.compile(r"(?P<name>.*)\[(?P<index>\d+)\]")
 
 Bits = Mapping[int, frozenset[int]]
-"""Set bits of each frame by its address, counted from bit 0 of word 0."""
+"""The set bits of each frame by its address, counted from bit 0 of word 0."""
 
 
 def bits_of_frames(path: Path) -> Bits:
-    """The bits of a file of frames, as scripts/fasm_frames.py and fasm2frames write it."""
+    """Return the bits of a file of frames, as scripts/fasm_frames.py and fasm2frames write it."""
     found = {}
     for line in path.read_text(encoding="ascii").splitlines():
         address, _, words = line.partition(" ")
@@ -39,7 +39,7 @@ def bits_of_frames(path: Path) -> Bits:
 
 
 def bits_of_bitstream(bitstream: Path, reader: str, part_file: Path) -> Bits:
-    """The bits of a bitstream by Project X-Ray's ``bitread``.
+    """Return the bits of a bitstream by Project X-Ray's ``bitread``.
 
     Raises ToolError when it fails.
     """
@@ -67,7 +67,7 @@ class Features:
         self._drivers: dict[str, dict[str, str]] = {}
 
     def of(self, tile: str) -> frozenset[str]:
-        """Give the features of a tile that set bits, by the names of its type in the database."""
+        """Return the features of a tile that set bits, by the names of its type in the database."""
         if tile not in self._found:
             self._found[tile] = self._read(tile)
         return self._found[tile]
@@ -91,7 +91,7 @@ class Features:
         return frozenset(found)
 
     def _ones(self, tile: str, start: int) -> set[tuple[str, int, int]]:
-        """Give kind, frame within the tile and bit of every set bit."""
+        """Return kind, frame within the tile and bit of every set bit."""
         found = set()
         for kind, block in self.chip.tiles[tile]["bits"].items():
             base = int(block["baseaddr"], 16)
@@ -106,11 +106,11 @@ class Features:
 
     @cached_property
     def tiles(self) -> list[str]:
-        """The tiles with a feature."""
+        """Return the tiles with a feature."""
         return [tile for tile in self.chip.tiles if self.of(tile)]
 
     def drivers(self, tile: str) -> dict[str, str]:
-        """Give for each wire the driver that a feature of the tile selects.
+        """Return for each wire the driver that a feature of the tile selects.
 
         Raises ToolError where two drive one wire.
         """
@@ -142,7 +142,7 @@ class Features:
         return whole[0]
 
     def unexplained(self) -> list[str]:
-        """Bits that are set and that no feature found here sets: frame, word and bit."""
+        """Return frame, word and bit of each set bit that no feature found here sets."""
         explained: dict[int, set[int]] = defaultdict(set)
         for tile in self.tiles:
             own = self.chip.type_of(tile)
@@ -168,7 +168,7 @@ class Features:
 
 
 def vector(features: frozenset[str], name: str) -> int:
-    """The number that ``name[0]``, ``name[1]`` … make, bit by bit."""
+    """Return the number that ``name[0]``, ``name[1]`` … make, bit by bit."""
     value = 0
     for feature in features:
         found = INDEXED.fullmatch(feature)

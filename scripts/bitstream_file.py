@@ -1,4 +1,4 @@
-"""Checks that a bitstream is whole and made for the chip. Source: UG470, chapter 5."""
+"""Checks that a bitstream is whole and made for the chip. The source is UG470, chapter 5."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TYPE_2_WORDS = 0x07FF_FFFF
 REVISION = 0xF000_0000  # the top four bits of an identification code are the silicon's revision
 WORDS_A_FRAME = 101
 
-# Identification code and configuration frames, those that only pad the end of a row among them.
+# Identification code and number of configuration frames, with those that only pad the end of a row.
 # UG585's lengths of whole bitstreams are 2,332 bytes of commands more.
 DIES = {
     "xc7z010": (0x0372_2093, 5_152),
@@ -27,7 +27,7 @@ LONGEST_HEAD = 1024  # bytes before the sync word, or before the frames: tagged 
 
 
 def check_bitstream(path: Path, part: str) -> str:
-    """One sentence about the bitstream of ``part``.
+    """Return one sentence about the bitstream of ``part``.
 
     Raises ToolError when there is none, when it is cut off, or made for another chip.
     """

@@ -17,7 +17,7 @@ OSCILLATOR_MHZ = 125  # of both boards, at their pin H16
 
 
 class TimingError(Exception):
-    """The design does not run at its clock; the text says by how much and where to read more."""
+    """The design does not run at its clock. The text says by how much and where to read more."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ HEADS_TOPS = {
     "arctrue_zynq_top": "arctrue_zynq_heads_top",
     "encoder_source_top": "encoder_source_heads_top",
 }
-"""The top level for three and four heads, of each that has two and pins for more."""
+"""Maps each top level with two heads and pins for more to that for three and four heads."""
 
 DEVICE_CLOCK_MHZ = number_formats.CLOCK_HZ // 1_000_000
 DEVICE_PRIMITIVES = {"PS7": 1, "BUFG": 1}
@@ -71,12 +71,12 @@ TOPS = {
     )
 }
 TWO_HEADS_TOPS = tuple(name for name in TOPS if name not in HEADS_TOPS.values())
-"""The top levels that are asked for by name; HEADS chooses the others."""
+"""The top levels that are asked for by name. HEADS chooses the others."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """One bitstream: ``pins`` is an XDC file, ``folder`` takes every file that is made."""
+    """One bitstream. ``pins`` is an XDC file, and ``folder`` takes every file that is made."""
 
     top: Top
     part: str
@@ -87,12 +87,12 @@ class Job:
 
     @property
     def reports(self) -> Path:
-        """Folder of logs and reports."""
+        """Return the folder of logs and reports."""
         return self.folder / "reports"
 
     @property
     def bitstream(self) -> Path:
-        """File that the flow writes."""
+        """Return the file that the flow writes."""
         return self.folder / "arctrue.bit"
 
 
@@ -119,7 +119,7 @@ class Tool:
         return next((command for command in found if command), None)
 
     def missing(self) -> str:
-        """One line: what was looked for, where, and what to do."""
+        """Return one line that says what was looked for, where, and what to do."""
         chosen = os.environ.get(self.variable)
         if chosen:
             looked = f"{self.variable}={chosen} is not a program that can be started"
@@ -129,10 +129,10 @@ class Tool:
 
 
 def all_found(tools: Sequence[Tool], others: Sequence[str] = ()) -> list[str]:
-    """The commands of ``tools``, in their order.
+    """Return the commands of ``tools``, in their order.
 
-    Raises ToolError that names everything that is missing at once; ``others`` are sentences about
-    what else is.
+    Raises ToolError that names everything that is missing at once. ``others`` are sentences about
+    further missing things.
     """
     found = [tool.find() for tool in tools]
     lines = [tool.missing() for tool, command in zip(tools, found, strict=True) if not command]
@@ -143,9 +143,10 @@ def all_found(tools: Sequence[Tool], others: Sequence[str] = ()) -> list[str]:
 
 
 def in_order_of_use(files: Sequence[Path]) -> list[Path]:
-    """VHDL files such that each comes after those whose units it names as ``work.<name>``.
+    """Return VHDL files in an order in which each comes after those whose units it uses.
 
-    A file is named like its unit. Raises ToolError where files name each other in a circle.
+    A unit is used as ``work.<name>``, and a file is named like its unit. Raises ToolError where
+    files name each other in a circle.
     """
     by_name = {path.stem: path for path in files}
     names = {}

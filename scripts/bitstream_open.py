@@ -22,7 +22,7 @@ from scripts.fasm_frames import frames_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
 UNPACKED = ROOT / "build" / "place_and_route"
-"""Folder that scripts/install_place_and_route.sh makes."""
+"""The folder that scripts/install_place_and_route.sh makes."""
 INSTALL = "Run scripts/install_place_and_route.sh, "
 NEXTPNR = Tool(
     "NEXTPNR",
@@ -39,20 +39,20 @@ FRAMES2BIT = Tool(
     UNPACKED / "bin",
 )
 FASM2FRAMES = Tool("FASM2FRAMES", (), "It is utils/fasm2frames.py of github.com/f4pga/prjxray")
-"""Used only if it is named: scripts/fasm_frames.py does the same, except for banks below 3.3 V."""
+"""Used only if it is named. scripts/fasm_frames.py does the same, except for banks below 3.3 V."""
 DATABASE = "PRJXRAY_DB_DIR"
 CHIPDB = "CHIPDB"
 FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""Options by which nextpnr's placer weighs wires on long paths more than by its defaults, 10 and 2:
-docs/timing.md."""
+"""With these options nextpnr's placer weighs wires on long paths more than by its defaults, 10 and
+2 (docs/timing.md)."""
 ROUTING = ("--tmg-ripup",)
-"""Option by which nextpnr's router routes a wire again if its detour makes a path too slow."""
+"""With this option nextpnr's router routes a wire again if its detour makes a path too slow."""
 
 OTHER_SEEDS = (2, 3)
-"""Seeds of the placements that are tried when the timing of the first one is not met."""
+"""The seeds of the placements that are tried when the timing of the first one is not met."""
 
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
@@ -62,12 +62,12 @@ HOLD = re.compile(r"hold\s+-?[\d.]+\s+(?P<slack>-[\d.]+)\s+Source (?P<pin>\S+)")
 
 
 def is_himbaechel(nextpnr: str) -> bool:
-    """Which of the two nextpnr, by the program's name: their options differ."""
+    """Tell from the program's name which of the two nextpnr it is, because their options differ."""
     return "himbaechel" in Path(nextpnr).name
 
 
 def database_of(part: str) -> tuple[Path | None, str]:
-    """Give Project X-Ray's folder of the family, or None and advice."""
+    """Return Project X-Ray's folder of the family, or None and advice."""
     named = os.environ.get(DATABASE)
     folder = Path(named) if named else UNPACKED / "database"
     if not named and not folder.exists():
@@ -83,7 +83,7 @@ def database_of(part: str) -> tuple[Path | None, str]:
 
 
 def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
-    """Give nextpnr's own database if it is named, and advice if it is needed and missing."""
+    """Return nextpnr's own database if it is named, and advice if it is needed and missing."""
     named = os.environ.get(CHIPDB)
     if named and not Path(named).exists():
         return None, f"{CHIPDB}={named}: there is no such file"
@@ -99,7 +99,8 @@ def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
 
 
 def timing_of(log: str) -> dict[str, tuple[float, str]]:
-    """Give for each clock its frequency in MHz and the verdict, the last one: after routing."""
+    """Return for each clock its frequency in MHz and its last verdict, which is that after
+    routing."""
     return {
         found["clock"]: (float(found["reached"]), found["verdict"])
         for found in FREQUENCY.finditer(log)
@@ -107,14 +108,14 @@ def timing_of(log: str) -> dict[str, tuple[float, str]]:
 
 
 def hold_violations(log: str) -> list[tuple[float, str]]:
-    """Slack (below 0) in ns and pin of each input that nextpnr says changes too early."""
+    """Return slack (below 0) in ns and pin of each input that nextpnr says changes too early."""
     return [(float(found["slack"]), found["pin"]) for found in HOLD.finditer(log)]
 
 
 def check_timing(log: str, path: Path, asked_mhz: float) -> None:
     """Raise TimingError when nextpnr's log says that a clock is too slow or data changes too early.
 
-    ``path``: where the log is, for the message.
+    The message names ``path``, where the log is.
     """
     clocks = timing_of(log)
     late = {clock: reached for clock, (reached, verdict) in clocks.items() if verdict == "FAIL"}
@@ -134,7 +135,7 @@ def check_timing(log: str, path: Path, asked_mhz: float) -> None:
 
 
 def check_primitives(netlist: Path, top: Top) -> None:
-    """Raise ToolError when the mapped netlist has not the cells that tie it to the chip."""
+    """Raise ToolError when the mapped netlist lacks cells that tie it to the chip."""
     modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
     cells = Counter(cell["type"] for cell in modules[top.name]["cells"].values())
     for kind, count in top.primitives.items():
@@ -145,7 +146,7 @@ def check_primitives(netlist: Path, top: Top) -> None:
 def check_contents(netlist: Path, top: Top) -> None:
     """Raise ToolError when look-up tables as RAM hold ones at power-up, which nextpnr loses.
 
-    nextpnr looks for the contents of a RAM32M or RAM64M in ``INITA``; the cell has ``INIT_A``.
+    nextpnr looks for the contents of a RAM32M or RAM64M in ``INITA``, but the cell has ``INIT_A``.
     """
     modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
     for name, cell in modules[top.name]["cells"].items():
@@ -160,7 +161,7 @@ def check_contents(netlist: Path, top: Top) -> None:
 
 
 def _run(command: Sequence[str], log: Path) -> tuple[int, str]:
-    """Run a command; give exit code and output, which also goes to the log meanwhile."""
+    """Run a command and return exit code and output, which also goes to the log meanwhile."""
     with log.open("w", encoding="utf-8") as file:
         file.write(f"{' '.join(command)}\n")
         file.flush()
@@ -182,7 +183,8 @@ def _run_step(job: Job, name: str, command: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class Routed:
-    """Results of place and route: FASM, the placed netlist, a sentence about the timing."""
+    """The results of place and route are FASM, the placed netlist and a sentence about the
+    timing."""
 
     fasm: Path
     netlist: Path

@@ -1,4 +1,4 @@
-"""The command line as a test calls it."""
+"""Call the command line from a test."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from arctrue.cli import main
 
 
 def arctrue(*words: object) -> Result:
-    """Result of ``arctrue WORDS``."""
+    """Return the result of ``arctrue WORDS``."""
     return CliRunner().invoke(main, [str(word) for word in words])

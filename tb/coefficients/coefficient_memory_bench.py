@@ -23,7 +23,7 @@ OFFSET_DELAY = int(os.environ.get("OFFSET_DELAY", "25"))
 LAST_COPY = max(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
 COUNTS_PER_REV = 2**24
 WRITE_CLOCKS = 3
-# From a swap to an idle bank that is filled, as the entity's header states it.
+# Clocks from a swap to a filled idle bank, as the entity's header states them.
 FILLED = LAST_COPY + 4 * LANES + 2
 LONGEST_WRITE = LAST_COPY + 4 * LANES + 5
 BUILT = LANES // FOLD
@@ -40,14 +40,15 @@ async def start(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     if FOLD > 1:
         cocotb.start_soon(count_slots(dut))
-    # The test before may have left a swap that waits until another has ended.
+    # The previous test may have left a swap that waits for the end of another.
     for _ in range(2 * (FILLED + FOLD) + 2):
         await RisingEdge(dut.clock)
     dut.reset.value = 0
 
 
 async def count_slots(dut: Any) -> None:
-    """A new angle in every FOLD clocks; a swap is allowed in the clock before it."""
+    """Count slots: a new angle comes every FOLD clocks; a swap is allowed in the clock before
+    it."""
     slot = 0
     while True:
         await RisingEdge(dut.clock)
@@ -71,7 +72,7 @@ def flat(words: Any, width: int) -> int:
 
 
 def outputs(dut: Any) -> tuple[int, int, int, int]:
-    """The four parts of the active bank in the clock that is ending."""
+    """Return the four parts of the active bank in the clock that is ending."""
     return (
         dut.phase_steps.value.to_unsigned(),
         dut.phase_offsets.value.to_unsigned(),
@@ -85,7 +86,7 @@ DELAYS = (0, PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
 
 
 def expected(bank: Coefficients, block: int = 0) -> tuple[int, int, int, int]:
-    """The outputs that an angle of the bank meets in a slot: those of the block of that number."""
+    """Return the outputs that an angle of the bank meets in a slot: those of block ``block``."""
     lanes = slice(block * BUILT, (block + 1) * BUILT)
     return (
         flat(bank.phase_steps[lanes], PHASE_STEP_WIDTH),
@@ -98,10 +99,10 @@ def expected(bank: Coefficients, block: int = 0) -> tuple[int, int, int, int]:
 def check_met(
     first: int, seen: list[tuple[int, int, int, int]], bank_of_clock: list[Coefficients]
 ) -> None:
-    """Every angle meets one bank.
+    """Check that every angle meets one bank.
 
-    ``first``: the slot of the first clock; ``seen``: the outputs; ``bank_of_clock``: the bank that
-    an angle of each clock shall meet.
+    ``first`` is the slot of the first clock, ``seen`` the outputs, ``bank_of_clock`` the bank that
+    an angle of each clock must meet.
     """
     for clock in range(-first % FOLD, len(seen) - LAST_COPY - FOLD, FOLD):
         for slot in range(FOLD):
@@ -112,7 +113,7 @@ def check_met(
 
 
 async def write(dut: Any, address: int | None, data: int) -> int:
-    """Write a word (or the offset); returns the clocks until the acknowledge."""
+    """Write a word (or the offset); return the clocks until the acknowledge."""
     dut.write_enable.value = int(address is not None)
     dut.write_offset.value = int(address is None)
     dut.write_address.value = address or 0
@@ -120,7 +121,7 @@ async def write(dut: Any, address: int | None, data: int) -> int:
     await RisingEdge(dut.clock)
     dut.write_enable.value = 0
     dut.write_offset.value = 0
-    # What the write carries is taken over in its own clock.
+    # The content of the write is taken over in its own clock.
     dut.write_data.value = 0xDEADBEEF
     dut.write_address.value = 255
     for clocks in range(1, LONGEST_WRITE + FOLD + 10):
@@ -137,7 +138,7 @@ async def load(dut: Any, bank: Coefficients) -> None:
 
 
 async def start_with_idle_bank(dut: Any, seed: int) -> tuple[random.Random, Coefficients]:
-    """Start and write a random idle bank; the generator is returned too, for further banks."""
+    """Start and write a random idle bank; return the generator too, for further banks."""
     await start(dut)
     rng = random.Random(seed)
     bank = random_bank(rng)
@@ -159,7 +160,7 @@ async def clock_and_see(dut: Any, seen: list[tuple[int, int, int, int]], slots: 
 
 
 async def check_active(dut: Any, bank: Coefficients) -> None:
-    """All angles meet the bank while nothing is swapped."""
+    """Check that all angles meet the bank while nothing is swapped."""
     seen: list[tuple[int, int, int, int]] = []
     slots: list[int] = []
     for _ in range(LAST_COPY + 3 * FOLD):
@@ -201,7 +202,7 @@ async def pulse_swap_and_settle(dut: Any) -> None:
 
 @cocotb.test(skip=FOLD > 1)
 async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
-    """Meanwhile no write reaches the idle bank, and another swap joins the one that waits."""
+    """Meanwhile no write reaches the idle bank, and another swap joins the waiting one."""
     rng, before = await start_with_idle_bank(dut, 5)
     await pulse_swap_and_settle(dut)
     after = random_bank(rng)
@@ -234,7 +235,7 @@ async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
 
 @cocotb.test()
 async def swaps_one_after_the_other(dut: Any) -> None:
-    """A swap while the idle bank is filled waits; the words of the bank before it do not return."""
+    """A swap while the idle bank is filled waits; words of the earlier bank do not return."""
     _, bank = await start_with_idle_bank(dut, 6)
     markers = 0
     for clock in range(2 * (FILLED + FOLD) + 10):
@@ -251,7 +252,7 @@ async def read_back_shows_what_is_stored(dut: Any) -> None:
     await start(dut)
     rng = random.Random(2)
     model = CoefficientMemory(COUNTS_PER_REV, LANES)
-    # A simulation run keeps the state of the test before: write every word.
+    # A simulation run keeps the state of the previous test: write every word.
     for address in rng.sample(range(256), 256):
         data = rng.getrandbits(32)
         await write(dut, address, data)
@@ -266,7 +267,7 @@ async def read_back_shows_what_is_stored(dut: Any) -> None:
     model.swap()
     await check_active(dut, model.active)
     assert dut.idle_offset.value.to_signed() == model.active.offset
-    # The idle bank still holds it all: change one word and swap again.
+    # The idle bank still has all words: change one word and swap again.
     await write(dut, 3, 12345)
     model.write(3, 12345)
     await pulse_swap_and_settle(dut)
@@ -277,7 +278,7 @@ async def read_back_shows_what_is_stored(dut: Any) -> None:
 
 @cocotb.test()
 async def every_angle_meets_one_bank(dut: Any) -> None:
-    """Swaps and writes at random instants: an angle meets one snapshot of the idle bank."""
+    """Swaps and writes come at random instants: an angle meets one snapshot of the idle bank."""
     await start(dut)
     rng = random.Random(3)
     model = CoefficientMemory(COUNTS_PER_REV, LANES)
@@ -308,7 +309,7 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
         dut.write_data.value = data
         await clock_and_see(dut, seen, slots)
         if dut.swap_marker.value == 1:
-            # Asked for, and not before the idle bank was filled; what is acknowledged counts.
+            # The swap was requested, and the idle bank was filled first; acknowledged words count.
             assert asked
             assert last < 0 or clock - last >= FILLED
             assert clock - max(clock_of_swap, last + FILLED) <= FOLD + 2
@@ -328,14 +329,14 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
                 model.write(address, data)
             pending = None
     assert met > 15
-    # From the start of the write or the swap before it, whichever is later.
+    # Clocks from the start of the write or from the swap before it, whichever is later.
     assert FILLED < longest_wait <= LONGEST_WRITE
     check_met(slots[0], seen, bank_of_clock)
 
 
 @cocotb.test()
 async def reset_leaves_whole_banks(dut: Any) -> None:
-    """A reset in the midst of a swap drops the pending write and nothing else."""
+    """A reset during a swap only drops the pending write."""
     _, bank = await start_with_idle_bank(dut, 4)
     dut.swap.value = 1
     await RisingEdge(dut.clock)

@@ -1,4 +1,4 @@
-"""The coefficient memory: words, read-back, and one bank for one angle."""
+"""Test of the coefficient memory: words, read-back, and one bank for one angle."""
 
 from __future__ import annotations
 

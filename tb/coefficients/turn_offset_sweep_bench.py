@@ -23,7 +23,7 @@ PULSES = ("write_low", "write_high", "write_offset", "take_over")
 
 
 class Memory:
-    """What the pipeline's memory holds: the prepared offset by bank, place and lane."""
+    """The content of the pipeline's memory: the prepared offset by bank, place and lane."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -86,7 +86,8 @@ def check(memory: Memory, bank: int, turn: int, steps: list[int], offsets: list[
 
 @cocotb.test()
 async def every_turn_is_exact(dut: Any) -> None:
-    """Any turn of s23.0, ready in the stated time; as a fraction, within half a unit of 24 bits."""
+    """Any turn of s23.0 is ready in the stated time, as a fraction within half a unit of 24
+    bits."""
     memory = await start(dut)
     steps, offsets = random_words(1)
     await load(memory, steps, offsets)
@@ -104,7 +105,7 @@ async def every_turn_is_exact(dut: Any) -> None:
 
 @cocotb.test()
 async def tremble_keeps_the_neighbours(dut: Any) -> None:
-    """At no clock of a tremble of any rhythm do the offsets of the turns that are met change."""
+    """During a tremble of any rhythm the offsets of the turns in use never change."""
     memory = await start(dut)
     steps, offsets = random_words(3)
     await load(memory, steps, offsets)
@@ -118,7 +119,7 @@ async def tremble_keeps_the_neighbours(dut: Any) -> None:
             dut.turn.value = turn + rng.choice([0, side])
             await memory.clocks(rng.choice([1, 2, 3, 7, 50]))
             for place, of_turn in enumerate(wanted):
-                # The neighbour on the other side is not met during this tremble.
+                # The neighbour on the other side is not used during this tremble.
                 if place - 1 != -side:
                     assert memory.of(0, turn + place - 1) == of_turn
         dut.turn.value = turn
@@ -128,7 +129,7 @@ async def tremble_keeps_the_neighbours(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_during_a_tremble_is_complete(dut: Any) -> None:
-    """Whatever the rhythm, when `swept` comes the turns to both sides of the wrap are new."""
+    """In any rhythm, the turns on both sides of the wrap are new when `swept` comes."""
     memory = await start(dut)
     rng = random.Random(8)
     for seed in range(6):
@@ -145,7 +146,8 @@ async def a_write_during_a_tremble_is_complete(dut: Any) -> None:
 
 @cocotb.test()
 async def turns_one_after_the_other(dut: Any) -> None:
-    """In the stated time after a wrap the next turn is ready: at the fastest, both ways."""
+    """The next turn is ready in the stated time after a wrap, at the highest speed, in both
+    directions."""
     memory = await start(dut)
     steps, offsets = random_words(5)
     await load(memory, steps, offsets)
@@ -161,7 +163,7 @@ async def turns_one_after_the_other(dut: Any) -> None:
 
 @cocotb.test()
 async def banks_and_take_over(dut: Any) -> None:
-    """Writes change the idle bank alone; take_over copies the steps; swept waits for both."""
+    """Writes change only the idle bank; take_over copies the steps; swept waits for both."""
     memory = await start(dut)
     steps, offsets = random_words(6)
     await load(memory, steps, offsets)
@@ -172,7 +174,8 @@ async def banks_and_take_over(dut: Any) -> None:
         waited += 1
     assert 2 * SWEEP_CLOCKS <= waited <= ready_clocks(LANES)
     check(memory, 0, 5, steps, offsets)
-    # A swap: bank 0 is active, bank 1 gets its steps and, from the memory's fill, its offsets.
+    # A swap: bank 0 is active; bank 1 gets its steps, and its offsets from the filling of the
+    # memory.
     dut.idle_bank.value = 1
     dut.take_over.value = 1
     await memory.clock()
@@ -182,7 +185,7 @@ async def banks_and_take_over(dut: Any) -> None:
         await write(memory, "write_offset", lane, offset)
     copied = LANES + 1
     while dut.copies.value == 1:
-        # Also meanwhile the read-back is that of the bank that was swapped in.
+        # Meanwhile, too, the read-back is that of the bank that was swapped in.
         dut.read_address.value = 2 * (copied % LANES) + copied % 2
         step = steps[copied % LANES]
         await memory.clocks(2)
@@ -195,7 +198,7 @@ async def banks_and_take_over(dut: Any) -> None:
         await memory.clock()
     for bank in (0, 1):
         check(memory, bank, 5, steps, offsets)
-    # Another write changes bank 1 alone.
+    # Another write changes only bank 1.
     await write(memory, "write_low", LANES - 1, 12345)
     changed = [*steps[:-1], steps[-1] >> 32 << 32 | 12345]
     await memory.clocks(ready_clocks(LANES))

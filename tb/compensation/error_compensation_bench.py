@@ -74,7 +74,7 @@ async def compare(
     counts_per_rev: int,
     ramp_rate: int,
 ) -> Any:
-    """Run VHDL and model over the same clocks; returns the model's outputs."""
+    """Run VHDL and model over the same clocks; return the model's outputs."""
     await start(dut, counts_per_rev, ramp_rate)
     seen = []
     clocks = angle.size
@@ -111,7 +111,7 @@ async def compare(
 @cocotb.test()
 @cocotb.parametrize(counts_per_rev=[4, 5, 1000, 65536, 12_345_678, 2**24])
 async def random_input(dut: Any, counts_per_rev: int) -> None:
-    """Pair sums up to twice the turn, so that clipped and unclipped corrections are met."""
+    """Pair sums reach twice the turn, so that corrections are clipped and not clipped."""
     rng = np.random.default_rng(counts_per_rev)
     largest = min(PAIR_MAX, (2 * counts_per_rev << PAIR_FRACTION) // max(1, PAIRS // 2))
     offset_max = min(OFFSET_MAX, counts_per_rev << 9)
@@ -135,7 +135,8 @@ async def random_input(dut: Any, counts_per_rev: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sign=[1, -1])
 async def extremes(dut: Any, sign: int) -> None:
-    """Every term at the end of its format, readings at both ends of the turn, wrapping position."""
+    """Every term is at the end of its format; readings at both ends of the turn, position
+    wrapping."""
     counts_per_rev = 2**24
     model = await compare(
         dut,
@@ -153,7 +154,7 @@ async def extremes(dut: Any, sign: int) -> None:
 
 @cocotb.test()
 async def every_fraction_rounds_once(dut: Any) -> None:
-    """Totals around each rounding boundary: the angle and the position round to the same count."""
+    """Totals lie around each rounding boundary: angle and position round to the same count."""
     near = np.array([-2, -1, 0, 1, 2], dtype=np.int64)
     half = 1 << (PAIR_FRACTION - 1)
     total = np.concatenate([near + part * half for part in range(-7, 8)])
@@ -181,7 +182,8 @@ async def every_fraction_rounds_once(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(fold=[FOLD])
 async def folded_sums(dut: Any, fold: int) -> None:
-    """Pair sums of an angle over FOLD clocks: as one angle a clock, but for the ramp's clocks."""
+    """Pair sums of an angle come over FOLD clocks: equal to one angle a clock, except the ramp's
+    clocks."""
     angles = 300
     counts_per_rev = 12_345_678
     rng = np.random.default_rng(fold)
@@ -204,7 +206,7 @@ async def folded_sums(dut: Any, fold: int) -> None:
         dut.pair_sums.value = flat(pair_sums[now, slot])
         dut.first_sums.value = int(slot == 0 and clock < fold * angles)
         dut.last_sums.value = int(last)
-        # Before the last sums they are not looked at.
+        # Before the last sums these inputs are ignored.
         dut.offset.value = int(offset[now]) if last else -1
         dut.angle.value = int(angle[now]) if last else 0
         dut.position.value = int(position[now]) if last else 0
@@ -246,9 +248,9 @@ async def folded_sums(dut: Any, fold: int) -> None:
 
 @cocotb.test(skip=not MEAN)
 async def mean_joins_before_the_rounding(dut: Any) -> None:
-    """Every term of the mean at random and at its ends; carriers change with swaps, under the ramp.
+    """Every term of the mean is random or at its ends; carriers change with swaps, under the ramp.
 
-    What the reading jumps by at a change of the carrier never shows in the corrected position.
+    The jump of the reading at a change of the carrier never shows in the corrected position.
     """
     rng = np.random.default_rng(LANES)
     counts_per_rev = 2**24
@@ -310,7 +312,7 @@ async def mean_joins_before_the_rounding(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_four_clocks(dut: Any) -> None:
-    """Counted at the ports, for the reading and for the pair sums."""
+    """The clocks are counted at the ports, for the reading and for the pair sums."""
     await start(dut, 2**24, 2**24)
     dut.apply.value = 1
     for _ in range(10):

@@ -31,7 +31,7 @@ from tb.core.compensation_pipeline_bench import (
 )
 
 ANGLES = 1200
-# Clocks from a step of the sweep to the first read that sees what it writes.
+# Clocks from a step of the sweep to the first read that sees its write.
 WRITE_CLOCKS = 6
 # Clocks from an angle to the read of its amplitude.
 READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
@@ -39,7 +39,7 @@ NAMES = ("direction", "speed", "word_a", "word_b")
 
 
 def bank_of(seed: int) -> Coefficients:
-    """Lanes of every modulator, order 0 among them."""
+    """Return lanes of every modulator, order 0 among them."""
     rng = np.random.default_rng(seed)
     orders = rng.integers(0, 90, LANES)
     orders[0] = 0
@@ -64,7 +64,7 @@ def bank_of(seed: int) -> Coefficients:
 
 
 class Sweep:
-    """Drives the step and the modulators in every clock, and writes down what was there."""
+    """Drive the step and the modulators in every clock, and record them."""
 
     def __init__(self, dut: Any, seed: int) -> None:
         self.dut = dut
@@ -100,7 +100,7 @@ class Sweep:
                 self.put(self.random())
 
     async def load(self, bank: Coefficients) -> int:
-        """Write and swap; the clocks until the new bank is met."""
+        """Write and swap; return the clocks until the new bank is in use."""
         for address, data in bank_words(bank):
             await write(self.dut, address, data)
         self.dut.swap.value = 1
@@ -131,7 +131,8 @@ async def begin(dut: Any, seed: int) -> Sweep:
 
 @cocotb.test()
 async def held_modulators(dut: Any) -> None:
-    """While they stand the outputs are those of amplitudes times modulators, for each FOLD."""
+    """With constant modulators the outputs are those of amplitudes times modulators, for each
+    FOLD."""
     sweep = await begin(dut, 1)
     rng = np.random.default_rng(3)
     one = MODULATOR_ONE
@@ -140,8 +141,8 @@ async def held_modulators(dut: Any) -> None:
         sweep.put(held)
         dut.angle.value = 0
         waited = await sweep.load(bank)
-        # A whole sweep after the last write, less the clocks of its acknowledge; and what is left
-        # of the sweep before.
+        # A whole sweep after the last write, less the clocks of its acknowledge, and the end of the
+        # sweep before.
         assert SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + FOLD + 8
         await sweep.settle()
         angles = rng.integers(0, COUNTS_PER_REV, 150)
@@ -160,7 +161,7 @@ async def held_modulators(dut: Any) -> None:
 
 @cocotb.test()
 async def the_read_back_is_nominal(dut: Any) -> None:
-    """Words read back, and filled after a swap, are those that were written."""
+    """Words read back and filled after a swap are the written ones."""
     sweep = await begin(dut, 2)
     bank = bank_of(5)
     sweep.put(sweep.random())
@@ -171,7 +172,7 @@ async def the_read_back_is_nominal(dut: Any) -> None:
         for _ in range(3):
             await RisingEdge(dut.clock)
         assert int(dut.read_data.value) == data
-    # The other bank holds them too: it corrects the same.
+    # The other bank has the same words: it corrects the same.
     dut.angle.value = dut.position.value = COUNTS_PER_REV // 3
     await sweep.settle()
     before = outputs(dut)
@@ -202,7 +203,7 @@ async def moving_modulators(dut: Any) -> None:
         if clock == 0:
             step_of_first = int(dut.sweep_step.value)
         seen.append(outputs(dut))
-    # Which of the two coroutines hears of an edge first is cocotb's choice.
+    # cocotb decides which of the two coroutines is resumed first at an edge.
     first = next(c for c in (near - 1, near, near + 1) if sweep.steps[c] == step_of_first)
     effective = effective_history(sweep, bank)
     accepted = np.arange(0, ANGLES, FOLD)
@@ -224,7 +225,7 @@ async def moving_modulators(dut: Any) -> None:
 
 
 def effective_history(sweep: Sweep, bank: Coefficients) -> np.ndarray[Any, Any]:
-    """What a read in each clock sees of every lane of bank 1, (clocks, lanes)."""
+    """Return the view of a read in each clock of every lane of bank 1, (clocks, lanes)."""
     clocks = len(sweep.steps) + SWEEP_CLOCKS
     found = np.zeros((clocks, LANES), dtype=np.int64)
     now = np.zeros(LANES, dtype=np.int64)

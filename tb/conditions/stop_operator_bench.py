@@ -26,7 +26,7 @@ async def start(dut: Any, width: int, dead_zone: int) -> None:
 
 
 async def follow(dut: Any, positions: list[int], put_backs: list[int]) -> list[tuple[int, bool]]:
-    """Place and known for each reading, the latency taken off."""
+    """Return place and known for each reading, without the latency."""
     found = []
     last = len(positions) - 1
     for clock in range(len(positions) + STOP_LATENCY):
@@ -68,7 +68,7 @@ async def every_clock_as_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def a_new_width_makes_it_unknown(dut: Any) -> None:
-    """After 2W to one side the place is W and known, after another width it is unknown again."""
+    """After 2W to one side the place is W and known; after another width it is unknown again."""
     await start(dut, 16 * 10, 0)
     found = await follow(dut, list(range(1, 21)), [0] * 20)
     assert found[-1] == (160, True)

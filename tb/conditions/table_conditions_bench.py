@@ -63,7 +63,7 @@ class Window:
 
 
 def signed(word: int) -> int:
-    """Bits 17 to 0 as s1.16."""
+    """Return bits 17 to 0 as s1.16."""
     return (word & 0x3FFFF ^ 0x20000) - 0x20000
 
 
@@ -85,14 +85,14 @@ async def words_are_kept_and_limited(dut: Any) -> None:
         assert await window.read(address) == kept
     dut.speed_squared.value = 1234
     assert await window.read(SQUARED) == 1234
-    # A read-only word takes no write.
+    # A read-only word ignores a write.
     await window.write(SPEED, 55)
     assert await window.read(SPEED) == 0
 
 
 @cocotb.test()
 async def words_come_by_slew(dut: Any) -> None:
-    """A word goes to its target by the slew each sweep, and the sweeps have 144 clocks."""
+    """A word moves to its target by the slew each sweep; a sweep has 144 clocks."""
     window = Window(dut)
     await window.start()
     await window.write(SLEW, 1 << 26)
@@ -111,7 +111,8 @@ async def words_come_by_slew(dut: Any) -> None:
 
 @cocotb.test()
 async def direction_follows_and_is_led_in(dut: Any) -> None:
-    """Unknown: 0. Then by slew to 1, without a jump; at a reversal on the straight line to -1."""
+    """Unknown, it is 0; then it moves by slew to 1 without a jump, and at a reversal linearly to
+    -1."""
     window = Window(dut)
     await window.start()
     width = 400
@@ -147,7 +148,7 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
 
 @cocotb.test()
 async def speed_of_a_table(dut: Any) -> None:
-    """Steady motion: the ratio to one clock in a window. Stopped: it decays and ends at 0."""
+    """In steady motion the ratio is right to one clock in a window; stopped, it decays to 0."""
     window = Window(dut)
     await window.start()
     nominal = round(0.5 * 2**32)
@@ -170,7 +171,7 @@ async def speed_of_a_table(dut: Any) -> None:
     falls = [a - b for a, b in pairwise(stopped)]
     assert min(falls[WINDOW:]) >= 0
     assert stopped[-1] == 0
-    # Tremble over the edge of a period: no chatter.
+    # A tremble over the edge of a period gives no chatter.
     edge = 4.0 * (window.place // 4)
     for clock in range(10 * WINDOW):
         window.place = edge + (0.5 if clock // 97 % 2 else -0.5)

@@ -16,7 +16,8 @@ NOMINAL = 123_456_789
 
 
 def drive(generator: random.Random, clocks: int) -> list[tuple[int, int]]:
-    """Corrected position and correction: ways at all speeds, standstill, tremble, reversals."""
+    """Return corrected position and correction for all speeds, standstill, tremble and
+    reversals."""
     rows, place, speed, left, error = [], 1000.0, 0.0, 0, 0.0
     for _ in range(clocks):
         if left == 0:
@@ -60,7 +61,7 @@ async def every_clock_as_the_model(dut: Any) -> None:
             )
         )
     model = TableSpeed(NOMINAL, WINDOW, LONGEST)
-    # In reset and the two clocks after it the window's time stands at what these bring.
+    # In reset and the two clocks after it the window's time stays at these values.
     for _ in range(SPEED_LATENCY - 1):
         model.move(*rows[0])
     expected = [model.move(*row) for row in rows]

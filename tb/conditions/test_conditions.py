@@ -1,4 +1,4 @@
-"""What amplitudes of lanes follow: direction, speed, words, in VHDL as in the models."""
+"""The inputs of lanes' amplitudes (direction, speed, words) equal their models in VHDL."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_table_conditions() -> None:
 
 @pytest.mark.parametrize("fold", [1, 2, 4, 8])
 def test_modulated_pipeline(fold: int) -> None:
-    """Amplitudes that follow conditions, for each FOLD equal to the model in every clock."""
+    """Amplitudes that follow conditions equal the model in every clock, for each FOLD."""
     simulate(
         "compensation_pipeline",
         "tb.conditions.modulated_pipeline_bench",

@@ -1,4 +1,4 @@
-"""cocotb tests of unit_divider against whole numbers of any size."""
+"""cocotb tests of unit_divider against integers of any size."""
 
 from __future__ import annotations
 

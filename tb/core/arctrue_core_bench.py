@@ -33,7 +33,7 @@ OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # place of B, A in 00, 10, 1
 
 
 class Machine:
-    """The core with the table before it and a decoder after it; logs one entry every clock."""
+    """The core with the table before it and a decoder after it; it logs one entry every clock."""
 
     def __init__(self, dut, bus: Bus) -> None:
         self.dut = dut
@@ -48,7 +48,7 @@ class Machine:
         self.output: list[int] = []
         self.z: list[int] = []
         self.stuck_at: int | None = None
-        """From this reading of head 1 its wires hold their levels for a period, which is lost."""
+        """Reading of head 1 from which its wires hold their levels for a period, which is lost."""
         self.head2_stands = False
         self.head2 = 0
         self.first_time = -1
@@ -64,7 +64,7 @@ class Machine:
             await FallingEdge(self.dut.clock)
 
     def shown(self, reading: int) -> int:
-        """Levels of the wires of head 1."""
+        """Return the reading that the wires of head 1 show."""
         if self.stuck_at is not None and self.stuck_at <= reading < self.stuck_at + 4:
             return self.stuck_at
         return reading
@@ -102,7 +102,7 @@ def drive(dut, pair: tuple[int, int], index_scatter: Sequence[int] = (0,)) -> No
 
 
 async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
-    """Reset with the pins at the start of the motion, then the short turn taken over."""
+    """Reset with the pins at the start of the motion, then take over the short turn."""
     drive(dut, readings_at(table.START_COUNTS))
     bus = await start(dut, reset_clocks=64)
     if stall:
@@ -121,13 +121,13 @@ async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
 
 
 async def clear_coefficients(machine: Machine) -> None:
-    """Banks survive reset: start each test that compensates without a correction."""
+    """Load zero coefficients, because banks survive a reset."""
     await machine.registers.write_coefficients(Coefficients.zero(table.COUNTS_PER_REV, LANES))
     await machine.registers.command("swap")
 
 
 def check_samples(machine: Machine, start_time: int, samples: NDArray[np.int32]) -> None:
-    """Every sample is both readings of one clock, ``SAMPLE_PERIOD`` clocks after the one before."""
+    """Check that every sample is both readings of one clock, ``SAMPLE_PERIOD`` clocks apart."""
     reading = np.array(machine.reading)
     first = start_time - machine.first_time
     for delay in range(12):  # pins to position
@@ -148,7 +148,8 @@ async def wait_for_interrupt(machine: Machine, clocks: int) -> None:
 
 @cocotb.test()
 async def from_edges_to_corrected_edges(dut):
-    """Pins, decoder, capture over AXI, coefficients over AXI, swap, corrected edges."""
+    """Pins, decoder, capture over AXI, coefficients over AXI, swap and corrected edges work
+    together."""
     machine = await prepared(dut, stall=0.2, seed=1)
     names = machine.registers
     await clear_coefficients(machine)
@@ -186,8 +187,8 @@ async def from_edges_to_corrected_edges(dut):
     assert status["compensating"] == 1
     assert status["ramp_busy"] == 0
 
-    # Bit by bit: once the ramp is done the corrected position is the model's, 29 clocks after
-    # the decoder's position; folded, that of the last position accepted by 28 + FOLD clocks before.
+    # Bit by bit: after the ramp the corrected position is the model's, 29 clocks after the
+    # decoder's position; folded, that of the last position accepted by 28 + FOLD clocks before.
     reading = np.array(machine.reading)[:, 0]
     model = compensate(reading % table.COUNTS_PER_REV, reading, coefficients, rotation=ROTATION)
     corrected = np.array(machine.corrected)[settled_at:]
@@ -202,7 +203,7 @@ async def from_edges_to_corrected_edges(dut):
     assert len(matches) == 1, f"equal to the model at delays {matches}"
     dut._log.info("pins to corrected position: %d clocks", matches[0])
 
-    # The table's own angle: the mean is free (a0), the rest is the error.
+    # The table's own angle: the mean is free (a0), the remainder is the error.
     angle, output = np.array(machine.angle), np.array(machine.output)
     late = 6 + matches[0]
     turn_clocks = int(table.COUNTS_PER_REV * CLOCKS_PER_COUNT)
@@ -225,7 +226,7 @@ async def from_edges_to_corrected_edges(dut):
 
 @cocotb.test()
 async def capture_under_stalls_loses_nothing(dut):
-    """A slow processor with stalls: every turn read is complete, every missed turn is counted."""
+    """A slow processor with stalls reads complete turns, and every missed turn is counted."""
     machine = await prepared(dut, stall=0.5, seed=2)
     names = machine.registers
     await names.update("control", capture_enable=1)
@@ -252,7 +253,7 @@ async def capture_under_stalls_loses_nothing(dut):
 
 @cocotb.test()
 async def a_scattered_index_changes_no_capture(dut):
-    """Marks that repeat to ±1 count: every capture is complete, and no fault is reported."""
+    """Marks repeat to ±1 count: every capture is complete, and no fault is reported."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("index_tolerance") == 2
@@ -314,15 +315,15 @@ async def correction_waits_for_the_index(dut):
     )
     assert 14 * 2048 <= snapshot.correction <= 26 * 2048
     # The output followed through index and start of the correction to the very count, from the
-    # levels that belong to its first one; they are those of head 1 at that count.
+    # levels of its first count; they are those of head 1 at that count.
     corrected = machine.corrected
     to_phase = machine.output[-1] - machine.output[0] - (corrected[-1] - corrected[0])
     assert abs(to_phase) <= 2
     place = corrected[-1] - snapshot.head1_position + machine.reading[-1][0]
     assert (machine.output[-1] - place) % 4 == 0
-    # A count of the head and a count of the ramp may fall together; a step would be 14 or more.
+    # A count of the head and a count of the ramp may coincide; a step would be 14 or more.
     assert np.abs(np.diff(corrected)).max() <= 2, "the corrected position made a step"
-    # Bypass: the correction decays, the position is the head's own again.
+    # Bypass: the correction decays to the position of the head.
     await names.update("control", compensate=0)
     await ClockCycles(dut.clock, 400)
     snapshot = await names.snapshot()
@@ -332,7 +333,7 @@ async def correction_waits_for_the_index(dut):
 
 @cocotb.test()
 async def z_waits_for_the_index(dut):
-    """No Z before the first index and none in a re-arm while turning; then one a turn, at zero."""
+    """No Z comes before the first index or in a re-arm while turning; then one a turn, at zero."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", output_enable=1)
@@ -412,7 +413,7 @@ async def a_shorter_turn_sends_no_burst(dut):
     await machine.turn(table.motion(0.5, CLOCKS_PER_COUNT))
     await ClockCycles(dut.clock, 2000)
     assert (await names.snapshot()).correction == 120 * 2048
-    # The ramp holds the correction, so that nothing but the limit of 31 counts changes it.
+    # The ramp holds the correction, so that only the limit of 31 counts changes it.
     await names.write("ramp_rate", 0)
     before = machine.output[-1]
     await names.write("counts_per_rev", 64)
@@ -428,10 +429,10 @@ async def a_shorter_turn_sends_no_burst(dut):
 @cocotb.test()
 @cocotb.parametrize(heal=[0, 1], head2_dead=[False, True])
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
-    """A period lost on the wires: corrected throughout, at the right place again, and Z too.
+    """A period is lost on the wires: the correction stays on, and place and Z become right again.
 
-    Head 2 proves it at the first mark; without head 2 two marks do. Healed, the output's count is
-    that of the table again.
+    Head 2 proves the loss at the first mark; without head 2 two marks do. Healed, the output's
+    count is that of the table again.
     """
     machine = await prepared(dut)
     names = machine.registers
@@ -510,7 +511,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
 
 @cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
-    """One mark 20 counts late, then all in their place: it is reported, and the zero stays."""
+    """One mark is 20 counts late, then all are in place: it is reported, and the zero stays."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", compensate=1, output_enable=1)
@@ -527,7 +528,7 @@ async def a_mark_out_of_its_place_moves_nothing(dut):
 @cocotb.test()
 @cocotb.parametrize(swaps=[0, 1])
 async def polarity_and_direction_of_the_pins(dut, swaps: int):
-    """An encoder with A inverted, or A and B exchanged too, and a drive with the same settings."""
+    """An encoder has A inverted, or A and B exchanged too; the drive has the same settings."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("head1_input.pins", invert_a=1, invert_z=1, swap_ab=swaps)
@@ -553,7 +554,7 @@ async def polarity_and_direction_of_the_pins(dut, swaps: int):
     assert await names.read("head1.flags.index_seen") == 0
     assert await names.read("head1.flags.illegal") == 0
     first, second = int(dut.out_a.value), int(dut.out_b.value)
-    # The drive's own terms, undone: the levels of the encoder at the same count.
+    # Undoing the drive's settings gives the levels of the encoder at the same count.
     assert ((1 - second, first) if swaps else (first, 1 - second)) == (
         table.pins(41) & 1,
         table.pins(41) >> 1 & 1,
@@ -647,7 +648,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
     await ClockCycles(dut.clock, 4)
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
     assert await names.read("head1.flags.swallowed") == 0
-    # Edges that are too near and were counted are no such fault.
+    # Counted edges that are too near are no such fault.
     await names.write("filter_length", 1)
     await names.write("minimum_edge_spacing", 50)
     await machine.turn(fast[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT)
@@ -657,7 +658,8 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
 
 @cocotb.test()
 async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
-    """One clock: A and B stand, the drivers stay on, and the processor sets up again."""
+    """For one clock A and B stand; the drivers stay on, and the processor sets the core up
+    again."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", output_enable=1)
@@ -686,7 +688,8 @@ async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
 
 @cocotb.test()
 async def instruments_beside_the_table(dut):
-    """A sample at each edge of sync_in with its pulse out, a probe's position, places compared."""
+    """sync_in asks for samples with a pulse out, a probe latches the position, places are
+    compared."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", capture_enable=1, capture_mode=2, output_enable=1)
@@ -718,7 +721,7 @@ async def instruments_beside_the_table(dut):
         dut.probe_in.value = 0
         await machine.turn(motion[first + 25 : first + 50])
     await ClockCycles(dut.clock, 100)
-    # Its low word latches the group.
+    # The low word latches the group.
     assert await names.read("probe.time") > machine.first_time
     assert await names.read("probe.edges") == asked % 2**16
     rises = np.flatnonzero(np.diff(pulses) == 1)
@@ -732,7 +735,7 @@ async def instruments_beside_the_table(dut):
     at = np.array(machine.corrected)[-len(compared) :][place]
     assert place.size > 3
     assert np.all(np.diff(at) == 64)
-    # Uncorrected: the position at the pins of the probe's edge, from where the reset was.
+    # Without correction: the position at the pins of the probe's edge, counted from the reset.
     latched = await names.read("probe.position")
     assert abs(latched + zero - probed[-1]) <= 1
 

@@ -1,6 +1,7 @@
 """A small turning table for the core's test: two heads with a known error, pins clock by clock.
 
-Everything is in counts of a short turn; angles of the table as real numbers, readings rounded.
+All values are in counts of a short turn; angles of the table are real numbers, readings are
+rounded.
 """
 
 from __future__ import annotations
@@ -11,22 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 COUNTS_PER_REV = 600
-"""Short, and no power of two."""
+"""Counts of a turn: short, and no power of two."""
 
 SEPARATION_COUNTS = 55.0
-"""33 degrees."""
+"""Separation of the heads: 33 degrees."""
 
 HARMONICS = ((1, 6.0, 0.4), (2, 2.5, -1.1), (5, 0.8, 2.0))
 """Order, amplitude in counts, phase in radians of the error of the disc."""
 
 START_COUNTS = -130.0
-"""Where the table starts: both heads pass their index in the first quarter turn, head 2 first."""
+"""Start of the table: both heads pass their index in the first quarter turn, head 2 first."""
 
 _PHASE_PINS = (0b00, 0b01, 0b11, 0b10)  # A in bit 0, B in bit 1; A leads while counting up
 
 
 def error_counts(angle_counts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Error of the disc under a head at an angle in counts, (n,) to (n,)."""
+    """Return the error of the disc under a head at an angle in counts, (n,) to (n,)."""
     turn = 2.0 * np.pi / COUNTS_PER_REV
     return sum(
         (amplitude * np.cos(order * turn * angle_counts + phase))
@@ -35,7 +36,7 @@ def error_counts(angle_counts: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def readings(angle_counts: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Readings (n, 2) of both heads at table angles (n,), counted from each head's index."""
+    """Return readings (n, 2) of both heads at table angles (n,), counted from each head's index."""
     shifted = angle_counts + SEPARATION_COUNTS
     head1 = angle_counts + error_counts(angle_counts)
     head2 = shifted + error_counts(shifted)
@@ -43,7 +44,8 @@ def readings(angle_counts: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def motion(turns: float, clocks_per_count: float) -> NDArray[np.float64]:
-    """Table angle in counts at each clock: up from the start, the speed ripples by 10 %."""
+    """Return the table angle in counts at each clock: up from the start, with a speed ripple of 10
+    %."""
     clocks = int(turns * COUNTS_PER_REV * clocks_per_count)
     travelled = np.arange(clocks) / clocks_per_count
     ripple = 0.1 * COUNTS_PER_REV / (2.0 * np.pi * 7)
@@ -51,17 +53,17 @@ def motion(turns: float, clocks_per_count: float) -> NDArray[np.float64]:
 
 
 def pins(reading: int, index_scatter: Sequence[int] = (0,)) -> int:
-    """A, B and Z of a head in bits 0 to 2; ``index_scatter``: counts of each turn's index mark."""
+    """Return A, B and Z in bits 0 to 2; ``index_scatter`` has counts of each turn's index mark."""
     turn = (reading + COUNTS_PER_REV // 2) // COUNTS_PER_REV
     at_index = reading - turn * COUNTS_PER_REV == index_scatter[turn % len(index_scatter)]
     return _PHASE_PINS[reading % 4] | (0b100 if at_index else 0)
 
 
 def harmonics_from_capture(samples: NDArray[np.int64]) -> list[tuple[int, float, float]]:
-    """Order, amplitude in counts and phase in radians of the error as a function of the reading.
+    """Return order, amplitude (counts) and phase (rad) of the error as a function of the reading.
 
-    R2 - R1 - separation is the error at R2 less the error at R1: plain least squares on
-    ``samples`` (n, 2). One order more than the disc has takes up what reading for angle brings in.
+    R2 - R1 - separation is the error at R2 less the error at R1: plain least squares on ``samples``
+    (n, 2). One order more than the disc has absorbs the use of reading for angle.
     """
     turn = 2.0 * np.pi / COUNTS_PER_REV
     orders = sorted({order for order, _, _ in HARMONICS} | {3})

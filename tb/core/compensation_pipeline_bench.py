@@ -34,7 +34,7 @@ FOLD = int(os.environ.get("FOLD", "1"))
 LATENCY = PIPELINE_LATENCY + FOLD - 1
 COSINE_WIDTH = int(os.environ.get("COSINE_WIDTH", "18"))
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
-# The amplitudes add up to this; default: 250 arcsec of a turn, as the paper's table has.
+# Sum of the amplitudes; default: 250 arcsec of a turn, as the paper's table has.
 ARCSEC_250 = 250 / 1_296_000
 SUM_COUNTS = float(os.environ.get("SUM_COUNTS", "0"))
 COUNTS_PER_REV = int(os.environ.get("COUNTS_PER_REV", str(2**24)))
@@ -72,7 +72,7 @@ async def start(dut: Any, ramp_rate: int = RATE_MAX) -> None:
 
 
 async def align(dut: Any) -> None:
-    """Ends in the clock before the one whose angle is accepted."""
+    """Wait until the clock before the one whose angle is accepted."""
     while True:
         await RisingEdge(dut.clock)
         if dut.accept.value == 1:
@@ -96,7 +96,7 @@ async def write(dut: Any, address: int | None, data: int) -> None:
 
 
 async def load(dut: Any, bank: Coefficients) -> None:
-    """Write the idle bank and swap; ends when the idle bank is filled again."""
+    """Write the idle bank and swap; return when the idle bank is filled again."""
     for address, data in bank_words(bank):
         await write(dut, address, data)
     await write(dut, None, bank.offset % 2**32)
@@ -117,7 +117,7 @@ def outputs(dut: Any) -> tuple[int, int, int]:
 
 
 def random_bank(rng: np.random.Generator, sum_counts: float) -> Coefficients:
-    """Low orders, one any 0…65535 and, with room, 16,384; the amplitudes add up to the sum."""
+    """Return low orders, one of 0…65535 and 16,384 if it fits; amplitudes add up to the sum."""
     orders = rng.integers(1, 120, LANES)
     orders[0] = 1
     orders[-1] = rng.integers(0, 65536)
@@ -145,9 +145,9 @@ async def settle(dut: Any) -> None:
 
 @cocotb.test()
 async def a_turn_of_angles(dut: Any) -> None:
-    """Angles evenly over a turn: equal to the model, near equation (9).
+    """Angles evenly over a turn are equal to the model and near equation (9).
 
-    Folded, angles that are not accepted come between them.
+    In a folded pipeline, angles that are not accepted come between them.
     """
     rng = np.random.default_rng(LANES)
     sum_counts = SUM_COUNTS or ARCSEC_250 * COUNTS_PER_REV
@@ -216,9 +216,9 @@ async def a_turn_of_angles(dut: Any) -> None:
 
 @cocotb.test()
 async def latencies_of_table_1(dut: Any) -> None:
-    """Phase 5, harmonics 20, delay line 25, compensation 4, in all 29 clocks.
+    """Phase takes 5, harmonics 20, delay line 25, compensation 4, in all 29 clocks.
 
-    Folded, the reading waits FOLD - 1 clocks more for the last sums.
+    In a folded pipeline the reading waits FOLD - 1 clocks more for the last sums.
     """
     await start(dut)
     await load(dut, Coefficients.from_harmonics([1], [10.0], [0.0], COUNTS_PER_REV, LANES))
@@ -233,7 +233,7 @@ async def latencies_of_table_1(dut: Any) -> None:
         "corrected_referenced": dut.corrected_referenced,
         "correction": dut.correction,
     }
-    if FOLD == 1:  # else they change with the lane
+    if FOLD == 1:  # In a folded pipeline they change with the lane.
         watched |= {"phases": dut.phases, "pair_sums": dut.pair_sums}
     await align(dut)
     before = {name: signal.value for name, signal in watched.items()}
@@ -265,11 +265,11 @@ def banks_of_angles(
     swaps: list[tuple[bool, bool]],
     acknowledged: list[tuple[int | None, int] | None],
 ) -> tuple[list[Coefficients], list[int]]:
-    """The banks, and for each angle the number of the one that it meets, by what the pins showed.
+    """Return the banks, and for each angle the number of its bank, from the levels at the pins.
 
-    ``markers``: an angle is the first of a new bank; ``swaps``: a swap is asked for, and a write is
-    pending; ``acknowledged``: the write that ends. Checks that each swap that is asked for takes
-    place, once, in time: with the next accepted angle where nothing is under way.
+    ``markers``: an angle is the first of a new bank; ``swaps``: a swap is requested, and a write is
+    pending; ``acknowledged``: the write that ends. The function checks that each requested swap
+    takes place once and in time: with the next accepted angle where nothing delays it.
     """
     memory = CoefficientMemory(COUNTS_PER_REV, LANES)
     banks, bank = [memory.active], []
@@ -370,7 +370,7 @@ async def swap_and_bypass_under_load(dut: Any) -> None:
     model = compensate_clocks(
         angle, position, banks, bank, markers, applied, ramp_rate, fold=FOLD, rotation=ROTATION
     )
-    # The pipeline had `apply` high before; with amplitudes of zero that is no other state, but the
+    # The pipeline had `apply` high before; with amplitudes of zero the state is the same, but the
     # first clock is then no marker.
     for name, column, expected in zip(
         ("angle", "position", "correction"), found.T, model[:3], strict=True
@@ -388,7 +388,7 @@ def check_continuity(
     applied: NDArray[np.bool_],
     ramp_rate: int,
 ) -> None:
-    """The output's correction changes by |Δε| of the coefficients in force and the rate at most.
+    """Check that the correction changes by at most |Δε| of the active coefficients and the rate.
 
     After a marker's hold, Δε is that of two clocks.
     """
@@ -409,18 +409,18 @@ def check_continuity(
     assert np.all(change[stepped[1:]] == 0), "a marker's clock changed the correction"
     rate = -(-ramp_rate // RATE_ONE) / UNIT
     moved = np.abs(ideal[0] - ideal[1])
-    # A marker holds the total for three clocks; then ε comes with what it moved in two.
+    # A marker holds the total for three clocks; then ε comes with its change in two clocks.
     after_hold = np.flatnonzero(stepped[:-HOLD]) + HOLD
     moved[after_hold] += moved[after_hold - 1]
     allowed = moved[1:] + rate + 2 * bounds[1:] + 1 / UNIT
     assert np.all(np.abs(change) <= allowed), f"step in clock {np.argmax(np.abs(change) - allowed)}"
-    # It would be vain if the correction were not moving.
+    # Without a moving correction the check would prove nothing.
     assert np.abs(change).max() > rate
 
 
 @cocotb.test()
 async def reset_under_load(dut: Any) -> None:
-    """A reset of one clock takes the correction away at once, and the ramp brings it back."""
+    """A reset of one clock removes the correction at once, and the ramp restores it."""
     await start(dut)
     await load(dut, Coefficients.from_harmonics([0], [20.0], [0.0], COUNTS_PER_REV, LANES))
     dut.apply.value = 1
@@ -434,7 +434,7 @@ async def reset_under_load(dut: Any) -> None:
     for _ in range(1000):
         await RisingEdge(dut.clock)
         corrections.append(dut.correction.value.to_signed())
-    # Two clocks after the reset's own the total that was on its way out has left.
+    # Two clocks after the reset, the total that was on its way out has left.
     rising = np.array(corrections[1:])
     assert rising[0] == 0
     assert np.all(np.diff(rising) >= 0)

@@ -1,7 +1,7 @@
 """cocotb tests of the core with FAILOVER: each way in which a head fails, and its return.
 
-One row of the table in docs/heads.md a test: what finds the fault, within which time, what the
-output is off by until then; no clock may see a step, and the set without the head is right.
+Each test is a row of the table in docs/heads.md: what detects the fault, within which time, and the
+error of the output until then. No clock may see a step, and the set without the head is right.
 """
 
 from __future__ import annotations
@@ -33,29 +33,30 @@ from tb.core.mean_core_bench import (
 )
 
 STEP_LIMIT = 40
-"""The axis of this table changes a difference of two heads by 36 counts at most (MOTION)."""
+"""Limit of a step: the axis changes a difference of two heads by at most 36 counts (MOTION)."""
 MISSING = 24
-"""Less than STEP_LIMIT, so that a dead head is found by its missing edges."""
+"""Limit of missing edges, below STEP_LIMIT, so that this check finds a dead head first."""
 LOAD_CLOCKS = 4 * (4 * LANES + 10) + 4
-"""From a failure to the swap, by the head of prepared_sets."""
+"""Clocks from a failure to the swap, by the head of prepared_sets."""
 DECODER_CLOCKS = 20
-"""From the pins to a fault, from there to the load, and from the first angle to the interrupt."""
+"""Clocks from the pins to a fault, from there to the load, from the first angle to the
+interrupt."""
 SWAP_WAITS = 12
-"""A swap waits for the filling of the idle bank or the zero of a head: not in these tests."""
+"""Clocks for which a swap waits for the idle bank or the zero of a head: not in these tests."""
 CARRIERS = {0: 1, 1: 2, 2: 1, 3: 1, 4: 1}
 LANES_ERROR = 2.0
-"""Counts by which E differs between the sets of this table, at most: two harmonics of 2.1."""
+"""Largest difference of E between the sets of this table in counts: two harmonics of 2.1."""
 EVERYONE = tuple(range(1, HEADS + 1))
 
 
 def set_of(missing: int) -> MeanSet:
-    """The mean without head ``missing``; that of two heads is not blind to the axis."""
+    """Return the mean without head ``missing``; a mean of two heads is not blind to the axis."""
     heads = tuple(head for head in EVERYONE if head != missing)
     return mean_of(heads, CARRIERS[missing])
 
 
 async def guarded(dut: Any, **settings: int) -> Table:
-    """The table turns, all sets are loaded, set 0 is active, and failures are looked for."""
+    """Return a turning table with all sets loaded, set 0 active, and failures watched for."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("capability.failover") == 1
@@ -88,7 +89,7 @@ async def take(names: RegisterMap, number: int) -> None:
 
 
 async def until_changed(machine: Table, most: float) -> int:
-    """Clocks until a prepared set became active; fails after ``most``."""
+    """Return the clocks until a prepared set became active; fail after ``most``."""
     for clocks in range(round(most) + 1):
         if machine.dut.interrupt.value == 1:
             return clocks
@@ -99,9 +100,9 @@ async def until_changed(machine: Table, most: float) -> int:
 async def left_out(
     machine: Table, head: int, cause: str, began: int, most: float, off: float
 ) -> None:
-    """Head ``head`` is found for ``cause`` within ``most`` clocks; the output stays right.
+    """Check that ``head`` is found for ``cause`` within ``most`` clocks and the output stays right.
 
-    ``off``: counts by which the output may be wrong until then, besides what it is at any time.
+    ``off`` is the allowed additional error of the output in counts until then.
     """
     names = machine.registers
     clocks = await until_changed(machine, most)
@@ -127,7 +128,7 @@ async def left_out(
 
 
 async def illegal_step(machine: Table, head: int) -> None:
-    """A and B change in one clock, in which the head does not count."""
+    """Change A and B in one clock, in which the head does not count."""
     before = machine.shown[head - 1]
     while machine.shown[head - 1] == before:
         await RisingEdge(machine.dut.clock)
@@ -135,7 +136,7 @@ async def illegal_step(machine: Table, head: int) -> None:
 
 
 def share(head: int) -> float:
-    """Weight of a head in the mean of all; of the carrier it is what the others leave."""
+    """Return the weight of a head in the mean of all; the carrier has the remainder."""
     return abs(set_of(0).weights[head - 1]) / WEIGHT_ONE
 
 
@@ -153,7 +154,8 @@ async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_dead_carrier_is_left_out(dut: Any) -> None:
-    """Once all others have moved by the counts of `missing_edges`; not while the table stands."""
+    """It is found once all others have moved by `missing_edges` counts; not while the table
+    stands."""
     machine = await guarded(dut)
     machine.moves = False
     await ClockCycles(dut.clock, 50)
@@ -171,7 +173,7 @@ async def a_dead_carrier_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
-    """With the first two edges that are nearer than `minimum_edge_spacing`."""
+    """It is found with the first two edges that are nearer than `minimum_edge_spacing`."""
     machine = await guarded(dut)
     await machine.registers.write("minimum_edge_spacing", 4)
     head = 2
@@ -183,7 +185,8 @@ async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
-    """A slip by twice the limit, whatever the axis does; the burst takes two clocks a count."""
+    """A slip by twice the limit is found whatever the axis does; the burst takes two clocks a
+    count."""
     machine = await guarded(dut)
     head = 3
     slip = 2 * STEP_LIMIT
@@ -196,7 +199,8 @@ async def a_head_that_steps_against_the_others_is_left_out(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(slip=[4, 12])
 async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
-    """Below the limit of a step: wrong by the head's share of it until the index of that head."""
+    """Below the limit of a step the output errs by the head's share until the index of that
+    head."""
     machine = await guarded(dut)
     head = 2
     began = len(machine.corrected)
@@ -207,7 +211,8 @@ async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
 
 @cocotb.test(skip=HEADS < 4)
 async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
-    """Of 12 counts times the head's weight, though the axis moves; its limit raises the alarm."""
+    """It shows 12 counts times the head's weight though the axis moves; its limit raises the
+    alarm."""
     machine = await guarded(dut, index=0)
     names = machine.registers
     weights = parity_weights(turn_rad(PLACES))
@@ -224,7 +229,7 @@ async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
     await names.update("alarm", sources=0x08)
     await ClockCycles(dut.clock, 20)
     assert (await names.read("heads_status.parity_beyond"), int(dut.alarm.value)) == (0, 0)
-    # In the sense in which the magnitude of the parity grows.
+    # In the direction in which the magnitude of the parity grows.
     slip = 12 if before * int(weights[head - 1]) >= 0 else -12
     machine.bursts[head - 1] = slip
     await ClockCycles(dut.clock, 100)
@@ -238,7 +243,8 @@ async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_comes_back_after_its_index(dut: Any) -> None:
-    """On request, and not before its index; then the mean of all heads is right again."""
+    """A head returns on request, and not before its index; then the mean of all heads is right
+    again."""
     machine = await guarded(dut)
     names = machine.registers
     head = 2
@@ -262,9 +268,9 @@ async def a_head_comes_back_after_its_index(dut: Any) -> None:
 
 @cocotb.test()
 async def no_head_fails_without_a_fault(dut: Any) -> None:
-    """Two turns with the axis in motion and a slip within the index tolerance of 2 counts.
+    """Two turns have the axis in motion and a slip within the index tolerance of 2 counts.
 
-    Then a fault of a kind that is not asked for.
+    Then a fault comes of a kind that is not enabled.
     """
     machine = await guarded(dut, illegal=0)
     machine.bursts[1] = 2
@@ -277,10 +283,10 @@ async def no_head_fails_without_a_fault(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
-    """Neither words of the processor that use it nor a prepared set; both are refused.
+    """Words of the processor that use it and a prepared set are both refused.
 
-    Words without it are taken, and it stays left out; once it has its index and is asked back, the
-    words of all heads are taken again.
+    Words without it are accepted, and it stays left out. Once it has its index and is requested,
+    the words of all heads are accepted again.
     """
     machine = await guarded(dut)
     names = machine.registers
@@ -322,7 +328,7 @@ async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
     right(await swapped(everyone), swaps=0, left_out=1 << head - 1, set=7, swap_refused=1)
 
     machine.stands = set()
-    # It jumps to where the table is: illegal steps, which a head that is left out may make.
+    # It jumps to the place of the table: illegal steps, which a left-out head may make.
     await machine.turn(COUNTS + 60)
     right(await names.read_fields("heads_status"), left_out=1 << head - 1, set=7)
     await names.write_raw("heads_command", 1 << (8 + head - 1))
@@ -338,7 +344,7 @@ async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
 
 @cocotb.test()
 async def a_set_that_uses_the_failed_head_is_not_taken(dut: Any) -> None:
-    """A prepared set that was written wrong: the words in force stay, and the flag says so."""
+    """A prepared set was written wrong: the active words stay, and the flag reports it."""
     machine = await guarded(dut)
     names = machine.registers
     head = 3

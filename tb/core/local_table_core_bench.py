@@ -1,4 +1,5 @@
-"""cocotb test of the core with LOCAL_TABLE: pins in, a scratch of the disc taken away.
+"""cocotb test of the core with LOCAL_TABLE: a scratch of the disc is removed from the pins'
+position.
 
 A table of four windows joins a sum of orders. In every clock the correction is the models'.
 """
@@ -23,7 +24,7 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, FOLD, LANES, Machine, p
 
 COUNTS = table.COUNTS_PER_REV
 HEIGHT = 9.0
-"""Counts, of the scratch in each window."""
+"""Height in counts of the scratch in each window."""
 SIGNED = ("healed", "correction", "corrected_position")
 NAMES = ("angle_in", *SIGNED)
 LATENCY = PIPELINE_LATENCY + FOLD - 1
@@ -34,7 +35,8 @@ def coefficients() -> Coefficients:
 
 
 def scratches(sign: int) -> LocalTable:
-    """A smooth bump in each of four windows of a sixteenth of the turn, one over the zero."""
+    """Return a smooth bump in each of four windows of a sixteenth of the turn, one over the
+    zero."""
     place = np.arange(POINTS // 4) / (POINTS // 4)
     bump = sign * HEIGHT * np.sin(np.pi * place) ** 2
     points = np.rint(np.concatenate([bump, -bump, bump / 2.0, bump / 3.0]) * 2**10).astype(int)
@@ -49,7 +51,8 @@ async def settled(machine: Machine) -> None:
 
 
 async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None) -> None:
-    """Two turns: the correction of every accepted angle is the model's, with this table."""
+    """Turn twice and compare the correction of every accepted angle with the model and its
+    table."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(machine.now + turns(1.5)))
     while not turning.done():
@@ -67,7 +70,7 @@ async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None
         assert np.array_equal(later[:, 2], model.correction)
         assert np.array_equal(later[:, 3], model.corrected_position)
     else:
-        # Every FOLDth angle is taken: which, the outputs tell.
+        # Every FOLDth angle is accepted; the outputs show which ones.
         same = [
             np.mean(later[start::FOLD, 2] == model.correction[start::FOLD]) for start in range(FOLD)
         ]
@@ -80,13 +83,13 @@ async def turn_and_compare(machine: Machine, dut: Any, loaded: LocalTable | None
 
 
 def turns(number: float) -> NDArray[np.float64]:
-    """Motion in counts, one place a clock."""
+    """Return a motion in counts, one place a clock."""
     return np.arange(int(number * COUNTS * CLOCKS_PER_COUNT)) / CLOCKS_PER_COUNT
 
 
 @cocotb.test()
 async def scratches_are_taken_away(dut: Any) -> None:
-    """Load, turn, turn the table over, switch it off; each with a swap, the lanes as they are."""
+    """Load a table, invert it and switch it off, each with a swap, while the lanes stay."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["local_table"] == 1
@@ -99,7 +102,7 @@ async def scratches_are_taken_away(dut: Any) -> None:
         await names.command("swap")
         await settled(machine)
         await turn_and_compare(machine, dut, loaded)
-        # The lanes are swapped alone: the table stays.
+        # Only the lanes are swapped: the table stays.
         await names.write_coefficients(coefficients())
         await names.command("swap")
         await settled(machine)

@@ -1,7 +1,7 @@
-"""cocotb tests of the core with the weighted mean: pins of all heads in, the mean's position out.
+"""cocotb tests of the core with the weighted mean: all heads' pins in, the mean's position out.
 
-The table has heads at known places, a disc with an error, and an axis that moves: each head sees
-the motion in its own direction, so no head is right, and their mean is.
+The table has heads at known places, a disc with an error, and an axis that moves. Each head sees
+the motion in its own direction, so that no head is right, but their mean is.
 """
 
 from __future__ import annotations
@@ -30,10 +30,11 @@ PLACES = {2: (0, 300), 3: (0, 190, 410), 4: (0, 55, 271, 501)}[HEADS]
 """Counts by which each head reads ahead: 0/33/162.5/300.5 degrees with four."""
 if os.environ.get("ANY_HEAD_MAY_FAIL"):
     PLACES = {3: PLACES, 4: (0, 107, 295, 430)}[HEADS]
-    """0/64.3/177/257.9 degrees: any three of them have weights that the gateware holds."""
+    """Counts for 0/64.3/177/257.9 degrees: any three heads have weights within the gateware's
+    range."""
 DISC = ((2, 1.5, -1.1), (5, 0.6, 2.0))
 MOTION = ((1, 5.0, 0.3), (3, 4.0, 1.7))
-"""Order, radius in counts, phase of each circle that the axis goes through in a turn."""
+"""Order, radius in counts and phase of each circle of the axis in a turn."""
 INTERRUPTS = [f"head{head}_{event}" for event in ("index", "fault") for head in (3, 4)]
 LATENCY = number_formats.PIPELINE_LATENCY + (HEADS > 2)
 PINS = [f"head{head}_{pin}" for head in range(1, HEADS + 1) for pin in "abz"]
@@ -45,7 +46,7 @@ def turn_rad(counts: Any) -> Any:
 
 
 def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Readings (n, heads) from each head's index, for table angles in counts."""
+    """Return readings (n, heads) from each head's index, for table angles in counts."""
     columns = []
     for place in PLACES:
         seen = angle + place
@@ -56,7 +57,8 @@ def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
-    """Weights of ``heads`` (numbers) that are blind to the axis; the carrier takes the rounding."""
+    """Return weights of ``heads`` (numbers) that are blind to the axis; the carrier absorbs
+    rounding."""
     places = turn_rad([PLACES[head - 1] for head in heads])
     rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
     words = [0] * HEADS
@@ -68,7 +70,7 @@ def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
 
 
 def lanes_of(mean: MeanSet) -> Coefficients:
-    """E of the mean: a harmonic of the disc, as all heads see it with their weights."""
+    """Return E of the mean: a harmonic of the disc, as all heads see it with their weights."""
     shares = np.array(mean.weights) / WEIGHT_ONE
     seen = [
         (n, a * np.exp(1j * p) * np.sum(shares * np.exp(1j * n * turn_rad(PLACES))))
@@ -84,7 +86,7 @@ def lanes_of(mean: MeanSet) -> Coefficients:
 
 
 class Table:
-    """The core with the table before it; one entry a clock of what was and what came out."""
+    """The core with the table before it; each clock logs the true and the output values."""
 
     def __init__(self, dut: Any, registers: RegisterMap) -> None:
         self.dut = dut
@@ -121,7 +123,7 @@ class Table:
             getattr(self.dut, name).value = level
 
     async def run(self) -> None:
-        """The table turns, and every clock is logged."""
+        """Turn the table and log every clock."""
         last: list[int] = []
         while True:
             row = readings(np.array([self.now]))[0].tolist()
@@ -146,7 +148,7 @@ class Table:
         await ClockCycles(self.dut.clock, int(counts * CLOCKS_PER_COUNT))
 
     def error(self, first: int, delay: int = 0) -> NDArray[np.float64]:
-        """What the corrected position is off from the table, from clock ``first`` on, counts."""
+        """Return the error of the corrected position in counts, from clock ``first`` on."""
         angle = np.array(self.angle[first - delay : len(self.angle) - delay])
         return np.array(self.corrected[first:]) - angle
 
@@ -172,7 +174,7 @@ async def prepared(dut: Any) -> Table:
 
 
 async def load(machine: Table, mean: MeanSet) -> None:
-    """Mean and lanes in one swap; ends when the ramp is over."""
+    """Load mean and lanes in one swap; return when the ramp is over."""
     names = machine.registers
     await names.write_coefficients(lanes_of(mean))
     await names.write_mean(mean)
@@ -182,19 +184,19 @@ async def load(machine: Table, mean: MeanSet) -> None:
 
 
 LARGEST_STEP = 2
-"""Counts in a clock: one of the carrier, and one by the rounding of what the others moved.
+"""Largest step in counts a clock: one of the carrier, and one from the rounding of the others.
 
 At six clocks a count no head moves further in the clocks of a marker's hold. Without the ramp a
-change of the carrier would step the output by what the heads differ, 4 to 9 counts.
+change of the carrier would step the output by the difference of the heads, 4 to 9 counts.
 """
 POSITION_CLOCKS = 5
-"""From the pins to a position."""
+"""Clocks from the pins to a position."""
 
 
 def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
-    """The table's angle up to a constant: readings are rounded to counts, and so is the output.
+    """Check the table's angle up to a constant: readings and the output are rounded to counts.
 
-    A head's rounding is half a count, weighted; the output's another half. The lanes stand at the
+    A head's rounding is half a count, weighted; the output's another half. The lanes are at the
     carrier's reading, up to 10 counts from the table's angle: times their slope, 0.035. Amplitudes
     and phases are rounded by less than 0.01.
     """
@@ -209,7 +211,7 @@ def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
 
 @cocotb.test()
 async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
-    """Head 1 alone is wrong by the axis' motion; the mean follows the table, for every carrier."""
+    """Head 1 alone errs by the axis' motion; the mean follows the table, for every carrier."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read_fields("capability") == {
@@ -253,7 +255,7 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
     await machine.turn(COUNTS + 150)
     await load(machine, mean_of((1, 2, 3, 4), 1))
     without = mean_of((2, 3, 4), 3)
-    # As for a failover: the words stand ready, head 1 dies, the change follows at once.
+    # As for a failover: the words are ready, head 1 dies, the change follows at once.
     await names.write_coefficients(lanes_of(without))
     await names.write_mean(without)
     began = len(machine.corrected)
@@ -268,7 +270,7 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_is_delayed(dut: Any) -> None:
-    """Each sample has the last head as it was so many clocks before the others."""
+    """Each sample has the state of the last head from so many clocks before the others."""
     delay = 41
     machine = await prepared(dut)
     names = machine.registers
@@ -289,7 +291,7 @@ async def a_head_is_delayed(dut: Any) -> None:
 
 @cocotb.test(skip=HEADS == 2)
 async def further_heads_have_registers(dut: Any) -> None:
-    """Snapshot, flags and pins of heads 3 and 4, as those of heads 1 and 2."""
+    """Heads 3 and 4 have snapshot, flags and pins like heads 1 and 2."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())
@@ -331,7 +333,7 @@ async def further_heads_have_registers(dut: Any) -> None:
 
 @cocotb.test(skip=HEADS == 2)
 async def a_fault_of_a_further_head_raises_the_alarm(dut: Any) -> None:
-    """Pin, release of the drivers and interrupt, by the bits of the last head alone."""
+    """The bits of the last head alone control pin, release of the drivers and interrupt."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())
@@ -376,7 +378,7 @@ async def a_fault_of_a_further_head_raises_the_alarm(dut: Any) -> None:
 
 @cocotb.test()
 async def all_heads_are_captured_together(dut: Any) -> None:
-    """Each sample is the readings of one clock, also of heads 3 and 4."""
+    """Each sample has the readings of one clock, also of heads 3 and 4."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())

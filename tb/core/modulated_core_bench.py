@@ -1,7 +1,7 @@
-"""cocotb test of the core with MODULATORS: pins in, amplitudes that follow the motion.
+"""cocotb test of the core with MODULATORS: amplitudes follow the motion of the pins.
 
 The table turns up, reverses and turns down. In every clock the correction is the models': the
-amplitude of each lane is the nominal one times the modulator that the sweep has used last.
+amplitude of each lane is the nominal one times the modulator of the last sweep.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ from tb.core.arctrue_core_bench import CLOCKS_PER_COUNT, LANES, Machine, prepare
 WIDTH_COUNTS = 150
 DEAD_ZONE = 4
 NOMINAL = 0.25
-"""Counts a clock; the table has a fifth on average."""
+"""Nominal speed in counts a clock; the table has a fifth on average."""
 WORD_A = -40_000
 UP_TURNS, DOWN_TURNS = 12.0, 1.5
-"""Up: longer than two windows of the speed, 2·2¹⁴ clocks."""
+"""Turns upwards are longer than two windows of the speed, 2·2¹⁴ clocks."""
 WRITE_CLOCKS = 6
-"""Clocks from a step of the sweep to the first read that sees what it writes."""
+"""Clocks from a step of the sweep to the first read that sees its write."""
 READ_CLOCKS = PHASE_LATENCY + AMPLITUDE_CLOCK - 1
 """Clocks from an angle to the read of its amplitude."""
 FIRST_LANE_STEP = 64
@@ -45,12 +45,12 @@ FIRST_LANE_STEP = 64
 
 
 def bank() -> Coefficients:
-    """A lane of each kind: plain, × direction, × speed, and order 0 × word A."""
+    """Return a lane of each kind: plain, × direction, × speed, and order 0 × word A."""
     made = Coefficients.from_harmonics(
         [1, 2, 3, 0], [5.0, 6.0, 4.0, 8.0], [0.4, -1.1, 2.0, 0.0], table.COUNTS_PER_REV, LANES
     )
     followed = ((1, "direction"), (2, "speed"), (3, "word_a"))
-    # No real table is as fast as this one: its nominal speed is written to the register alone.
+    # No real table is this fast: its nominal speed is written to the register alone.
     conditions = Conditions(16 * WIDTH_COUNTS, DEAD_ZONE, nominal_deg_per_s=90.0)
     extension = Extension(conditions=conditions, modulators=followed)
     return Coefficients(
@@ -65,7 +65,7 @@ def bank() -> Coefficients:
 
 
 class Log:
-    """What enters and leaves the pipeline, and the sweep, in each clock."""
+    """Inputs and outputs of the pipeline and the sweep, in each clock."""
 
     INPUTS = ("angle_in", "healed", "sweep_step")
     SIGNED = ("healed", "correction", "corrected_position", "direction", "speed", "word_a")
@@ -93,7 +93,8 @@ class Log:
 
 
 def amplitudes_read(seen: dict[str, NDArray[np.int64]], loaded: Coefficients) -> NDArray[np.int64]:
-    """What a read in each clock sees of every lane, (clocks, lanes), once a whole sweep is over."""
+    """Return the view of a read in each clock of every lane, (clocks, lanes), after a whole
+    sweep."""
     clocks = seen["sweep_step"].size
     found = np.zeros((clocks + WRITE_CLOCKS, LANES), dtype=np.int64)
     held = Modulators()
@@ -128,7 +129,7 @@ async def set_up(machine: Machine) -> Coefficients:
 
 @cocotb.test()
 async def every_clock_is_the_models(dut: Any) -> None:
-    """From the settled ramp on, with the speed's windows, and over a reversal."""
+    """The models match from the settled ramp on, with the speed's windows, and over a reversal."""
     machine = await prepared(dut)
     loaded = await set_up(machine)
     log = Log(dut)
@@ -145,7 +146,7 @@ async def every_clock_is_the_models(dut: Any) -> None:
 
     seen = log.columns()
     amplitudes = amplitudes_read(seen, loaded)
-    # A whole sweep has to be seen before its amplitudes are known.
+    # The amplitudes are known only after a whole sweep.
     clock = np.arange(2 * SWEEP_CLOCKS, seen["sweep_step"].size - PIPELINE_LATENCY)
     angles, positions = seen["angle_in"][clock], seen["healed"][clock]
     phases = phase_unit(angles, loaded.phase_steps, loaded.phase_offsets)
@@ -169,7 +170,8 @@ async def every_clock_is_the_models(dut: Any) -> None:
     # A window has 2^14 clocks: the mean speed of some 5.5 turns, whose ripple has 7 a turn.
     speed = seen["speed"][turned_at - 1] / MODULATOR_ONE
     assert abs(speed * NOMINAL * CLOCKS_PER_COUNT - 1.0) < 0.02, speed
-    # Head 1 on the pins: the table's own reading of a few clocks before, from where counting began.
+    # Head 1 on the pins: the table's own reading of a few clocks before, from the start of
+    # counting.
     reading = np.array(machine.reading[-seen["healed"].size :])[:, 0]
     apart = [seen["healed"][20:] - reading[20 - lag : reading.size - lag] for lag in range(20)]
     assert sum(np.ptp(way) == 0 for way in apart) == 1, "the position is not that of the pins"

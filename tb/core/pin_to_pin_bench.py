@@ -15,9 +15,9 @@ from tb.registers.axi_lite import start
 FOLD = int(os.environ["FOLD"])
 MEASURED = Path(os.environ["MEASURED"])
 LEVELS = ((0, 0), (1, 0), (1, 1), (0, 1))
-"""(A, B) in counting order."""
+"""Levels (A, B) in counting order."""
 BETWEEN_CLOCKS = 97
-"""Odd, so that the edges come at every place within FOLD clocks."""
+"""Clocks between edges: odd, so that the edges come at every place within FOLD clocks."""
 
 
 def _outputs(dut: Any) -> tuple[int, int]:
@@ -26,7 +26,7 @@ def _outputs(dut: Any) -> tuple[int, int]:
 
 @cocotb.test()
 async def from_pin_to_pin(dut: Any) -> None:
-    """One edge at a time; clocks are rising edges from the change of the pin to that of the output.
+    """Count the rising clock edges from the change of the pin to that of the output, edge by edge.
 
     The edge of the pin comes half a clock before the first of them.
     """

@@ -1,4 +1,4 @@
-"""The watch of the processor in VHDL: it turns silent exactly when the limit has passed."""
+"""Test of the processor watch in VHDL: it reports silence exactly after the limit."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ async def silent_after_the_limit(dut, limit: int) -> None:
 
 @cocotb.test()
 async def a_long_limit_is_counted_whole(dut) -> None:
-    """More than 16 bits."""
+    """The limit has more than 16 bits."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.alive.value = 0

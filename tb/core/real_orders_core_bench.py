@@ -1,7 +1,7 @@
-"""cocotb test of the core with REAL_ORDERS: pins in, lines of real orders taken away.
+"""cocotb test of the core with REAL_ORDERS: lines of real orders are removed from the position.
 
 The table turns forwards and backwards over several turns. In every clock the correction is the
-model's for the turn that the position tells.
+model's for the turn of the position.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def bank(orders: tuple[float, ...] = ORDERS) -> Coefficients:
 
 
 async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Play a motion; the signals of every clock, (clocks, names)."""
+    """Play a motion; return the signals of every clock, (clocks, names)."""
     seen: list[list[int]] = []
     turning = cocotb.start_soon(machine.turn(angle))
     while not turning.done():
@@ -65,9 +65,9 @@ async def record(machine: Machine, dut: Any, angle: NDArray[np.float64]) -> NDAr
 
 
 def compare(rows: NDArray[np.int64], loaded: Coefficients) -> None:
-    """Every accepted angle has the model's correction in its turn."""
+    """Check that every accepted angle has the model's correction in its turn."""
     seen, later = rows[:-LATENCY], rows[LATENCY:]
-    # Two clocks after the angle the number of its turn is there: that of the first row.
+    # The number of the turn comes two clocks after the angle: that of the first row.
     turns = turn_numbers(seen[:, 0], COUNTS, int(rows[2 * FOLD, 4]))
     model = compensate(seen[:, 0], seen[:, 1], loaded, turns=turns)
     same = [
@@ -87,7 +87,8 @@ async def settled(machine: Machine) -> None:
 
 @cocotb.test()
 async def lines_of_real_orders(dut: Any) -> None:
-    """Three turns forwards and four backwards; another bank; whole orders again."""
+    """Turn three turns forwards and four backwards, with another bank, and with whole orders
+    again."""
     machine = await prepared(dut)
     names = machine.registers
     assert (await names.read_fields("capability"))["real_orders"] == 1

@@ -37,7 +37,7 @@ HALF_ORDERS = (0.5, 71.4, 3.0, 0.398, 70.4, 7.875, 12.5, 1.0)
 def bank_of(
     seed: int, orders: tuple[float, ...] = HALF_ORDERS, largest_counts: int = 60
 ) -> Coefficients:
-    """Lanes of these orders; word for word what a file of them has."""
+    """Return lanes of these orders, word for word as in a file."""
     rng = np.random.default_rng(seed)
     of_lanes = [orders[lane % len(orders)] for lane in range(LANES)]
     steps = tuple(round(order % 1 * TURN) for order in of_lanes)
@@ -65,7 +65,7 @@ async def write(dut: Any, address: int, data: int, *, turn_step: bool) -> None:
 
 
 async def load(dut: Any, bank: Coefficients) -> int:
-    """Write and swap; the clocks until the new bank is met."""
+    """Write and swap; return the clocks until the new bank is in use."""
     for address, data in bank_words(bank):
         await write(dut, address, data, turn_step=False)
     for address, data in turn_step_words(bank):
@@ -96,7 +96,7 @@ async def begin(dut: Any) -> None:
 
 
 async def play(dut: Any, total: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Angles of a motion over many turns, one every FOLD clocks; their settled outputs."""
+    """Play angles over many turns, one every FOLD clocks; return their settled outputs."""
     await align(dut)
     seen = []
     for clock in range(FOLD * total.size + LATENCY):
@@ -109,7 +109,7 @@ async def play(dut: Any, total: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
-    """Forwards over a wrap, a tremble on the second, backwards over three; a count a clock."""
+    """Go forwards over a wrap, tremble on the second, go back over three, at a count a clock."""
     fastest = np.arange(0, int(1.95 * COUNTS_PER_REV), FOLD)
     to_wrap = np.arange(fastest[-1], 2 * COUNTS_PER_REV, max(1, FOLD // 2))
     tremble = 2 * COUNTS_PER_REV + rng.integers(-2, 3, size)
@@ -119,7 +119,7 @@ def motions(rng: np.random.Generator, size: int) -> NDArray[np.int64]:
 
 @cocotb.test()
 async def both_ways_and_tremble(dut: Any) -> None:
-    """At a count a clock every correction is the model's, and that is the line itself."""
+    """At a count a clock every correction is the model's, which is the line itself."""
     await begin(dut)
     bank = bank_of(1)
     dut.angle.value = dut.position.value = 0
@@ -158,7 +158,7 @@ async def whole_orders_as_without(dut: Any) -> None:
 
 @cocotb.test()
 async def zero_moves_and_heals(dut: Any) -> None:
-    """The angle jumps by lost counts, also over the wrap: the lines go on by those counts."""
+    """The angle jumps by lost counts, also over the wrap: the lines continue by these counts."""
     await begin(dut)
     bank = bank_of(4, largest_counts=9)
     dut.angle.value = dut.position.value = 0
@@ -169,7 +169,7 @@ async def zero_moves_and_heals(dut: Any) -> None:
     for slip in (7, -COUNTS_PER_REV // 3):
         way = 1 if slip > 0 else -1
         part = here + way * FOLD * np.arange(1, int(1.1 * COUNTS_PER_REV) // FOLD)
-        # To a few counts before a wrap, so that the slip is over it.
+        # To a few counts before a wrap, so that the slip crosses it.
         part = part[: np.flatnonzero((part + slip) // COUNTS_PER_REV != part // COUNTS_PER_REV)[-1]]
         part = np.concatenate([part, np.full(40, part[-1])])
         parts.append(part)
@@ -195,7 +195,7 @@ async def zero_moves_and_heals(dut: Any) -> None:
         bank,
         turns=turn_numbers(total % COUNTS_PER_REV, COUNTS_PER_REV),
     )
-    # Where the ramp has taken a jump up, every output is the model's.
+    # After the ramp has absorbed a jump, every output is the model's.
     settled = found[:, 3] == 0
     assert settled[: ends[0]].all()
     assert np.array_equal(found[settled, :3], np.column_stack(model)[settled])
@@ -204,7 +204,7 @@ async def zero_moves_and_heals(dut: Any) -> None:
 
 @cocotb.test()
 async def swaps_at_any_moment(dut: Any) -> None:
-    """Writes and swaps at random instants of a motion: each angle meets one bank, all of it."""
+    """Writes and swaps come at random instants of a motion: each angle meets one whole bank."""
     await begin(dut)
     choose, rng = random.Random(6), np.random.default_rng(6)
     banks = [bank_of(10, largest_counts=2)]
@@ -263,7 +263,7 @@ async def swaps_at_any_moment(dut: Any) -> None:
         fold=FOLD,
         turns=turns,
     )
-    # The model begins after a reset, the gateware settled: until the model is, they differ.
+    # The model begins after a reset, the gateware settled: they differ until the model is settled.
     settled = np.arange(markers.size) >= 900
     assert np.flatnonzero(markers)[0] > 900
     apart = np.flatnonzero((found != np.column_stack(model[:3])).any(axis=1) & settled)
@@ -298,7 +298,7 @@ async def read_back_and_fill(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_waits_for_the_sweep(dut: Any) -> None:
-    """As long as the page of the memory says: two sweeps after the last write, no more."""
+    """It waits as long as the page of the memory says: at most two sweeps after the last write."""
     await begin(dut)
     waited = await load(dut, bank_of(8))
     assert 2 * SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + 12 + FOLD

@@ -17,7 +17,7 @@ def test_core() -> None:
 
 
 def test_folded_core() -> None:
-    """The core with one pipeline for four lanes, and the registers that state it."""
+    """The core has one pipeline for four lanes, and registers that state it."""
     for testcase in (
         "from_edges_to_corrected_edges",
         "illegal_accesses_are_refused",
@@ -34,7 +34,7 @@ def test_folded_core() -> None:
 
 
 def test_core_with_a_table() -> None:
-    """The way of the data with ROTATION = table, and the register that says so."""
+    """The data path works with ROTATION = table, and a register states it."""
     generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 2, "ROTATION": "table"}
     for testcase in ("from_edges_to_corrected_edges", "illegal_accesses_are_refused"):
         simulate(

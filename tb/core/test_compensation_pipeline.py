@@ -45,7 +45,7 @@ def run(
             "ROTATION": rotation,
             "FOUND_FILE": str(found_file or ""),
         },
-        # 32 lanes run three times as fast as in mcode.
+        # With llvm, 32 lanes run three times as fast as in mcode.
         backend="llvm",
     )
 
@@ -81,7 +81,7 @@ def test_another_width_of_the_cosine() -> None:
 
 
 def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
-    """Bit for bit those of the model and of the pipeline that is not folded."""
+    """The corrections equal bit for bit those of the model and of the unfolded pipeline."""
     found = []
     for fold in FOLDS:
         file = tmp_path / f"{fold}.npy"
@@ -93,13 +93,14 @@ def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("fold", FOLDS)
 def test_lanes_with_a_table(fold: int) -> None:
-    """Equal to the model and near equation (9), within the table's own bound, for every fold."""
+    """The lanes equal the model and are near equation (9), within the table's bound, for every
+    fold."""
     run("a_turn_of_angles", lanes=8, angles=300, fold=fold, rotation="table")
 
 
 @pytest.mark.parametrize("fold", [1, 4])
 def test_swap_and_latencies_with_a_table(fold: int) -> None:
-    """The clocks are those of the CORDIC."""
+    """The numbers of clocks are those of the CORDIC."""
     run("latencies_of_table_1", lanes=8, fold=fold, rotation="table")
     run(
         "swap_and_bypass_under_load",
@@ -123,7 +124,7 @@ def test_an_unknown_rotation_is_refused(capfd: pytest.CaptureFixture[str]) -> No
     [(2, 2, 18), (6, 2, 18), (4, 2, 20), pytest.param(64, 8, 18, marks=pytest.mark.large)],
 )
 def test_other_folded_configurations(lanes: int, fold: int, cosine_width: int) -> None:
-    """One lane built, an odd number of them, a cosine whose pair sums are cut off, the most."""
+    """One lane built, an odd number, a cosine with truncated pair sums, and the largest number."""
     run("a_turn_of_angles", lanes, angles=200, fold=fold, cosine_width=cosine_width)
 
 
@@ -143,7 +144,7 @@ def test_32_lanes_folded_by_4() -> None:
 def test_folds_that_do_not_fit_are_refused(
     lanes: int, fold: int, cosine_width: int, message: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    # The simulation stops before its first test, so the runner finds no results.
+    # The simulation stops before its first test, so that the runner finds no results.
     with pytest.raises((RuntimeError, SystemExit, FileNotFoundError)):
         run("a_turn_of_angles", lanes, angles=10, fold=fold, cosine_width=cosine_width)
     output = capfd.readouterr()
@@ -173,7 +174,7 @@ def test_reset_under_load(fold: int) -> None:
 
 @pytest.mark.parametrize("fold", [1, 4])
 def test_real_orders(fold: int) -> None:
-    """Phases that continue from turn to turn, equal to the model in every clock."""
+    """Phases that continue from turn to turn equal the model in every clock."""
     simulate(
         TOPLEVEL,
         "tb.core.real_orders_pipeline_bench",

@@ -1,4 +1,4 @@
-"""The order of events in a folded pipeline."""
+"""Test of the order of events in a folded pipeline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole core with a local table."""
+"""Test of the whole core with a local table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole core with the weighted mean of two to four heads."""
+"""Test of the whole core with the weighted mean of two to four heads."""
 
 from __future__ import annotations
 

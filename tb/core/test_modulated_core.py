@@ -1,4 +1,4 @@
-"""The whole core with lanes that follow the motion."""
+"""Test of the whole core with lanes that follow the motion."""
 
 from __future__ import annotations
 

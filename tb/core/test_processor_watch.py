@@ -1,4 +1,4 @@
-"""The watch of the processor in GHDL."""
+"""Test of the processor watch in GHDL."""
 
 from tb.support.simulation import simulate
 

@@ -1,4 +1,4 @@
-"""The whole core with lanes of real orders."""
+"""Test of the whole core with lanes of real orders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drives a part of the decoder clock by clock, and compares its outputs with a model's."""
+"""Drive a part of the decoder clock by clock, and compare its outputs with a model's."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.gateware.latest import outputs
 
 
 def edge_ports(edges: CountedEdges) -> dict[str, NDArray[np.int64]]:
-    """The elements of the record counted_edge in every clock, each (clocks,)."""
+    """Return the elements of the record counted_edge in every clock, each (clocks,)."""
     moves = outputs(0, edges.step != 0)[:-1]
     up = outputs(1, edges.up)[:-1]
     return {
@@ -34,10 +34,10 @@ async def follows(
     expected: Mapping[str, NDArray[Any]],
     at_once: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
-    """Give ``inputs``, each (clocks,); after every clock the outputs must be ``expected``.
+    """Drive ``inputs``, each (clocks,); after every clock the outputs must be ``expected``.
 
-    ``expected`` has a value more: element t is the output during clock t. ``at_once``, (clocks,):
-    outputs that depend on the inputs of their own clock, looked at outside resets.
+    ``expected`` has one more value: element t is the output during clock t. ``at_once``, (clocks,),
+    are outputs that depend on the inputs of their own clock, checked outside resets.
     """
     unregistered = {name: values.tolist() for name, values in (at_once or {}).items()}
     columns = {name: values.astype(np.uint64).tolist() for name, values in inputs.items()}

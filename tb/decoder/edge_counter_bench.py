@@ -1,4 +1,4 @@
-"""The VHDL edge counter against its model, on levels in any order."""
+"""Compare the VHDL edge counter with its model, on levels in any order."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ CLOCKS = 6000
 
 @cocotb.test()
 async def counts_levels_in_any_order(dut: Any) -> None:
-    """Runs up and down, an edge in every clock, illegal transitions, resets of any length."""
+    """Runs go up and down, with an edge in every clock, illegal transitions, resets of any
+    length."""
     random = np.random.default_rng(11)
     speed = np.repeat(random.integers(-1, 2, CLOCKS // 40), 40)
     place = np.cumsum(np.where(random.random(CLOCKS) < 0.7, speed, 0))
@@ -34,7 +35,7 @@ async def counts_levels_in_any_order(dut: Any) -> None:
     ports = edge_ports(counted_edges(a, b, preload, reset))
     comes = ports.pop("comes")
     expected = vars(trace) | {name: np.append(values, 0) for name, values in ports.items()}
-    # Known from a clock before on; the last clock is not looked at.
+    # The signal is valid from the previous clock on; the last clock is not checked.
     inputs = {name: values[:-1] for name, values in inputs.items()}
     await follows(dut, inputs, expected, at_once={"comes": comes})
     assert trace.position.min() < RESET_POSITION < trace.position.max()

@@ -1,4 +1,4 @@
-"""The VHDL glitch filter against its model, with pulses, lengths and resets at random."""
+"""Compare the VHDL glitch filter with its model, with random pulses, lengths and resets."""
 
 from __future__ import annotations
 

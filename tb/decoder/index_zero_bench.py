@@ -1,4 +1,4 @@
-"""The VHDL index_zero against its model, on the marks of the decoder's scenarios."""
+"""Compare the VHDL index_zero with its model, on the marks of the decoder's scenarios."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tb.decoder.drive import edge_ports, follows
 
 SETTINGS = ("counts_per_rev", "index_tolerance", "rearm", "zero_again", "heal", "other_head_agrees")
 NAMES = [*SCATTERED, *FAULTY, *RANDOM_SEEDS]
-# It is long for the spacing of edges, which index_zero does not look at.
+# It is long for the spacing of edges, which index_zero ignores.
 NAMES.remove("edges_65535_clocks_apart")
 
 

@@ -1,4 +1,4 @@
-"""The VHDL synchroniser against its model."""
+"""Compare the VHDL synchroniser with its model."""
 
 from __future__ import annotations
 

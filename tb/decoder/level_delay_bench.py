@@ -14,7 +14,7 @@ LONGEST = 255
 
 @cocotb.test()
 async def every_delay(dut: Any) -> None:
-    """Random levels in every clock, for all 256 delays one after the other."""
+    """Random levels in every clock pass through all 256 delays one after the other."""
     choose = random.Random(1)
     dut.levels.value = 0
     dut.delay.value = 0

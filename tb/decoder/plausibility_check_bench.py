@@ -1,4 +1,4 @@
-"""The VHDL plausibility check against its model."""
+"""Compare the VHDL plausibility check with its model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ CLOCKS = 12_000
 
 
 def levels(random: np.random.Generator, chance: float) -> tuple[np.ndarray, np.ndarray]:
-    """A and B that run either way at about ``chance`` counts a clock, now and then both at once."""
+    """Return A and B that run either way at about ``chance`` counts a clock, at times both at
+    once."""
     direction = np.repeat(random.integers(-1, 2, CLOCKS // 60), 60)
     place = np.cumsum(np.where(random.random(CLOCKS) < chance, direction, 0))
     place += 2 * np.cumsum(random.random(CLOCKS) < 0.03)
@@ -27,7 +28,7 @@ def levels(random: np.random.Generator, chance: float) -> tuple[np.ndarray, np.n
 
 @cocotb.test()
 async def faults_of_unrelated_edges(dut: Any) -> None:
-    """Levels and counted edges have nothing to do with each other: all that one can meet."""
+    """Levels and counted edges are unrelated, which covers every combination."""
     random = np.random.default_rng(12)
     reset = random.random(CLOCKS) < 0.001
     reset[:3] = True
@@ -51,7 +52,7 @@ async def faults_of_unrelated_edges(dut: Any) -> None:
 
 @cocotb.test()
 async def a_period_ahead(dut: Any) -> None:
-    """Levels run ahead of standing edges: the fault comes at the fourth count, not the third."""
+    """Levels run ahead of constant edges: the fault comes at the fourth count, not at the third."""
     for name in ("a", "b", "comes", "moves", "up", "down", "breaks_order", "misplaced", "clear"):
         getattr(dut, name).value = 0
     dut.stands.value = 1
@@ -65,7 +66,7 @@ async def a_period_ahead(dut: Any) -> None:
     for count in range(1, PERIOD + 1):
         dut.a.value = count % 4 in (1, 2)
         dut.b.value = count % 4 in (2, 3)
-        # Its fault shows 3 clocks after the levels.
+        # The fault shows 3 clocks after the levels.
         for _ in range(6):
             await FallingEdge(dut.clock)
         assert int(dut.swallowed.value) == (count == PERIOD), f"after {count} counts"
@@ -74,7 +75,7 @@ async def a_period_ahead(dut: Any) -> None:
 
 @cocotb.test()
 async def counters_stop_at_their_end(dut: Any) -> None:
-    """A fault of each kind in every clock: the counters stand at 65,535 and do not wrap."""
+    """With a fault of each kind in every clock the counters stop at 65,535 and do not wrap."""
     for name in ("a", "b", "comes", "down", "clear", "settling", "filter_length", "stands"):
         getattr(dut, name).value = 0
     for name in ("moves", "up", "breaks_order", "misplaced", "reset"):

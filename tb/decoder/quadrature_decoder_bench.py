@@ -1,4 +1,4 @@
-"""The VHDL decoder against its model, in every clock of every scenario."""
+"""Compare the VHDL decoder with its model, in every clock of every scenario."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from arctrue.gateware.quadrature_decoder import (
     quadrature_decoder,
 )
 
-# The generics that the design was built with.
+# Generics that the design was built with.
 STAGES = int(os.environ["SYNCHRONISER_STAGES"])
 RESET_POSITION = int(os.environ["RESET_POSITION"])
 DEFAULT_GENERICS = (STAGES, RESET_POSITION) == (2, 0)
 
 OUTPUTS = [field.name for field in fields(DecoderTrace)]
-# Longer than any pipeline or filter: a design that stands so long does nothing more.
+# Longer than any pipeline or filter: a design that is constant so long does nothing more.
 IDLE_CLOCKS = 400
 
 
 def checked_clocks(given: Stimuli) -> np.ndarray:
-    """Clocks in which the outputs are read: all but those after IDLE_CLOCKS without a change."""
+    """Return the clocks in which outputs are read: all but those after IDLE_CLOCKS without a
+    change."""
     inputs = np.column_stack(list(given.columns.values()))
     changes = np.concatenate([[True], (np.diff(inputs, axis=0) != 0).any(axis=1)])
     last_change = np.maximum.accumulate(np.where(changes, np.arange(len(inputs)), 0))
@@ -37,7 +38,8 @@ def checked_clocks(given: Stimuli) -> np.ndarray:
 
 
 async def play(dut, given: Stimuli) -> dict[str, np.ndarray]:
-    """Drive the stimuli; returns every output and, under "clock", the clocks after which read."""
+    """Drive the stimuli; return every output and, under "clock", the clocks after which it is
+    read."""
     columns = {key: column.tolist() for key, column in given.columns.items()}
     timestamps = given.timestamp.tolist()
     handles = [getattr(dut, name) for name in OUTPUTS]
@@ -73,7 +75,7 @@ async def follows_the_model(dut, name: str) -> None:
     model = quadrature_decoder(inputs, STAGES, RESET_POSITION)
     clock = got["clock"].astype(np.int64)
     for output in OUTPUTS:
-        # The same bits whether signed or not.
+        # The bits are the same whether signed or not.
         bits = np.uint64(2 ** len(getattr(dut, output)) - 1)
         expected = getattr(model, output)[clock + 1].astype(np.uint64) & bits
         wrong = np.flatnonzero(got[output] != expected)
@@ -84,12 +86,12 @@ async def follows_the_model(dut, name: str) -> None:
 
 
 async def wait(clocks: int) -> None:
-    """Much faster than counting the edges of the clock one by one."""
+    """Wait for some clocks, much faster than counting the edges of the clock one by one."""
     await Timer(10 * clocks, "ns")
 
 
 async def begin(dut, counts_per_rev: int) -> None:
-    """A clock of 10 ns and a reset; ends in the middle of a clock."""
+    """Start a clock of 10 ns and reset; return in the middle of a clock."""
     inputs = (
         "a",
         "b",
@@ -133,7 +135,7 @@ async def illegal_count_stops_at_its_end(dut) -> None:
 async def overspeed_and_index_counts_stop_at_their_end(dut) -> None:
     await begin(dut, 1000)
     dut.minimum_edge_spacing.value = 2
-    # An edge in every clock, upwards, and an index mark in every second.
+    # An edge in every clock, upwards, and an index mark in every second clock.
     Clock(dut.z, 20, unit="ns", impl="gpi").start()
     Clock(dut.a, 40, unit="ns", impl="gpi").start()
     await Timer(10, "ns")
@@ -160,7 +162,7 @@ async def long_turn_at_an_edge_every_clock(dut) -> None:
         dut.z.value = 1
         await RisingEdge(dut.index_strobe)
         await FallingEdge(dut.clock)
-        # Told with the next step; the position shows one more than that.
+        # The mark is reported with the next step; the position is one more than that.
         seen.append(dut.index_position.value.to_signed())
         assert dut.position.value.to_signed() == seen[-1] + 2
         assert dut.angle.value.to_unsigned() == 2

@@ -1,4 +1,4 @@
-"""The edge counter in GHDL."""
+"""Test of the edge counter in GHDL."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The glitch filter in GHDL."""
+"""Test of the glitch filter in GHDL."""
 
 from tb.support.simulation import simulate
 

@@ -1,4 +1,4 @@
-"""index_zero in GHDL."""
+"""Test of index_zero in GHDL."""
 
 from tb.support.simulation import simulate
 

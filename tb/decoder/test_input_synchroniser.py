@@ -1,4 +1,4 @@
-"""The input synchroniser in GHDL."""
+"""Test of the input synchroniser in GHDL."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The plausibility check in GHDL."""
+"""Test of the plausibility check in GHDL."""
 
 from tb.support.simulation import simulate
 

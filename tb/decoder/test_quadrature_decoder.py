@@ -1,4 +1,4 @@
-"""The quadrature decoder in GHDL."""
+"""Test of the quadrature decoder in GHDL."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The witness of the index in GHDL."""
+"""Test of the witness of the index in GHDL."""
 
 from tb.support.simulation import simulate
 

@@ -1,4 +1,4 @@
-"""The VHDL zero_witness: its verdict on each mark, from the counts of the other head."""
+"""Test of the VHDL zero_witness: its verdict on each mark, from the counts of the other head."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BETWEEN_MARKS = 12
     (("turn", "tolerance", "start"), [(40, 2, -20), (2**24, 0, 2**31 - 5), (9, 3, -(2**31))])
 )
 async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start) -> None:
-    """Marks one turn apart except a few counts, at the same place, and two turns apart."""
+    """Marks are one turn apart up to a few counts, at the same place, and two turns apart."""
     random = np.random.default_rng(turn)
     marks = np.arange(20, CLOCKS - 10, BETWEEN_MARKS)
     turns = random.choice([-2, -1, -1, -1, 0, 1, 1, 1, 2], marks.size)
@@ -40,7 +40,7 @@ async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start
     of_mark = {int(clock): place for place, clock in enumerate(marks)}
     for clock in range(CLOCKS):
         dut.other_position.value = int(position[clock] + 2**31) % 2**32 - 2**31
-        # The counts that belong to a mark are those of 2 clocks before its strobe.
+        # The counts of a mark are those of 2 clocks before its strobe.
         dut.index_strobe.value = int(clock - 1 in of_mark)
         place = of_mark.get(clock - 4, -1)
         dut.trusted.value = int(place >= 0 and trusted[place])

@@ -1,7 +1,7 @@
-"""The demo inside the simulator: the table turns, and the firmware does the rest.
+"""Run the demo inside the simulator: the table turns, and the firmware does everything else.
 
-The bench types the settings on the firmware's console and lets its main loop run. It waits, notes
-what the console says, and ends when a corrected turn has been recorded.
+The bench types the settings on the firmware's console and lets its main loop run. It waits, records
+the output of the console, and ends when a corrected turn has been recorded.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ BUS_INPUTS = (
     *("awvalid", "awaddr", "wvalid", "wdata", "wstrb"),
     *("bready", "arvalid", "araddr", "rready"),
 )
-# Without an interrupt the firmware looks at the core this often: on the device its timer wakes it
+# Without an interrupt the firmware checks the core this often: on the device its timer wakes it
 # every millisecond, which is longer than a turn of this table.
 LOOKS_A_TURN = 64
-# The output trails the pipeline by a few clocks.
+# The output is a few clocks behind the pipeline.
 OUTPUT_CLOCKS = 100
 # The judged turn, and a little more.
 RECORDED_TURNS = 1.01
 
 
 class Clocks:
-    """Counts clocks as the played edges do: 0 is the clock in which ``run`` is first seen."""
+    """Count clocks as the played edges do: 0 is the clock in which ``run`` is first seen."""
 
     def __init__(self) -> None:
         self._start_ns: float | None = None
@@ -51,7 +51,7 @@ class Clocks:
 
 
 class Operator:
-    """Sits at the console, keeps what was typed and told, and says how far things are."""
+    """Type at the console, keep the typed and received lines, and report the progress."""
 
     def __init__(self, dut: HierarchyObject, files: DemoFiles) -> None:
         self.clocks = Clocks()
@@ -64,7 +64,7 @@ class Operator:
         self.stage = "firmware: reading a captured turn over AXI while the table turns on"
 
     async def report(self) -> None:
-        """For ever; to be started beside the test."""
+        """Report for ever; to be started beside the test."""
         while True:
             BenchStage(self.stage, self.clocks.now()).write(self._files.progress)
             await Timer(1000 * CLOCK_NS, "ns")
@@ -80,7 +80,7 @@ class Operator:
         assert answer.splitlines()[-1].startswith("ok"), f"{line!r} was answered {answer!r}"
 
     async def look(self, pause_clocks: int) -> None:
-        """Once round the firmware's main loop, and asleep until there is a reason to go on."""
+        """Run the firmware's main loop once, then sleep until there is a reason to continue."""
         self._note(await self.processor.work())
         await self.processor.sleep(pause_clocks * CLOCK_NS)
 
@@ -139,5 +139,5 @@ async def whole_loop(dut: HierarchyObject) -> None:
         words_moved=processor.core.words_moved,
         console=operator.lines,
     ).write(files.run)
-    # GHDL looks for cocotb's finish after a timer only: ended at an edge, it would run for ever.
+    # GHDL looks for cocotb's finish only after a timer: ended at an edge, it would run for ever.
     await Timer(3 * CLOCK_NS, "ns")

@@ -1,4 +1,4 @@
-"""Plays a file of pin changes, and halts the player once on the way."""
+"""Play a file of pin changes, and halt the player once on the way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plays the edges of both heads and notes what the decoders show now and then."""
+"""Play the edges of both heads and record the decoders' outputs at intervals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measures when each unit of the compensation answers a step of the angle."""
+"""Measure when each unit of the compensation answers a step of the angle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from arctrue.studies.demo.files import DemoFiles
 
 OUTPUTS = ("phases", "pair_sums", "delayed_angle", "corrected_angle")
-# From 1/8 to 3/8 of a turn: every output changes.
+# From 1/8 to 3/8 of a turn every output changes.
 BEFORE, AFTER = 1 << 21, 3 << 21
 # The ramp from the initial zero correction ends within this time.
 SETTLE_CLOCKS = 12_000

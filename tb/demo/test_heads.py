@@ -1,4 +1,4 @@
-"""The simulated table through the real decoders: they show the counts of the table."""
+"""The real decoders show the counts of the simulated table."""
 
 from pathlib import Path
 

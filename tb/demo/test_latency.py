@@ -1,4 +1,4 @@
-"""The latencies of Table 1, as the demo measures them."""
+"""Test of the latencies of Table 1, as the demo measures them."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Decodes the signals of two to four heads of encoder_source and compares them with float64."""
+"""Decode the signals of two to four heads of encoder_source and compare them with float64."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ AMPLITUDES = (9, 4)
 TURNS = (0.334, 0.668)
 LATENCY = 35
 CLOCKS = 15_600
-"""Two turns of 6,400 clocks, and the time before the first index."""
+"""Number of clocks: two turns of 6,400 clocks, and the time before the first index."""
 
 BOUND_COUNTS = 1.6
-"""The true angle is cut to a count (1); reading (0.5) and coefficients (0.1) are rounded."""
+"""Bound: the true angle is cut to a count (1); reading (0.5) and coefficients (0.1) are rounded."""
 
 LEVELS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
 
 def decoded(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Counts of every clock, from 0; the paper's figure 4."""
+    """Return the counts of every clock, from 0, by the paper's figure 4."""
     code = np.array([LEVELS[pair] for pair in zip(a.tolist(), b.tolist(), strict=True)])
     steps = (np.diff(code) + 1) % 4 - 1
     assert np.all(np.abs(steps) <= 1), "A and B changed together"
@@ -37,7 +37,7 @@ def decoded(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def expected(true_counts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """R = θ + ε(θ), equation (2)."""
+    """Return R = θ + ε(θ), equation (2)."""
     turn = true_counts / COUNTS_PER_REV
     error = sum(
         amplitude * np.cos(2 * np.pi * (order * turn + phase))
@@ -61,7 +61,7 @@ async def all_heads_show_one_disc(dut: object) -> None:
         for head, levels in heads.items():
             for name, values in levels.items():
                 values[number] = int(getattr(dut, f"head{head}_{name}").value)
-    # The true angle that a pin of clock k shows: the sum has one step in the first clock.
+    # True angle that a pin of clock k shows: the sum has one step in the first clock.
     true_counts = STEP * (np.arange(1, CLOCKS + 1) - LATENCY)
     index_clocks = {}
     for head, start in enumerate(AHEAD[:HEADS], start=1):

@@ -1,4 +1,4 @@
-"""The second board that stands in for the encoder, in GHDL."""
+"""Test of the second board that replaces the encoder, in GHDL."""
 
 import pytest
 

@@ -1,7 +1,7 @@
-"""The processor of the core in the simulator: the firmware's C sources, compiled for this machine.
+"""The core's processor in the simulator: the firmware's C sources, compiled for this machine.
 
-Every register access of the C code is an AXI4-Lite access in the simulation; its calculations
-take no time there.
+Every register access of the C code is an AXI4-Lite access in the simulation; its calculations take
+no simulated time.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ class SimulatedCore:
     """Performs the firmware's register accesses, which come from another thread."""
 
     def __init__(self, dut: HierarchyObject, on_capture: Callable[[], None]) -> None:
-        """``on_capture`` is called before a bank is read."""
+        """Connect to ``dut``; ``on_capture`` is called before a bank is read."""
         self._master = AxiLiteMaster(AxiLiteBus.from_prefix(dut, "s_axil"), dut.clock, dut.reset)
         for interface in (self._master.write_if, self._master.read_if):
             interface.log.setLevel("WARNING")
         self._on_capture = on_capture
         self.words_moved = 0
         self.banks: list[NDArray[np.int32]] = []
-        """Each bank that was read, words as the capture memory gave them."""
+        """Each bank that was read, in words of the capture memory."""
         self.error: BusError | None = None
-        """C knows no exceptions: the first that happened below it."""
+        """First exception below the C code, which has no exceptions itself."""
         ffi, _ = firmware()
         self._calls = (
             ffi.callback("core_read_word", self._read),
@@ -68,7 +68,7 @@ class SimulatedCore:
             self.error = BusError(f"{what} answered {response!r}")
 
     def _capture(self, _: Any, number: int) -> Any:
-        # The processor reads in place, some words many times: here each is fetched once.
+        # The processor reads in place, some words many times: here each word is fetched once.
         self._on_capture()
         bank = np.frombuffer(self._bytes(CAPTURE_ADDRESS, number), dtype="<i4").copy()
         self.banks.append(bank)
@@ -107,7 +107,7 @@ class Processor:
         return await self._call(self._firmware.step)
 
     async def sleep(self, most_ns: int) -> None:
-        """Until the core interrupts, or the timer does. Ends on a rising edge of the clock."""
+        """Sleep until the core or the timer interrupts; return on a rising edge of the clock."""
         await First(RisingEdge(self._interrupt), Timer(most_ns, "ns"))
         await RisingEdge(self._clock)
 

@@ -1,4 +1,4 @@
-"""The firmware against the VHDL; this is also the demo at an eighth of its counts."""
+"""Test of the firmware with the VHDL; this is also the demo at an eighth of its counts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TOLD_DECIMALS = 2e-9
 
 
 def calibrate_in_numpy(counts: NDArray[np.int64]) -> Calibration:
-    """The same capture, counts (2, n), through the Python calibration."""
+    """Calibrate the same capture, counts (2, n), with the Python calibration."""
     samples = counts.shape[1]
     capture = Capture(
         run=np.zeros(samples, dtype=np.int64),

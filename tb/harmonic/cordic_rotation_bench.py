@@ -21,7 +21,7 @@ LATENCY = CORDIC_ITERATIONS - 1
 
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
-    """Angles of the first quadrant: its ends, evenly spread, and random ones."""
+    """Angles of the first quadrant are its ends, evenly spread, and random."""
     rng = np.random.default_rng(2)
     ends = np.concatenate(
         [np.arange(64), QUARTER // 2 + np.arange(-32, 32), QUARTER - 1 - np.arange(64)]
@@ -46,5 +46,5 @@ async def equals_the_model(dut: Any) -> None:
         f"folded {angles[wrong[0]]}: {found[wrong[0]]}, expected {expected[wrong[0]]} "
         f"({wrong.size} of {angles.size} differ)"
     )
-    # The constants of the first six iterations: 2⁵ of them, all met.
+    # All 2⁵ constants of the first six iterations are used.
     assert np.unique(angles >> 13).size == QUARTER >> 13 or ANGLES < 20_000

@@ -1,4 +1,4 @@
-"""The generics of the run, and the other values that the tests take."""
+"""The generics of the run, and the other values that the tests use."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ OTHERS = ((14, 12), (20, 18), (18, 11), (8, 8), (24, 24), (8, 24))
 
 
 def generics(width: int, iterations: int) -> dict[str, int]:
-    """The generics of the entities, and the environment of their benches."""
+    """Return the generics of the entities, which are also the environment of their benches."""
     return {"COSINE_WIDTH": width, "CORDIC_ITERATIONS": iterations}
 
 
 def environment(**values: int | str) -> dict[str, str]:
-    """The same as text."""
+    """Return the values as text."""
     return {name: str(value) for name, value in values.items()}

@@ -31,7 +31,7 @@ async def run(
     amplitude: NDArray[np.int64],
     partner: NDArray[np.int64],
 ) -> NDArray[np.int64]:
-    """The products; every input comes in its own clock and changes with every clock."""
+    """Return the products; every input comes in its own clock and changes with every clock."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     last = phase.size - 1
     seen = []
@@ -54,7 +54,7 @@ def compare(found: NDArray[np.int64], expected: NDArray[np.int64]) -> None:
 
 @cocotb.test()
 async def products(dut: Any) -> None:
-    """Any amplitude, also the ends of s13.11; the partner is added where it is asked for."""
+    """Amplitudes include the ends of s13.11; the partner is added where the generic asks for it."""
     rng = np.random.default_rng(3)
     phase = phases(ANGLES)
     amplitude = rng.integers(-LARGEST, LARGEST, phase.size)
@@ -84,7 +84,7 @@ async def products(dut: Any) -> None:
 
 @cocotb.test()
 async def cosines(dut: Any) -> None:
-    """With an amplitude of one unit the product is the cosine; kept for the plot."""
+    """With an amplitude of one unit the product is the cosine, which is kept for the plot."""
     phase = phases(ANGLES, seed=4)
     found = await run(
         dut,
@@ -99,7 +99,7 @@ async def cosines(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """From the phase 19 clocks, with a partner 20; the amplitude 16 clocks after its phase."""
+    """The phase takes 19 clocks, a partner 20; the amplitude comes 16 clocks after its phase."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     dut.phase.value = 0
     dut.amplitude.value = 1000

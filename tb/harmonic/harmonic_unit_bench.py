@@ -40,7 +40,7 @@ async def pair_sums(dut: Any) -> None:
     rng = np.random.default_rng(LANES)
     phases = rng.integers(0, 2**PHASE_WIDTH, (ANGLES, LANES), dtype=np.int32)
     amplitudes = rng.integers(-LARGEST, LARGEST, (ANGLES, LANES))
-    # The largest sums that can be, of both signs.
+    # The largest possible sums of both signs.
     phases[:4] = 0
     amplitudes[:2] = -LARGEST
     amplitudes[2:4] = LARGEST - 1
@@ -63,7 +63,7 @@ async def pair_sums(dut: Any) -> None:
 
 @cocotb.test()
 async def latency(dut: Any) -> None:
-    """Counted at the ports: 20 clocks from the phases, 16 later their amplitudes."""
+    """The clocks are counted at the ports: 20 from the phases, and 16 later their amplitudes."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     unit = 1 << 11
     dut.phases.value = flat(np.zeros(LANES, dtype=np.int64), PHASE_WIDTH)

@@ -15,7 +15,7 @@ from tb.harmonic.phases import phases
 
 @cocotb.test()
 async def every_quadrant(dut: Any) -> None:
-    """A clock later, the folded phase and the sign."""
+    """The folded phase and the sign come a clock later."""
     given = phases(4000)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     dut.phase.value = 0

@@ -18,14 +18,14 @@ from arctrue.gateware.table_rotation import (
 from arctrue.generated.number_formats import CORDIC_ITERATIONS
 
 LATENCY = CORDIC_ITERATIONS - 1
-"""That of cordic_rotation, whose place it takes."""
+"""Latency of cordic_rotation, which table_rotation replaces."""
 
 UNUSED_WIDTH = OFFSET_WIDTH - DIGITS_WIDTH
 
 
 @cocotb.test()
 async def every_place(dut: Any) -> None:
-    """All 2**17 of them, one a clock, in random order; the bits below take any value."""
+    """All 2**17 places come one a clock in random order; the bits below have any value."""
     random = np.random.default_rng(5)
     places = random.permutation(1 << (ADDRESS_WIDTH + DIGITS_WIDTH)).astype(np.int32)
     angles = (places << UNUSED_WIDTH) + random.integers(0, 1 << UNUSED_WIDTH, places.size)

@@ -1,4 +1,4 @@
-"""The pair sums of all lanes in VHDL equal their model, also of odd numbers of lanes."""
+"""The pair sums of all lanes in VHDL equal their model, also for odd numbers of lanes."""
 
 import pytest
 

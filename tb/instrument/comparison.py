@@ -1,4 +1,5 @@
-"""Outputs noted in GHDL against those of the compiled netlist, bit by bit in every clock."""
+"""Compare outputs recorded in GHDL with those of the compiled netlist, bit by bit in every
+clock."""
 
 from __future__ import annotations
 
@@ -15,10 +16,10 @@ def differences(
     settled: int,
     undefined: Container[str] = (),
 ) -> list[str]:
-    """What differs, a line a port; a bit that GHDL does not know may be anything until ``settled``.
+    """Return the differences, a line a port; unknown bits of GHDL are ignored until ``settled``.
 
-    ``noted``: every output as GHDL writes it, high bit first. Ports in ``undefined`` may have
-    unknown bits at any time: their known ones are compared.
+    ``noted`` has every output as GHDL writes it, high bit first. Ports in ``undefined`` may have
+    unknown bits at any time: their known bits are compared.
     """
     found = []
     for name, texts in noted.items():
@@ -50,7 +51,7 @@ def _agrees(text: str, value: int, may_be_unknown: bool) -> bool:
 def compare(
     replay: Replay, folder: Path, settled: int, undefined: Container[str] = ()
 ) -> list[str]:
-    """Replays the inputs that GHDL was given in ``folder``."""
+    """Replay the inputs that GHDL was given in ``folder``, and return the differences."""
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     noted = json.loads((folder / "noted.json").read_text(encoding="utf-8"))
     outputs = {port.name for port in replay.ports if not port.is_input}

@@ -1,4 +1,4 @@
-"""The whole core with turning heads and a busy processor: notes every input and every output."""
+"""Run the whole core with turning heads and a busy processor; record every input and output."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ GIVEN = ("awvalid", "wvalid", "arvalid", "bready", "rready")
 SAID = ("awready", "wready", "arready", "bvalid", "rvalid")
 
 CONTROLS = (0b00111, 0b01111, 0b10111, 0b00110, 0b00101)
-"""Words of the register: captures in equal time, in equal angle, from outside; parts disabled."""
+"""Control words: captures at equal time, at equal angle, from outside; parts disabled."""
 ABSENT_HEADS = {f"head{head}_{pin}": 0 for head in range(HEADS + 1, HEADS_MAX + 1) for pin in "abz"}
 """Pins of the heads that this core does not have."""
 DNA = {"chip_dna": 0x0AB_CDEF_0123_4567, "chip_dna_known": 1}
-"""What the primitive of the top level has read, which never changes."""
+"""Constant value that the primitive of the top level has read."""
 COMMANDS = (
     "clear_head1",
     "clear_head2",
@@ -49,10 +49,10 @@ COMMANDS = (
 )
 
 LATCHES = (*(f"head{head}.index" for head in range(1, HEADS + 1)), "snapshot.time", "probe.time")
-"""Whose low word latches the rest of its group."""
+"""Registers whose low word latches the rest of their group."""
 
 Access = tuple[bool, int, int, int]
-"""Write, address, word, strobe."""
+"""Write flag, address, word and strobe of an access."""
 
 
 def address(path: str) -> int:
@@ -65,7 +65,7 @@ def command(*names: str) -> Access:
 
 
 def set_up() -> Iterator[Access]:
-    """Registers at the scale of this test; the re-arm takes 128 clocks."""
+    """Yield registers at the scale of this test; the re-arm takes 128 clocks."""
     for path, word in (
         ("counts_per_rev", COUNTS_PER_REV),
         ("sample_period", 9),
@@ -89,7 +89,7 @@ def set_up() -> Iterator[Access]:
 
 def coefficients(draw: random.Random) -> Iterator[Access]:
     step = 2**48 // COUNTS_PER_REV
-    for lane in range(LANES + 1):  # the last one is not there
+    for lane in range(LANES + 1):  # The last lane does not exist.
         words = (
             (lane + 1) * step & 0xFFFF_FFFF,
             (lane + 1) * step >> 32,
@@ -106,7 +106,7 @@ def coefficients(draw: random.Random) -> Iterator[Access]:
 
 
 def mean_words(draw: random.Random) -> Iterator[Access]:
-    """Offsets and weights of four heads, the carrier and which heads are used."""
+    """Yield offsets and weights of four heads, the carrier, and the heads in use."""
     offsets = [draw.randrange(COUNTS_PER_REV << 4) for _ in range(HEADS_MAX)]
     weights = [draw.randrange(-(2**14), 2**15) & 0xFFFF_FFFF for _ in range(HEADS_MAX)]
     carrier = draw.randrange(HEADS)
@@ -116,10 +116,10 @@ def mean_words(draw: random.Random) -> Iterator[Access]:
 
 
 def accesses(draw: random.Random) -> Iterator[Access]:
-    """What a processor does, right and wrong, for ever."""
+    """Yield legal and illegal accesses of a processor, for ever."""
     yield from set_up()
     yield from coefficients(draw)
-    # A latch is not reset: until it is asked, it holds what was there before the reset.
+    # A latch is not reset: before its first read it holds a value from before the reset.
     for path in LATCHES:
         yield False, address(path), 0, 0
     while True:
@@ -150,7 +150,7 @@ def accesses(draw: random.Random) -> Iterator[Access]:
 
 
 class Master:
-    """One access at a time, every channel held back at random."""
+    """One access at a time, with random stalls of every channel."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -165,7 +165,8 @@ class Master:
         }
 
     def next_clock(self, accepted: dict[str, bool]) -> None:
-        """``accepted``: which channels had their handshake in the last clock."""
+        """Drive the next clock; ``accepted`` has the channels with a handshake in the last
+        clock."""
         given = self.inputs
         for channel in CHANNELS:
             if accepted.get(channel):
@@ -214,7 +215,7 @@ class Heads:
 
 
 class Beside:
-    """Instruments beside the table: edges that ask for a sample, and that latch the position."""
+    """Instruments beside the table: edges that request a sample, and that latch the position."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -246,7 +247,7 @@ async def note_everything(dut) -> None:
     for clock in range(CLOCKS):
         reset = int(clock < 80 or CLOCKS // 2 <= clock < CLOCKS // 2 + 80)
         if reset:
-            # The bus is silent; what was under way is forgotten.
+            # The bus is silent; the current access is dropped.
             master = Master(draw)
         else:
             master.next_clock(accepted)
@@ -258,7 +259,7 @@ async def note_everything(dut) -> None:
         last = list(row)
         inputs.append(row)
         await RisingEdge(dut.clock)
-        # The levels before the edge: what the edge takes.
+        # Levels before the edge, which the edge samples.
         levels = {name: str(getattr(dut, f"s_axil_{name}").value) == "1" for name in SAID}
         given = {name: bool(master.inputs[f"s_axil_{name}"]) for name in GIVEN}
         accepted = {

@@ -1,4 +1,4 @@
-"""A netlist whose registers begin with random values, as those of a chip may that is not loaded."""
+"""Make a netlist with random initial registers, as a chip may have that is not loaded."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ _REGISTER = re.compile(r"^  reg (?:\[(\d+):0\] )?(n\d+_q);$", re.MULTILINE)
 
 
 def with_random_registers(netlist: str) -> str:
-    """GHDL's Verilog with another beginning of every register; tables and memories keep theirs.
+    """Return GHDL's Verilog with random initial values of registers, but not of tables and
+    memories.
 
     The values are drawn when the program starts, by its seed.
     """

@@ -1,4 +1,4 @@
-"""Drives every input of any entity from a file, clock by clock, and notes every output."""
+"""Drive every input of any entity from a file, clock by clock, and record every output."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A compiled netlist that reads its inputs clock by clock and returns its outputs.
 
-The program is the same for every entity: its ports are read from the header that Verilator
-writes. Words of 32 bits, low word first, port after port in the header's order.
+The program is the same for every entity: its ports are read from the header that Verilator writes.
+Data are words of 32 bits, low word first, port after port in the header's order.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from arctrue.instrument.build import (
 from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"
-# The model runs for some thousand clocks, so the compilation takes most of the time.
+# The model runs for some thousand clocks, so that the compilation takes most of the time.
 OPTIMISE = "-O0"
 MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")
-# GHDL's netlist has a port an element too, named with the whole name of the record port.
+# GHDL's netlist also has a port for each element, with the full name of the record port.
 RECORD_PORT = re.compile(r"(\w+_axil_request|\w+_axil_response|decoded)_(\w+)")
 
 PROGRAM = """
@@ -90,7 +90,7 @@ int main(int, char **arguments) {{
 
 @dataclass(frozen=True)
 class Port:
-    """A port of the compiled entity; ``member`` is Verilator's name of it."""
+    """A port of the compiled entity; ``member`` is its name in Verilator's model."""
 
     name: str
     member: str
@@ -124,9 +124,9 @@ class Replay:
     def outputs(
         self, inputs: Mapping[str, list[int]], folder: Path, seed: int = 1
     ) -> dict[str, list[int]]:
-        """The outputs after each clock; ``inputs``: a value without sign for every clock.
+        """Return the outputs after each clock; ``inputs`` has an unsigned value for every clock.
 
-        ``seed``, above 0, is that of the netlist's random numbers, where it has any.
+        ``seed``, above 0, is that of the netlist's random numbers, if it has any.
         """
         wanted = [port for port in self.ports if port.is_input]
         unlike = {port.name for port in wanted} ^ set(inputs)
@@ -159,7 +159,7 @@ def compiled(
     generics: Mapping[str, int | str],
     change: Callable[[str], str] | None = None,
 ) -> Replay:
-    """``entity`` as a compiled netlist; ``change`` breaks the netlist's text on purpose."""
+    """Return ``entity`` as a compiled netlist; ``change`` breaks the netlist's text on purpose."""
     texts = [f"{name}={value}" for name, value in generics.items()]
     texts += [*tool_versions().values(), *VERILATOR_FLAGS, OPTIMISE, PROGRAM]
     texts += [change(f"of {entity}") if change else ""]
@@ -171,7 +171,7 @@ def compiled(
             netlist = write_netlist(entity, folder / "netlist", generics=generics)
             if change:
                 netlist.write_text(change(netlist.read_text(encoding="utf-8")), encoding="utf-8")
-            # The wide memories of the initial values are not what is tested here.
+            # The wide memories of the initial values are not tested here.
             verilate(netlist, folder / "verilated", log)
             _compile(entity, folder, log)
     header = target / "verilated" / f"V{entity}.h"
@@ -195,7 +195,7 @@ def _compile(entity: str, folder: Path, log: Path) -> None:
         ),
         encoding="utf-8",
     )
-    # In one piece: what the files include takes longer than what they hold.
+    # One compilation: the included headers take longer than the files themselves.
     everything = folder / "everything.cpp"
     parts = [*sorted(verilated.glob("*.cpp")), main]
     everything.write_text("".join(f'#include "{part}"\n' for part in parts), encoding="utf-8")

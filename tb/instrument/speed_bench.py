@@ -1,4 +1,4 @@
-"""How many clocks a second GHDL makes of the core while both heads turn and every lane works."""
+"""Measure GHDL's clocks a second for the core while both heads turn and every lane works."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from arctrue.generated.number_formats import (
 
 Stimulus = dict[str, list[int]]
 LANES = 3
-"""Odd: one pair of lanes is half empty."""
+"""Number of lanes: odd, so that one pair is half empty."""
 FOLD = 2
 DEPTH = 8
 
@@ -40,7 +40,7 @@ class Case:
 
 
 def bits(random: np.random.Generator, width: int, clocks: int) -> list[int]:
-    """Random words; some of them all zero, all one, or with one bit set."""
+    """Return random words; some of them all zero, all one, or with one bit set."""
     data = random.bytes(clocks * (width // 8 + 1))
     size = width // 8 + 1
     mask = 2**width - 1
@@ -55,7 +55,7 @@ def bits(random: np.random.Generator, width: int, clocks: int) -> list[int]:
 
 
 def held(values: list[int], clocks: int) -> list[int]:
-    """Each value for so many clocks in a row."""
+    """Repeat each value for so many clocks."""
     return [value for value in values for _ in range(clocks)]
 
 
@@ -64,12 +64,12 @@ def pulses(random: np.random.Generator, share: float, clocks: int) -> list[int]:
 
 
 def reset_first(clocks: int, random: np.random.Generator, share: float = 0.002) -> list[int]:
-    """High in the first clocks, and now and then afterwards."""
+    """Return a reset that is high in the first clocks, and now and then afterwards."""
     return [1] * 4 + pulses(random, share, clocks - 4)
 
 
 def walk(random: np.random.Generator, clocks: int, most: int = 1) -> np.ndarray:
-    """Positions that go and return, by up to ``most`` counts a clock."""
+    """Return positions that go and return, by up to ``most`` counts a clock."""
     direction = np.repeat(random.choice([-1, 1], clocks // 40 + 1), 40)[:clocks]
     return np.cumsum(direction * random.integers(0, most + 1, clocks))
 
@@ -92,19 +92,19 @@ def harmonic_unit(random: np.random.Generator) -> Stimulus:
 
 
 def cordic_rotation(random: np.random.Generator) -> Stimulus:
-    # An eighth of a turn and below: what quadrant_fold gives.
+    # quadrant_fold gives an eighth of a turn or less.
     return {"folded": [word % (2**21 + 1) for word in bits(random, 22, 2000)]}
 
 
 LOCAL_VALUE_WIDTH = 36
-"""s13.22 counts (local_table_pkg)."""
+"""Width of s13.22 counts (local_table_pkg)."""
 
 
 def error_compensation(random: np.random.Generator) -> Stimulus:
     clocks = 1500
     turn = COUNTS_PER_REV_MAX - 12345
     pairs = (LANES + 1) // 2
-    # Some sums far outside, which are clipped; most small, so that the ramp comes to its end.
+    # Some sums are far outside and are clipped; most are small, so that the ramp ends.
     small = [word >> 20 for word in bits(random, PAIR_WIDTH, clocks * pairs)]
     large = bits(random, PAIR_WIDTH, clocks * pairs)
     which = random.random(clocks * pairs) < 0.05
@@ -126,7 +126,7 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         "referenced": pulses(random, 0.5, clocks),
         "counts_per_rev": [turn] * clocks,
         "ramp_rate": held(bits(random, 32, clocks // 100), 100),
-        # Ramps without a bound of the acceleration, and with one.
+        # Ramps without and with a bound of the acceleration.
         "ramp_acceleration": held([0, 2**32 - 1, 2**29, 0, 2**31], clocks // 5),
         "first_sums": [1] * clocks,
         "last_sums": [1] * clocks,
@@ -136,9 +136,9 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
 
 
 def changes_of_carrier(random: np.random.Generator, swap_marker: list[int]) -> Stimulus:
-    """The mean's part of the correction; the carrier changes with some of the swaps only."""
+    """Return the mean's part of the correction; the carrier changes with some of the swaps only."""
     clocks = len(swap_marker)
-    # Terms below a count let the ramp come to its end; some reach the bound of weighted_mean.
+    # Terms below a count let the ramp end; some reach the bound of weighted_mean.
     most = 3 * 2**17 + 1 << MEAN_TERM_FRACTION
     large = random.random(clocks) < 0.05
     terms = np.where(
@@ -154,7 +154,7 @@ def changes_of_carrier(random: np.random.Generator, swap_marker: list[int]) -> S
 
 
 def folded_error_compensation(random: np.random.Generator) -> Stimulus:
-    """The pair sums of an angle arrive in FOLD clocks; its reading stands still meanwhile."""
+    """Return pair sums of an angle over FOLD clocks, with a constant reading meanwhile."""
     given = error_compensation(random)
     clocks = len(given["reset"])
     for name in (
@@ -263,7 +263,8 @@ def sampler(random: np.random.Generator) -> Stimulus:
 
 
 def further_heads(random: np.random.Generator, reference: np.ndarray) -> Stimulus:
-    """Heads 3 and 4 of the sampler; ``reference``: turn positions of the head that triggers."""
+    """Return heads 3 and 4 of the sampler; ``reference`` has turn positions of the triggering
+    head."""
     clocks = reference.size
     third = (reference + 5 + random.integers(0, 2, clocks)) % 2**32
     fourth = (reference - 9 + random.integers(0, 2, clocks)) % 2**32
@@ -313,12 +314,12 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def modulated_coefficient_memory(random: np.random.Generator) -> Stimulus:
-    """A swap waits for a whole sweep, and a write for the swap."""
+    """Return inputs where a swap waits for a whole sweep, and a write for the swap."""
     return coefficient_memory(random, 3 * SWEEP_CLOCKS)
 
 
 def table_conditions(random: np.random.Generator) -> Stimulus:
-    """A table to and fro; the registers are written at first, and now and then."""
+    """Return a table to and fro; the registers are written at first, and now and then."""
     clocks = 24_000
     place = np.cumsum(held(random.integers(-1, 2, clocks // 800).tolist(), 800))
     place = place // 3

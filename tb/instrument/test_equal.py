@@ -1,4 +1,4 @@
-"""The compiled netlist is the VHDL: same inputs, same outputs in every clock."""
+"""The compiled netlist equals the VHDL: same inputs, same outputs in every clock."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from tb.support.simulation import simulate
 CORE_SETTLED = 80
 # The bench's second reset ends at clock 3,080; the output is switched on again some 300 clocks
 # later, and new coefficients are swapped in 100 clocks after that. They and the levels of A and B
-# outlive a reset on purpose.
+# survive a reset on purpose.
 CORE_FORGOTTEN = 3500
 POWER_UPS = range(1, 9)
-"""Seeds of what the registers hold before the first reset."""
+"""Seeds of the registers' values before the first reset."""
 
 ERROR_COMPENSATION = next(case for case in CASES if case.entity == "error_compensation")
 
 
 def wish_for_outputs(replay: Replay, folder: Path) -> None:
-    """The bench in the simulator notes what the netlist has."""
+    """Write the list of the netlist's outputs, which the simulator's bench records."""
     outputs = [port.name for port in replay.ports if not port.is_input]
     (folder / "outputs.json").write_text(json.dumps(outputs), encoding="utf-8")
 
 
 def simulated(case: Case, replay: Replay, folder: Path) -> None:
-    """GHDL's outputs into ``folder``."""
+    """Write GHDL's outputs into ``folder``."""
     random = np.random.default_rng(zlib.crc32(case.entity.encode()))
     stimulus = case.stimulus(random)
     (folder / "inputs.json").write_text(json.dumps(stimulus), encoding="utf-8")
@@ -81,8 +81,8 @@ def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
     noted = json.loads((tmp_path / "noted.json").read_text(encoding="utf-8"))
     unknown = [word for word in noted["s_axil_rdata"][CORE_SETTLED:] if set(word) - {"0", "1"}]
     assert len(unknown) < len(noted["s_axil_rdata"]) / 10
-    # What the comparison has to have met: answers of both kinds, an interrupt, a moving output,
-    # samples told to the instruments beside the table, positions reached, an alarm.
+    # The comparison must include answers of both kinds, an interrupt, a moving output, samples
+    # reported to the instruments beside the table, positions reached, and an alarm.
     assert {"00", "10"} <= set(noted["s_axil_rresp"]) & set(noted["s_axil_bresp"])
     assert {"0", "1"} <= set(noted["interrupt"]) & set(noted["out_a"]) & set(noted["out_z"])
     assert {"0", "1"} <= set(noted["trigger_out"]) & set(noted["compare_out"])
@@ -94,19 +94,20 @@ def test_core(generics: dict[str, int | str], tmp_path: Path) -> None:
 def does_the_same_from_random_registers(
     noted: dict[str, list[str]], replay: Replay, folder: Path, generics: dict[str, int | str]
 ) -> None:
-    """What a register holds at power-up is forgotten with the reset and the set-up after it."""
+    """The values of registers at power-up have no influence after the reset and the set-up."""
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     usual = replay.outputs(inputs, folder)
     at_random = compiled("arctrue_core", generics, with_random_registers)
-    # Of the clocks before it settles: in the first one alone two draws of few outputs may be alike.
+    # Values before the core settles: in the first clock alone two draws of few outputs may be
+    # equal.
     begun = {tuple(tuple(values[:CORE_SETTLED]) for values in usual.values())}
     for seed in POWER_UPS:
         other = at_random.outputs(inputs, folder, seed)
         begun.add(tuple(tuple(values[:CORE_SETTLED]) for values in other.values()))
         for name in usual:
-            # What the bus says beside them is nobody's until they are high. With more than two
-            # heads the words of the mean, which outlive a reset, decide when a capture is ready,
-            # and with that how fast it is read.
+            # The bus values beside the handshakes are undefined until these are high. With more
+            # than two heads the words of the mean, which survive a reset, decide when a capture is
+            # ready, and therefore how fast it is read.
             is_handshake = name.startswith("s_axil") and name.endswith(("ready", "valid"))
             is_known = is_handshake and generics.get("HEADS", 2) == 2
             begin = CORE_SETTLED if is_known else CORE_FORGOTTEN
@@ -120,7 +121,7 @@ def test_a_broken_netlist_is_noticed(tmp_path: Path) -> None:
     case = ERROR_COMPENSATION
 
     def one_minus(text: str) -> str:
-        # The last addition of the netlist subtracts.
+        # The last addition of the netlist becomes a subtraction.
         head, plus, tail = text.rpartition(" + ")
         return head + " - " + tail if plus else text
 

@@ -1,4 +1,4 @@
-"""cocotb tests of local_table_banks: writes, swaps and the copy afterwards, clock by clock."""
+"""cocotb tests of local_table_banks: writes, swaps and the following copy, clock by clock."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tb.local_table.local_table_bench import random_table
 
 COUNTS_PER_REV = int(os.environ["COUNTS_PER_REV"])
 COPY_CLOCKS = LATENCY + 2 * POINTS + 1
-"""The head of the entity: an access waits no longer than this."""
+"""Longest wait of an access, from the head of the entity."""
 STEADY = 3
 """Clocks from a new counts_per_rev to windows of that turn."""
 
 
 class Unit:
-    """The entity with a new angle in every clock; logs angles, the bank of each, and values."""
+    """The entity with a new angle in every clock; it logs angles, the bank of each, and values."""
 
     def __init__(self, dut: Any, seed: int) -> None:
         self.dut = dut
@@ -51,7 +51,7 @@ class Unit:
         self.angles, self.tables, self.values = [], [], []
 
     async def clock(self) -> None:
-        """One clock: its angle, and the value that comes with it."""
+        """Run one clock with an angle, and log the value that comes with it."""
         near = self.random.integers(0, 3)
         tables = [self.active, self.next]
         table = tables[near] if near < 2 else None
@@ -74,7 +74,7 @@ class Unit:
             await self.clock()
 
     async def access(self, *, place: bool, address: int, word: int | None) -> tuple[int, int]:
-        """Read, or write ``word``; the answer and the clocks that it took."""
+        """Read, or write ``word``; return the answer and the clocks that it took."""
         dut = self.dut
         dut.of_place.value, dut.address.value = int(place), address
         dut.write_data.value = (word or 0) & 0xFFFF_FFFF
@@ -114,7 +114,7 @@ class Unit:
         return points, place
 
     def judge(self) -> None:
-        """Every value is the model's, LATENCY clocks after its angle."""
+        """Check that every value is the model's, LATENCY clocks after its angle."""
         expected = np.zeros(len(self.angles), dtype=np.int64)
         angles = np.array(self.angles)
         for table in {id(one): one for one in self.tables if one is not None}.values():
@@ -131,7 +131,7 @@ def shapes() -> Iterator[tuple[int, int]]:
 
 @cocotb.test()
 async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
-    """Three tables one after the other; other swaps between them change nothing."""
+    """Three tables come one after the other; other swaps between them change nothing."""
     unit = Unit(dut, 1)
     await unit.start()
     await unit.swap(takes=False)
@@ -148,7 +148,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
         points, place = await unit.idle_words(places)
         assert points == [int(table.points[n]) & 0xFFFF_FFFF for n in places]
         assert place == table.place_words(), "the idle bank got the same words"
-    # One word alone: the rest of the table is the copy, point by point.
+    # Only one word changes: the rest of the table is the copy, point by point.
     changed = LocalTable(
         table.counts_per_rev, table.starts, table.width, table.fraction, table.points.copy()
     )
@@ -163,7 +163,7 @@ async def a_table_acts_with_its_swap_and_is_kept(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_waits_for_a_swap(dut: Any) -> None:
-    """While `hold` is high nothing is written; reset drops what was asked for."""
+    """While `hold` is high nothing is written; a reset drops the request."""
     unit = Unit(dut, 2)
     await unit.start()
     table = random_table(unit.random, 1, 2)

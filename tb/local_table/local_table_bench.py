@@ -1,4 +1,4 @@
-"""The VHDL local table against its model: two banks that change from angle to angle."""
+"""Compare the VHDL local table with its model: two banks change from angle to angle."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ANGLES = 4000
 
 
 def random_table(random: np.random.Generator, windows: int, width: int) -> LocalTable:
-    """Windows that do not overlap, one of them over the zero; points up to both ends of s18."""
+    """Return windows without overlap, one of them over the zero; points up to both ends of s18."""
     spacing = COUNTS_PER_REV // windows
     first = COUNTS_PER_REV - 3 if width else int(random.integers(COUNTS_PER_REV))
     starts = tuple((first + number * spacing) % COUNTS_PER_REV for number in range(windows))
@@ -27,7 +27,7 @@ def random_table(random: np.random.Generator, windows: int, width: int) -> Local
 
 
 def some_angles(random: np.random.Generator, tables: list[LocalTable]) -> np.ndarray:
-    """Around the ends of every window, and anywhere."""
+    """Return angles around the ends of every window, and anywhere."""
     near = np.arange(-6, 7)
     ends = [
         start + side + near
@@ -63,7 +63,7 @@ async def load(dut: Any, bank: int, table: LocalTable) -> None:
 @cocotb.test()
 @cocotb.parametrize(kind=[0, 1, 2])
 async def follows_the_model(dut: Any, kind: int) -> None:
-    """One, two and four windows, over the whole turn or a part of it."""
+    """The tables have one, two and four windows, over the whole turn or a part of it."""
     random = np.random.default_rng(kind)
     shapes = ([(1, 0), (2, 1)], [(4, 2), (1, 3)], [(2, 4), (4, 6)])[kind]
     tables = [random_table(random, *shape) for shape in shapes]
@@ -90,7 +90,7 @@ async def follows_the_model(dut: Any, kind: int) -> None:
         f"angle {angles[wrong[0]]}, bank {banks[wrong[0]]}: {found[wrong[0]]}, expected "
         f"{expected[wrong[0]]} ({wrong.size} of {angles.size} differ)"
     )
-    # Both kinds of angle were met where a window leaves some of the turn out.
+    # Both kinds of angle occur where the windows leave out a part of the turn.
     assert (expected != 0).any()
     if kind:
         assert (expected == 0).sum() > 100

@@ -1,4 +1,4 @@
-"""The local table in GHDL."""
+"""Test of the local table in GHDL."""
 
 import pytest
 

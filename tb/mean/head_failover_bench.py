@@ -1,7 +1,7 @@
-"""cocotb tests of head_failover: its decisions clock by clock as in the model, and its refusals.
+"""cocotb tests of head_failover: its decisions equal the model clock by clock, and its refusals.
 
-Banks and prepared sets are played by the bench: a load ends with its swap, or is refused, as
-prepared_sets does it by ``may_activate``.
+The bench simulates banks and prepared sets: a load ends with its swap, or is refused, as
+prepared_sets decides by ``may_activate``.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ class Banks:
         self.loading = 0
         """Clocks until a set is written; then it is swapped or given up."""
         self.waits = False
-        """A swap was let through and has not come."""
+        """Whether a swap was allowed and has not come yet."""
         self.of_set = False
         self.number = 0
         self.quiet = 0
         """Clocks since the idle words changed: an access of the bus lies between."""
 
     def words_of(self, number: int) -> int:
-        """Of one set in ten a head is used that is missing in it."""
+        """Return the words of a set; one set in ten uses the head that is missing in it."""
         words = ALL & ~(1 << number >> 1)
         return ALL if self.choose.random() < 0.1 else words
 
@@ -105,12 +105,12 @@ class Banks:
 
 @cocotb.test()
 async def decisions_equal_the_model(dut: Any) -> None:
-    """Faults, swaps, sets and requests at random; no active words use a head that is left out."""
+    """Faults, swaps, sets and requests are random; no active words use a head that is left out."""
     choose = random.Random(HEADS)
     happened: Counter[str] = Counter()
     for return_after in (0, RETURN_AFTER):
         await start(dut, return_after)
-        # Four clocks of reset and one of the register are behind both.
+        # Four clocks of reset and one of the register have passed in both.
         model = HeadFailover(HEADS, return_after, INTERVAL_BITS)
         await RisingEdge(dut.clock)
         model.number = dut.number.value.to_unsigned()

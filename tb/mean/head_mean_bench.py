@@ -1,4 +1,4 @@
-"""cocotb tests of head_mean: carriers change while the table turns, and the count goes on."""
+"""cocotb tests of head_mean: carriers change while the table turns, and the count continues."""
 
 from __future__ import annotations
 
@@ -57,10 +57,11 @@ def outputs(dut: Any) -> Seen:
 
 
 def motion(rng: np.random.Generator) -> NDArray[np.int64]:
-    """Positions (clocks, heads) in counts: to and fro over several turns, a count a clock at most.
+    """Return positions (clocks, heads) in counts: to and fro over several turns, at most a count a
+    clock.
 
-    The heads differ by up to some hundred counts, which change with the angle, and each counts
-    from a place of its own.
+    The heads differ by up to some hundred counts, which change with the angle, and each counts from
+    its own place.
     """
     steps = np.cumsum(np.where(np.sin(np.arange(CLOCKS) / 320.0) > -0.3, 0.9, -0.9))
     places = rng.uniform(0.0, 2.0 * np.pi, HEADS)
@@ -85,7 +86,7 @@ async def start(dut: Any) -> None:
 
 
 def random_set(rng: np.random.Generator, zeros: NDArray[np.int64]) -> MeanSet:
-    """Weights at random; offsets that make the heads agree but for some counts and sixteenths."""
+    """Return random weights, and offsets that align the heads up to some counts and sixteenths."""
     carrier = int(rng.integers(1, HEADS + 1))
     missing = int(rng.choice([head for head in range(HEADS + 1) if head != carrier]))
     weights = rng.integers(-20_000, 30_000, HEADS)
@@ -102,7 +103,7 @@ async def the_count_goes_on_from_carrier_to_carrier(dut: Any) -> None:
     rng = np.random.default_rng(HEADS)
     await start(dut)
     position = motion(rng)
-    # Where each head's index lies; its offset takes that off again.
+    # The index of each head, whose offset is removed again.
     index = position[0] - rng.integers(0, COUNTS, HEADS)
     angle = (position - index) % COUNTS
     zeros = (position[0] - index) % COUNTS
@@ -148,7 +149,8 @@ def compare(
     position: NDArray[np.int64],
     swaps: list[int],
 ) -> None:
-    """Each clock's outputs against sets and readings; what is constant against the first clock."""
+    """Check each clock's outputs against sets and readings, and constants against the first
+    clock."""
     between = 0
     for clock in range(10, CLOCKS - MEAN_LATENCY):
         mean, now = sets[clock], seen[clock]
@@ -160,7 +162,7 @@ def compare(
         later = seen[clock + MEAN_LATENCY]
         expected = weighted_mean(wholes[np.newaxis], mean, COUNTS).term[0]
         assert later.term == expected, f"clock {clock}"
-        # Angle and position are those of one count, over all carriers.
+        # Angle and position belong to one count, over all carriers.
         if clock == 10:
             between = (now.position - now.angle) % COUNTS
         assert (now.position - now.angle) % COUNTS == between, f"clock {clock}"
@@ -203,7 +205,7 @@ async def applied_when_every_used_head_has_its_index(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_waits_for_what_moves_a_zero(dut: Any) -> None:
-    """From its clock on, and for eight clocks; and while a word is written."""
+    """A swap waits from that clock on for eight clocks, and while a word is written."""
     await start(dut)
     for _ in range(20):
         await RisingEdge(dut.clock)

@@ -1,4 +1,4 @@
-"""cocotb tests of head_watch against its model, and its three ways to find a head."""
+"""cocotb tests of head_watch against its model, and of its three ways to find a head."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ def shown(dut: Any) -> tuple[int, int]:
 
 @cocotb.test()
 async def a_new_fault_of_a_decoder_fails_its_head(dut: Any) -> None:
-    """With the rising flag, and with each further count; once; only where the cause is wanted."""
+    """A head fails once with the rising flag and with each further count, if the cause is
+    enabled."""
     await start(dut)
     bits = {"illegals": 0, "overspeeds": 1, "swallowed": 2, "index_errors": 5}
     for flag, bit in bits.items():
@@ -84,7 +85,7 @@ async def flags_from_before_watching_fail_no_head(dut: Any) -> None:
 
 @cocotb.test()
 async def missing_edges_equal_the_model(dut: Any) -> None:
-    """Heads that go together, one that stands, and a table that trembles: the same clock."""
+    """Heads that move together, one that stands, and a table that trembles give the same clock."""
     rng = np.random.default_rng(HEADS)
     await start(dut)
     limit = 48
@@ -105,7 +106,7 @@ async def missing_edges_equal_the_model(dut: Any) -> None:
         dut.steps.value = flat(np.abs(steps), 1)
         dut.steps_up.value = flat((steps > 0).astype(np.int64), 1)
         await RisingEdge(dut.clock)
-        # dead after this clock is in failed after the next.
+        # A head dead after this clock is in failed after the next.
         found = model.clock(steps, limit, watching=True)
         dead = sum(1 << head for head in np.flatnonzero(found))
         failed, causes = shown(dut)
@@ -118,7 +119,7 @@ async def missing_edges_equal_the_model(dut: Any) -> None:
 
 
 def readings(rng: np.random.Generator, clocks: int) -> NDArray[np.int64]:
-    """Differences (clocks, heads) that swing, with steps of one head and of two at times."""
+    """Return differences (clocks, heads) that swing, with steps of one head and at times of two."""
     phase = np.arange(clocks)[:, np.newaxis] / 900.0 + rng.uniform(0, 6.0, HEADS)
     rows = 40.0 * np.sin(phase)
     for clock in range(500, clocks, 700):
@@ -131,7 +132,7 @@ def readings(rng: np.random.Generator, clocks: int) -> NDArray[np.int64]:
 
 @cocotb.test()
 async def steps_equal_the_model(dut: Any) -> None:
-    """Steps of all sizes, restarts between them: the same head in the same clock."""
+    """Steps of all sizes with restarts between them give the same head in the same clock."""
     rng = np.random.default_rng(10 + HEADS)
     await start(dut)
     limit = 32
@@ -140,7 +141,7 @@ async def steps_equal_the_model(dut: Any) -> None:
     rows = readings(rng, 12_000)
     later: list[int] = [0, 0]
     names: set[int] = set()
-    # From a restart on, model and entity begin together.
+    # Model and entity begin together at a restart.
     for clock, row in enumerate(rows):
         restart = clock < 3 or clock % 2500 == 1700
         dut.restart.value = int(restart)
@@ -158,7 +159,7 @@ async def steps_equal_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def a_step_of_twice_the_limit_is_always_found(dut: Any) -> None:
-    """And of no other head, while the axis changes each difference by less than the limit."""
+    """No other head is found, while the axis changes each difference by less than the limit."""
     rng = np.random.default_rng(3)
     await start(dut)
     limit = 32

@@ -18,7 +18,7 @@ HEAD1_ALONE = {**dict.fromkeys(range(CHOICE), 0), CHOICE: 1 << 4}
 
 
 def stored(address: int, data: int) -> int:
-    """Give the read-back of a written word, as 32 bits."""
+    """Return the read-back of a written word, as 32 bits."""
     if address < CHOICE:
         if address % HEADS_MAX >= HEADS:
             return 0
@@ -33,14 +33,14 @@ def stored(address: int, data: int) -> int:
 
 
 def activated(words: dict[int, int]) -> dict[int, int]:
-    """Give the active words: those that were idle, with the weight 0 of heads that are not used."""
+    """Return the active words: the former idle words, with weight 0 for heads not in use."""
     used = words[CHOICE] >> 4
     unused = [HEADS_MAX + head for head in range(HEADS) if not used >> head & 1]
     return {**words, **dict.fromkeys(unused, 0)}
 
 
 def flat_words(words: dict[int, int]) -> int:
-    """The words side by side as the entity puts them out."""
+    """Return the words side by side as the entity outputs them."""
     value = place = 0
     parts = [(words[head], HEAD_OFFSET_WIDTH) for head in range(HEADS)]
     parts += [
@@ -56,7 +56,7 @@ def flat_words(words: dict[int, int]) -> int:
 
 @cocotb.test()
 async def swaps_are_whole(dut: Any) -> None:
-    """Writes, reads and swaps at random; a write waits while a swap is held out."""
+    """Writes, reads and swaps are random; a write waits while a swap is held."""
     choose = random.Random(HEADS)
     for name in ("reset", "write_enable", "write_address", "write_data", "hold_writes"):
         getattr(dut, name).value = 0
@@ -105,7 +105,7 @@ async def swaps_are_whole(dut: Any) -> None:
 
 @cocotb.test()
 async def a_reset_keeps_the_words(dut: Any) -> None:
-    """And drops a write that waits."""
+    """A reset also drops a write that waits."""
     for name in ("reset", "swap_comes", "hold_writes", "read_address"):
         getattr(dut, name).value = 0
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())

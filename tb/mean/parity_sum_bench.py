@@ -19,12 +19,12 @@ HEADS = int(os.environ.get("HEADS", "4"))
 
 @cocotb.test()
 async def equals_the_model(dut: Any) -> None:
-    """Words at random and at both ends; each set stands for two renewals."""
+    """Words are random and at both ends; each set stays for two renewals."""
     rng = np.random.default_rng(HEADS)
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     over = 0
     for case in range(400):
-        # Σ c = 0 keeps every parity of the formats within its own: |c| < 2, half of them negative.
+        # Σ c = 0 keeps every parity within its format: |c| < 2, half of them negative.
         half = 1 << (HEAD_WEIGHT_WIDTH - 2)
         weights = rng.integers(-half // 2, half // 2, HEADS)
         weights[-1] = -weights[:-1].sum()

@@ -34,7 +34,7 @@ async def start(dut: Any) -> None:
 
 
 def place_of(word: int) -> Place:
-    """Which word of the bank a word of a set is."""
+    """Return the word of the bank that corresponds to a word of a set."""
     if word < 512:
         return "lane", word
     return ("offset", 0) if word - 512 == 15 else ("mean", word - 512)
@@ -74,7 +74,7 @@ class Bank:
         self.clock = 0
 
     async def run(self) -> None:
-        """Serve writes and swaps: three clocks or more each; no write while a swap waits."""
+        """Serve writes and swaps in three clocks or more each; no write while a swap waits."""
         dut = self.dut
         while True:
             asked = dut.swap_out.value == 1
@@ -114,7 +114,7 @@ class Bank:
 
 
 async def fill(dut: Any, choose: random.Random) -> dict[int, dict[Place, int]]:
-    """All sets at random, read back."""
+    """Write random sets and read them back."""
     sets: dict[int, dict[Place, int]] = {}
     for number in range(HEADS + 1):
         words = {word: choose.getrandbits(32) for word in WORDS}
@@ -129,7 +129,7 @@ async def fill(dut: Any, choose: random.Random) -> dict[int, dict[Place, int]]:
 
 @cocotb.test()
 async def every_set_is_loaded_whole(dut: Any) -> None:
-    """Within the clocks that the head of the entity names."""
+    """A load takes the clocks that the head of the entity states."""
     choose = random.Random(HEADS)
     await start(dut)
     sets = await fill(dut, choose)
@@ -153,9 +153,9 @@ async def every_set_is_loaded_whole(dut: Any) -> None:
 
 @cocotb.test()
 async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) -> None:
-    """Writes, swaps and loads at random: each acknowledged write arrives, each set is whole.
+    """Writes, swaps and loads are random: each acknowledged write arrives, each set is whole.
 
-    Words that may not be activated, at random too, are not swapped: `refused` says so.
+    Words that must not be activated, also random, are not swapped, and `refused` reports it.
     """
     choose = random.Random(20 + HEADS)
     await start(dut)
@@ -166,7 +166,7 @@ async def writes_of_the_processor_wait_and_nothing_mixed_is_swapped(dut: Any) ->
     under_way: tuple[Place, int] | None = None
     for _ in range(20_000):
         busy = dut.busy.value == 1
-        # What is read after an edge is from before it: `busy` shows a load two clocks later.
+        # A value read after an edge is from before it: `busy` shows a load two clocks later.
         pause = max(pause - 1, 0)
         load = not busy and not pause and choose.random() < 0.01
         swap = under_way is None and choose.random() < 0.02

@@ -1,4 +1,4 @@
-"""Sets, returns and refusals of the failover in VHDL, as in the model."""
+"""Sets, returns and refusals of the failover in VHDL equal the model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Carrier, offsets and words of the mean in VHDL: swapped whole, and the output's count goes on."""
+"""Carrier, offsets and words of the mean in VHDL are swapped whole, and the count continues."""
 
 from __future__ import annotations
 

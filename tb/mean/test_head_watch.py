@@ -1,4 +1,4 @@
-"""Which head failed, and the parity of all heads, in VHDL as in the models."""
+"""The failed head and the parity of all heads in VHDL equal the models."""
 
 from __future__ import annotations
 

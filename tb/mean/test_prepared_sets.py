@@ -1,4 +1,4 @@
-"""Complete sets of words in VHDL: stored, loaded whole, and swapped."""
+"""Complete sets of words in VHDL are stored, loaded whole, and swapped."""
 
 from __future__ import annotations
 

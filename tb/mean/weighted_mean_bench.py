@@ -28,7 +28,8 @@ WIDEST = WEIGHT_LIMIT - 1
 
 
 def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
-    """Equal weights, the carrier alone, the largest ones of either sign, a missing head, random."""
+    """Yield equal weights, the carrier alone, the largest of either sign, a missing head,
+    random."""
     equal = [WEIGHT_ONE // HEADS] * HEADS
     equal[0] += WEIGHT_ONE - sum(equal)
     yield MeanSet(tuple(equal), (0,) * HEADS)
@@ -49,7 +50,7 @@ def sets(rng: np.random.Generator) -> Iterator[MeanSet]:
 
 
 def some_readings(rng: np.random.Generator, counts_per_rev: int) -> NDArray[np.int64]:
-    """Heads that nearly agree, mainly at the zero, and heads that do not agree."""
+    """Return heads that nearly agree, mainly at the zero, and heads that do not agree."""
     true = rng.integers(-40, 40, 150)
     near = rng.integers(-300, 300, (150, HEADS)) + true[:, np.newaxis]
     limits = [65_535, 65_536, 65_537, counts_per_rev // 2]
@@ -62,7 +63,7 @@ def some_readings(rng: np.random.Generator, counts_per_rev: int) -> NDArray[np.i
 
 
 def drive(dut: Any, readings: NDArray[np.int64], mean: MeanSet) -> None:
-    """One clock's readings, (heads,), and the words that belong to them."""
+    """Drive one clock's readings, (heads,), and the words that belong to them."""
     fractions = np.array(mean.offsets) % (1 << HEAD_OFFSET_FRACTION)
     dut.readings.value = flat(readings, ANGLE_WIDTH)
     dut.carrier_reading.value = int(readings[mean.carrier - 1])
@@ -73,7 +74,7 @@ def drive(dut: Any, readings: NDArray[np.int64], mean: MeanSet) -> None:
 
 
 async def compare(dut: Any, readings: NDArray[np.int64], means: list[MeanSet], counts: int) -> None:
-    """Readings and words change with every clock, as in a swap."""
+    """Compare with the model; readings and words change with every clock, as in a swap."""
     dut.counts_per_rev.value = counts
     seen = []
     last = len(readings) - 1
@@ -100,7 +101,7 @@ async def terms_equal_the_model(dut: Any) -> None:
 
 @cocotb.test()
 async def words_belong_to_their_readings(dut: Any) -> None:
-    """Another set in every clock."""
+    """Another set comes in every clock."""
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     await RisingEdge(dut.clock)
     rng = np.random.default_rng(10 + HEADS)

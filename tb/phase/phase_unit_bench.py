@@ -57,7 +57,7 @@ async def every_lane_has_its_own_words(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_five_clocks(dut: Any) -> None:
-    """Counted at the ports, for all lanes at once."""
+    """The clocks are counted at the ports, for all lanes at once."""
     await start(dut)
     dut.phase_steps.value = flat(np.full(LANES, 2**24), PHASE_STEP_WIDTH)
     for _ in range(10):

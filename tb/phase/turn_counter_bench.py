@@ -29,7 +29,7 @@ async def start(dut: Any, first: int = 0) -> None:
 
 
 async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Select and turn number of every angle; between angles that are taken there are others."""
+    """Return select and turn number of every angle; between accepted angles there are others."""
     rng = np.random.default_rng(0)
     selects, turns = [], []
     clocks = FOLD * angles.size + 2
@@ -41,7 +41,7 @@ async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], 
         await RisingEdge(dut.clock)
         selects.append(int(dut.turn_select.value))
         turns.append(dut.turn.value.to_signed())
-    # Read before the edge that ends a clock: the select stands in the clock after the angle.
+    # Read before the edge that ends a clock: the select is constant in the clock after the angle.
     first = np.arange(angles.size) * FOLD
     for later in range(1, FOLD + 1):
         assert np.array_equal(np.array(selects)[first + 1], np.array(selects)[first + later])
@@ -49,7 +49,7 @@ async def play(dut: Any, angles: NDArray[np.int64]) -> tuple[NDArray[np.int64], 
 
 
 async def check(dut: Any, total: NDArray[np.int64]) -> None:
-    """``total``: counts over many turns. Turn number and angle together are these counts."""
+    """Check that turn number and angle together are the counts ``total`` over many turns."""
     await start(dut, int(total[0] % COUNTS_PER_REV))
     angles = total % COUNTS_PER_REV
     selects, turns = await play(dut, angles)
@@ -61,7 +61,7 @@ async def check(dut: Any, total: NDArray[np.int64]) -> None:
 
 @cocotb.test()
 async def forwards_and_backwards(dut: Any) -> None:
-    """Steps of up to FOLD counts, and much larger ones, both ways and over several turns."""
+    """Steps of up to FOLD counts, and much larger ones, go both ways and over several turns."""
     rng = np.random.default_rng(1)
     for way in (1, -1):
         await check(dut, np.cumsum(way * rng.integers(0, FOLD + 1, 2000)) + 3)
@@ -76,7 +76,7 @@ async def tremble_on_the_wrap(dut: Any) -> None:
 
 @cocotb.test()
 async def jumps_take_the_shorter_way(dut: Any) -> None:
-    """A zero that moves: the angle jumps anywhere; half a turn, to the count, is no wrap."""
+    """The zero moves, so that the angle jumps anywhere; half a turn, to the count, is no wrap."""
     rng = np.random.default_rng(3)
     angles = rng.integers(0, COUNTS_PER_REV, 2000)
     half = COUNTS_PER_REV // 2

@@ -1,4 +1,4 @@
-"""The output's edges into the decoder: every count has to come back, and one zero a turn."""
+"""The output's edges enter the decoder: every count must return, and one zero a turn."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class LoopBack:
     counts_per_rev: int
     minimum_spacing: int
     clocks_a_count: int
-    """Clocks between two counts of the position, at the least."""
+    """Least number of clocks between two counts of the position."""
     filter_length: int = 1
     clocks: int = 8000
     start: int = 0
@@ -42,7 +42,8 @@ CASES = {
 
 
 def motion(case: LoopBack, seed: int) -> NDArray[np.int64]:
-    """A random motion with long ways, reversals on every count, standstills, and a rest at last."""
+    """Return a random motion with long ways, reversals on every count, standstills, and a final
+    rest."""
     random = np.random.default_rng(seed)
     counts = np.zeros(case.clocks, dtype=np.int64)
     edge = 2 * RESETS
@@ -56,7 +57,7 @@ def motion(case: LoopBack, seed: int) -> NDArray[np.int64]:
         counts[edge] = way
         left -= 1
         edge += case.clocks_a_count + (int(random.integers(0, 9)) if random.random() < 0.05 else 0)
-    # Two counts the same way take the hysteresis out before the rest.
+    # Two counts in the same direction remove the hysteresis before the rest.
     counts[edge - case.clocks_a_count : case.clocks - REST // 2 : case.clocks_a_count] = way
     return case.start + np.cumsum(counts)
 
@@ -73,7 +74,7 @@ async def loses_no_count(dut, name: str) -> None:
     dut.minimum_spacing.value = case.minimum_spacing
     dut.filter_length.value = case.filter_length
 
-    # The levels stand through a reset: here those are the start's, so that no edge leads there.
+    # A reset keeps the levels: here those of the start, so that no edge leads there.
     dut.reset.value = 1
     for _ in range(4):
         await FallingEdge(dut.clock)
@@ -99,7 +100,7 @@ async def loses_no_count(dut, name: str) -> None:
     then = np.arange(RESETS, len(sent)) + 1 - latency
     expected = position[np.maximum(then, 0)]
     slack = np.abs(got - (expected - position[0]))
-    # One count of hysteresis; the output may take two clocks a count to make up a reversal.
+    # One count of hysteresis; the output may take two clocks a count to catch up after a reversal.
     assert slack.max() <= 1, f"clock {RESETS + int(slack.argmax())}: off by {slack.max()} counts"
     assert got[-1] == position[-1] - position[0]
 

@@ -1,4 +1,4 @@
-"""The VHDL quadrature output against its model, in every clock of every scenario."""
+"""Compare the VHDL quadrature output with its model, in every clock of every scenario."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ async def follows_the_model(dut, name: str) -> None:
         getattr(dut, key).value = column[0] % 2**32
     dut.reset.value = 1
     dut.clear.value = 0
-    # Longer than the pipeline of the entity: nothing of an earlier scenario is left.
+    # Longer than the pipeline of the entity: nothing of an earlier scenario remains.
     for _ in range(8):
         await FallingEdge(dut.clock)
 

@@ -1,4 +1,4 @@
-"""The quadrature output in GHDL, alone and looped back into the decoder."""
+"""Test of the quadrature output in GHDL, alone and looped back into the decoder."""
 
 from tb.support.simulation import simulate
 

@@ -41,7 +41,7 @@ LOCAL_PLACES = [
     model_map.LOCAL_POINTS + 4 * model_map.LOCAL_POINT_WORDS,
     model_map.LOCAL_POINTS + 0x8000,
 ]
-"""Words of the local table, of its place and beside both."""
+"""Addresses of words of the local table, of its place and beside both."""
 
 
 TURN_PLACES = [
@@ -49,7 +49,7 @@ TURN_PLACES = [
     model_map.TURN_STEPS + 4 * 127,
     *(model_map.TURN_NUMBER + 4 * word for word in (0, 1, 127)),
 ]
-"""Words of turn steps, of lanes that are not built, the turn number, and beside it."""
+"""Addresses of turn steps, also of lanes that are not built, of the turn number, and beside it."""
 
 
 async def prepared(
@@ -106,7 +106,7 @@ def change_inputs(dut, generator: random.Random, model: RegisterModel) -> None:
 
 
 def set_places() -> list[int]:
-    """Words of every prepared set and beside them, and of a set too many."""
+    """Return addresses of every prepared set and beside them, and of one set too many."""
     words = [*range(4 * LANES + 2), 0x100, *range(0x1FE, 0x212), 0x3FF]
     return [
         model_map.PREPARED_SETS + model_map.SET_BYTES * number + 4 * word
@@ -116,7 +116,8 @@ def set_places() -> list[int]:
 
 
 def random_address(generator: random.Random) -> int:
-    """Every kind of place: registers, holes beside them, both windows and beyond their ends."""
+    """Return an address of any kind: registers, holes beside them, both windows and beyond their
+    ends."""
     kind = generator.randrange(15)
     if kind < 5:
         return generator.choice(ADDRESSES)
@@ -145,7 +146,7 @@ def random_address(generator: random.Random) -> int:
 
 @cocotb.test()
 async def random_accesses_as_the_model(dut):
-    """3,000 legal and illegal accesses, byte strobes, stalls: answers equal the model's."""
+    """3,000 legal and illegal accesses with byte strobes and stalls get the model's answers."""
     generator = random.Random(10)
     bus, model = await prepared(dut, generator, stall=0.3)
     refused = accepted = 0
@@ -179,7 +180,8 @@ async def random_accesses_as_the_model(dut):
 
 @cocotb.test()
 async def every_word_of_the_map(dut):
-    """Each of the 1,024 register words, each coefficient word and the ends of both windows."""
+    """Each of the 1,024 register words, each coefficient word and the ends of both windows
+    answer."""
     generator = random.Random(11)
     bus, model = await prepared(dut, generator)
     change_inputs(dut, generator, model)
@@ -240,14 +242,14 @@ async def commands_act_for_one_clock(dut):
 
 @cocotb.test()
 async def snapshot_is_one_clock(dut):
-    """Inputs that change in every clock, stalled reads: all values carry the same clock count."""
+    """Inputs change in every clock and reads stall: all values have the same clock count."""
     generator = random.Random(14)
     bus, _ = await prepared(dut, generator, stall=0.4)
     parts = {port: (width, generator.getrandbits(24)) for port, width in driven_ports().items()}
 
     async def drive():
-        # The low 24 bits of every port are the clock count plus the port's own constant; a
-        # 64-bit port repeats them in its high word.
+        # The low 24 bits of every port are the clock count plus the port's own constant; a 64-bit
+        # port repeats them in its high word.
         clock = 0
         while True:
             await RisingEdge(dut.clock)
@@ -278,7 +280,7 @@ async def snapshot_is_one_clock(dut):
 
 @cocotb.test()
 async def bursts_keep_their_order(dut):
-    """Back-to-back capture reads, stalled, with writes of coefficients between them."""
+    """Capture reads come back-to-back and stalled, with writes of coefficients between them."""
     generator = random.Random(15)
     bus, _ = await prepared(dut, generator, stall=0.4)
     dut.status.value = model_map.CAPTURE_READY
@@ -303,7 +305,7 @@ async def bursts_keep_their_order(dut):
 
 @cocotb.test()
 async def answers_after_their_clocks_in_turn(dut):
-    """The clocks that the heads of register_access and axi_lite_access name, on the pins."""
+    """The pins show the clocks that the heads of register_access and axi_lite_access state."""
     bus, _ = await prepared(dut, random.Random(20))
     seen: list[dict[str, int]] = []
     names = ("awvalid", "wvalid", "arvalid", "bvalid", "rvalid")
@@ -336,14 +338,14 @@ async def answers_after_their_clocks_in_turn(dut):
     kinds = "".join("w" * now["bvalid"] + "r" * now["rvalid"] for now in seen)
     assert kinds in ("wr" * words, "rw" * words), f"answers came as {kinds}"
     clocks = [n for n, now in enumerate(seen) if now["bvalid"] or now["rvalid"]]
-    # One clock more than the answer takes, of a read or a write.
+    # One clock more than a read or a write takes.
     assert {later - earlier for earlier, later in pairwise(clocks)} == {4, 5}
 
 
 @cocotb.test()
 async def interrupts_set_enable_and_clear(dut):
     bus, _ = await prepared(dut, random.Random(16))
-    # Bits whose source is a level count its rising edge only; the others are strobes.
+    # Bits whose source is a level count only its rising edge; the others are strobes.
     for bit in range(16):
         dut.interrupt_status.value = 1 << bit
         await ClockCycles(dut.clock, 1)
@@ -371,10 +373,11 @@ async def interrupts_set_enable_and_clear(dut):
 
 @cocotb.test()
 async def no_event_is_lost_in_the_clock_of_its_clear(dut):
-    """One event, moved over the clear clock by clock: exactly one place must hide the clear.
+    """One event moves over the clear clock by clock: exactly one place must hide the clear.
 
-    Before the clear an event leaves the line low at the end; after it, the line falls and rises
-    again; in the same clock the line never falls. If the clear won there, no place would do that.
+    An event before the clear leaves the line low at the end; after it, the line falls and rises
+    again; in the same clock the line never falls. If the clear had priority there, no place would
+    do that.
     """
     bus, _ = await prepared(dut, random.Random(17))
     await bus.write(0x0A0, 1)
@@ -419,7 +422,7 @@ async def reset_restores_every_register(dut):
 
 @cocotb.test()
 async def named_access(dut):
-    """The Python access class, against the ports."""
+    """The Python access class works with the ports."""
     bus, _ = await prepared(dut, random.Random(19))
     registers = bus.registers()
     dut.core_configuration.value = 4 | 18 << 8 | 100 << 16

@@ -1,6 +1,6 @@
 """The register map as a processor sees it, written by hand from its description.
 
-Nothing here comes from the SystemRDL source or what is generated from it.
+Nothing here comes from the SystemRDL source or from files generated from it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 WORD = 0xFFFF_FFFF
 
 CONSTANTS = {0x000: 0x41524354, 0x004: 0x000800}
-"""Address: value."""
+"""Value by address."""
 
 READ_WRITE = {
     0x010: (WORD, 0, None),
@@ -38,7 +38,7 @@ READ_WRITE = {
     0x180: (WORD, 0, "compare_first"),
     0x184: (0xFFFFFF, 0, "compare_interval"),
 }
-"""Address: bits that exist, value after reset, port that shows the value."""
+"""Existing bits, value after reset and port that shows the value, by address."""
 
 COMMAND = 0x024
 OFFSET = 0x04C
@@ -70,14 +70,14 @@ READ_ONLY = {
     0x14C: (0xFFFF, "capture_header_sample_count"),
     0x150: (0x3FFFF, "capture_header_flags"),
 }
-"""Address: bits that exist, port that drives them."""
+"""Existing bits and driving port, by address."""
 
 WIDE = {
     0x0D0: "head1_index",
     0x0F0: "head2_index",
     0x140: "capture_header_start_time",
 }
-"""Address of the low word, whose read latches the high word: 64-bit port."""
+"""64-bit port by the address of the low word, whose read latches the high word."""
 
 SNAPSHOT = {
     0x100: (WORD, "snapshot_time", 0),
@@ -97,7 +97,7 @@ SNAPSHOT = {
     0x138: (WORD, "snapshot_correction", 0),
     0x13C: (WORD, "snapshot_following_error", 0),
 }
-"""Address: existing bits, port, the port's bit that is bit 0; latched by a read of 0x100."""
+"""Existing bits, port and the port's bit for bit 0, by address; a read of 0x100 latches them."""
 
 PROBE = {
     0x160: (WORD, "probe_time", 0),
@@ -106,7 +106,7 @@ PROBE = {
     0x16C: (0xFFFFFF, "probe_angle", 0),
     0x170: (0xFFFF, "probe_edges", 0),
 }
-"""The same, latched by a read of 0x160."""
+"""Existing bits, port and the port's bit for bit 0, by address; a read of 0x160 latches them."""
 
 GROUPS = {0x100: SNAPSHOT, 0x160: PROBE}
 
@@ -123,7 +123,7 @@ DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
 """Words of the window of the heads."""
 FAILOVER = {35, 36, *range(40, 47)}
 PARITY_VALUE = 44
-"""More of them with the failover; weights of heads that are not built are refused."""
+"""Further such words with the failover; weights of heads that are not built are refused."""
 LOCAL_PLACE = 0x01840
 LOCAL_PLACE_WORDS = 7
 LOCAL_POINTS = 0x10000
@@ -135,11 +135,11 @@ SET_BYTES = 0x1000
 CAPTURE_WORDS = 32_768
 
 CAPTURE_READY = 1 << 2
-"""In ``status``."""
+"""Bit in ``status``."""
 
 
 def driven_ports() -> dict[str, int]:
-    """Every port that drives read-only registers, with its width in bits."""
+    """Return every port that drives read-only registers, with its width in bits."""
     ports = {port: 32 for _, port in READ_ONLY.values()}
     ports |= dict.fromkeys(WIDE.values(), 64)
     for _, port, low in (*SNAPSHOT.values(), *PROBE.values()):
@@ -149,7 +149,7 @@ def driven_ports() -> dict[str, int]:
 
 @dataclass
 class RegisterModel:
-    """Answers reads and writes as the description says: a pair (accepted, word)."""
+    """Answers reads and writes by the description: a pair (accepted, word)."""
 
     lanes: int
     capture_depth: int
@@ -173,7 +173,7 @@ class RegisterModel:
     interrupts: int = 0
 
     def read(self, address: int) -> tuple[bool, int]:
-        """The answer to a read of the word that holds ``address``."""
+        """Return the answer to a read of the word that holds ``address``."""
         address &= ~3
         if address in CONSTANTS:
             return True, CONSTANTS[address]
@@ -219,11 +219,11 @@ class RegisterModel:
         return False, 0
 
     def coefficient_exists(self, address: int) -> bool:
-        """Whether ``address`` is a coefficient word of a lane that is built."""
+        """Tell whether ``address`` is a coefficient word of a lane that is built."""
         return COEFFICIENTS <= address < COEFFICIENTS + 16 * self.lanes
 
     def heads_words(self, *, write: bool) -> set[int]:
-        """Addresses in the window of the heads that may be read, or written."""
+        """Return the addresses in the window of the heads that may be read, or written."""
         if not self.has_mean:
             return set()
         words = {DELAYS, *([HEADS_COMMAND] * (self.heads > 2) if write else [HEADS_STATUS])}
@@ -235,7 +235,8 @@ class RegisterModel:
         return {HEADS + 4 * word for word in words}
 
     def set_word_exists(self, address: int) -> bool:
-        """Whether ``address`` is a word of a prepared set for lanes and heads that are built."""
+        """Tell whether ``address`` is a word of a prepared set for lanes and heads that are
+        built."""
         number, place = divmod(address - PREPARED_SETS, SET_BYTES)
         mean_word = (place - 0x800) // 4
         return (
@@ -247,23 +248,24 @@ class RegisterModel:
         )
 
     def local_word_exists(self, address: int) -> bool:
-        """Whether ``address`` is a word of the local table: of its place, or a point."""
+        """Tell whether ``address`` is a word of the local table: of its place, or a point."""
         place = 0 <= address - LOCAL_PLACE < 4 * LOCAL_PLACE_WORDS
         point = 0 <= address - LOCAL_POINTS < 4 * LOCAL_POINT_WORDS
         return self.has_local_table and (place or point)
 
     def turn_step_exists(self, address: int) -> bool:
-        """Whether ``address`` is a word of the turn step of a lane that is built."""
+        """Tell whether ``address`` is a word of the turn step of a lane that is built."""
         return self.has_real_orders and 0 <= address - TURN_STEPS < 8 * self.lanes
 
     def mean_exists(self, address: int) -> bool:
-        """Whether ``address`` is a word of the mean for a head that is built, or the choice."""
+        """Tell whether ``address`` is a word of the mean for a head that is built, or the
+        choice."""
         word = (address - MEAN) // 4
         built = 0 <= word < 8 and word % 4 < self.heads
         return self.has_mean and (built or word == 8)
 
     def write(self, address: int, word: int, strobes: int) -> bool:
-        """The answer to a write of the bytes that ``strobes`` names."""
+        """Return the answer to a write of the bytes in ``strobes``."""
         address &= ~3
         bits = sum(0xFF << (8 * byte) for byte in range(4) if strobes >> byte & 1)
         if address in READ_WRITE:

@@ -57,19 +57,19 @@ class Bus:
             channel.set_pause_generator(stalls(generator, share))
 
     async def read(self, address: int) -> tuple[AxiResp, int]:
-        """The answer to one read."""
+        """Return the answer to one read."""
         answer = await self.master.read(address, 4)
         return answer.resp, int.from_bytes(answer.data, "little")
 
     async def write(self, address: int, word: int, strobes: int = 0b1111) -> AxiResp:
-        """The answer to one write; ``strobes`` must be one run of ones."""
+        """Return the answer to one write; ``strobes`` must be one run of ones."""
         lanes = [byte for byte in range(4) if strobes >> byte & 1]
         assert lanes == list(range(lanes[0], lanes[-1] + 1)), "one run of bytes only"
         data = word.to_bytes(4, "little")[lanes[0] : lanes[-1] + 1]
         return (await self.master.write(address + lanes[0], data)).resp
 
     async def read_words(self, address: int, count: int) -> list[int]:
-        """``count`` words, issued back to back; raises BusError."""
+        """Return ``count`` words, read back to back; raise BusError."""
         answer = await self.master.read(address, 4 * count)
         if answer.resp != AxiResp.OKAY:
             raise BusError(f"read of {count} words at 0x{address:05X}: {answer.resp!r}")
@@ -79,14 +79,14 @@ class Bus:
         ]
 
     async def write_words(self, address: int, words: Sequence[int]) -> None:
-        """Words in order, one after the other; raises BusError."""
+        """Write words in order, one after the other; raise BusError."""
         for place, word in enumerate(words):
             answer = await self.write(address + 4 * place, word)
             if answer != AxiResp.OKAY:
                 raise BusError(f"write at 0x{address + 4 * place:05X}: {answer!r}")
 
     def registers(self) -> RegisterMap:
-        """Named access over this bus."""
+        """Return named access over this bus."""
         return RegisterMap(self.read_words, self.write_words)
 
 

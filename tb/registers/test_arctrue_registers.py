@@ -17,7 +17,7 @@ def test_register_block() -> None:
 
 
 def test_generated_names_equal_the_model() -> None:
-    """Addresses, masks and reset values of the Python names against the hand-written table."""
+    """Addresses, masks and reset values of the Python names equal the handwritten table."""
     by_address = {register.address: register for register in registers.REGISTERS}
 
     def mask(register: Register) -> int:
@@ -86,7 +86,8 @@ def test_field_refuses_what_does_not_fit(value: int) -> None:
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler")
 def test_c_header_compiles_and_places_the_registers() -> None:
-    """The C header as the firmware includes it: C11, no warning, addresses of the model."""
+    """The C header compiles as the firmware includes it: C11, no warning, addresses of the
+    model."""
     program = """
     #include <stddef.h>
     #include "arctrue_registers.h"
@@ -129,7 +130,7 @@ def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) ->
 
 
 def test_windows_of_the_local_table() -> None:
-    """Points and place are answered where they are built, and addresses beside them refused."""
+    """Points and place are answered if built, and addresses beside them are refused."""
     for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
         simulate(
             "arctrue_registers_harness",
@@ -141,7 +142,7 @@ def test_windows_of_the_local_table() -> None:
 
 
 def test_windows_of_real_orders() -> None:
-    """Turn steps and the turn number are answered where they are built, all else is refused."""
+    """Turn steps and the turn number are answered if built, and all other addresses are refused."""
     for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
         simulate(
             "arctrue_registers_harness",

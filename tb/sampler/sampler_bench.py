@@ -1,8 +1,7 @@
-"""The VHDL sampler against its model in every clock, with a processor of random habits.
+"""Compare the VHDL sampler with its model in every clock, with a random processor.
 
-The processor here reads random words at random times and gives a bank back after a random hold.
-A shadow of the memory, filled from the RAM's write port, says what a READY bank held when it was
-handed over.
+The processor reads random words at random times and releases a bank after a random hold. A shadow
+of the memory, filled from the RAM's write port, has the content of a READY bank at its hand-over.
 """
 
 from __future__ import annotations
@@ -44,9 +43,9 @@ TRACED = (
     "trigger",
 )
 SHADOW: dict[int, list[int]] = {}
-"""The words of the memories by depth; like these it lasts from one test to the next.
+"""Words of the memories by depth; like the memories they last from one test to the next.
 
-With more than two heads the words of heads 3 and 4 stand above those of heads 1 and 2.
+With more than two heads the words of heads 3 and 4 are above those of heads 1 and 2.
 """
 HEADS = int(os.environ.get("HEADS", "2"))
 FURTHER = 64
@@ -63,7 +62,7 @@ class Seen:
     headers: dict[int, tuple[int, ...]] = field(default_factory=dict)
     further_flags: dict[int, int] = field(default_factory=dict)
     banks: dict[int, list[int]] = field(default_factory=dict)
-    """Clock of a hand-over: the words of the bank, from the shadow."""
+    """Words of the bank, from the shadow, by the clock of its hand-over."""
     reads: int = 0
 
 
@@ -80,7 +79,7 @@ class Processor:
     def releases(self, ready: bool) -> bool:
         if not ready:
             self.release_in = None
-            # A release without a bank has to do nothing.
+            # A release without a bank must do nothing.
             return self.random.random() < 0.02
         if self.release_in is None:
             self.release_in = self.random.randint(*self.hold)
@@ -88,9 +87,9 @@ class Processor:
         return self.release_in < 0
 
     def reads(self, bank: list[int]) -> tuple[int, int] | None:
-        """The word address to read now and whether of heads 3 and 4, or None.
+        """Return the word address to read now and whether it is of heads 3 and 4, or None.
 
-        ``bank``: the samples of the READY bank.
+        ``bank`` has the samples of the READY bank.
         """
         if self.random.random() < 0.4:
             self.expected.append(None)
@@ -103,7 +102,7 @@ class Processor:
 
 
 def drive_further_heads(dut, columns: dict[str, list[int]], clock: int) -> None:
-    """Heads 3 and 4 have values of their own; head 1 is the reference, as with two heads."""
+    """Drive heads 3 and 4 with their own values; head 1 is the reference, as with two heads."""
     pair, flags = further_heads(columns, clock)
     dut.further_positions.value = pair
     dut.further_flags.value = flags
@@ -114,7 +113,8 @@ def drive_further_heads(dut, columns: dict[str, list[int]], clock: int) -> None:
 
 
 def further_heads(columns: dict[str, list[int]], clock: int) -> tuple[int, int]:
-    """Both positions as one word, and the flags of heads 3 and 4: another in every clock."""
+    """Return both positions as one word and the flags of heads 3 and 4, different in every
+    clock."""
     head3 = (5 * columns["turn_position1"][clock] + 11 * clock) % 2**32
     head4 = (columns["turn_position2"][clock] ^ 0x0F0F_3355) % 2**32
     return head3 | head4 << 32, columns["flags"][clock] ^ (1 << clock // 40 % 8)
@@ -129,7 +129,7 @@ def drive(dut, name: str, value: int) -> None:
 
 
 async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int) -> Seen:
-    """Play the scenario; every check that needs the present clock is made here."""
+    """Play the scenario, with every check that needs the present clock."""
     seen = Seen()
     processor = Processor(scenario, seed)
     shadow = SHADOW.setdefault(scenario.depth, [0] * (2 * scenario.depth))
@@ -192,7 +192,7 @@ async def run(dut, scenario: Scenario, columns: dict[str, list[int]], seed: int)
             drive_further_heads(dut, columns, clock)
         asked = None if resetting else processor.reads(ready_words)
         if resetting:
-            # Reads under way are dropped with the reset.
+            # Reads in progress are dropped with the reset.
             processor.expected = [None] * READ_LATENCY
         dut.read_enable.value = int(asked is not None)
         dut.read_address.value, dut.read_further.value = asked or (0, 0)

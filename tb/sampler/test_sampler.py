@@ -1,4 +1,4 @@
-"""The sampler in GHDL, for banks of several depths."""
+"""Test of the sampler in GHDL, for banks of several depths."""
 
 import pytest
 
@@ -17,7 +17,8 @@ def test_sampler(depth: int) -> None:
 
 
 def test_four_heads() -> None:
-    """Heads 3 and 4 are taken in the same clocks, with flags of their own, and read apart."""
+    """Heads 3 and 4 are sampled in the same clocks, have their own flags, and are read
+    separately."""
     simulate(
         "sampler",
         "tb.sampler.sampler_bench",

@@ -1,4 +1,4 @@
-"""Alarm and driver enable, clock by clock, against the header's words."""
+"""Compare alarm and driver enable, clock by clock, with the header's description."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ async def at_random(dut) -> None:
         else:
             causes |= fatal
         cleared = bool(clear[clock]) and not reset[clock]
-        # From the first clock of a reset on the drivers stay as they were until HOLD or `enable`.
+        # From the first clock of a reset on the drivers keep their state until HOLD or `enable`.
         if reset[clock] and not resets and since_reset >= HOLD:
             since_reset = 0
         elif enable[clock] and not reset[clock]:
@@ -69,7 +69,7 @@ async def at_random(dut) -> None:
 @cocotb.test()
 @cocotb.parametrize(kind=range(KINDS), ends=[True, False])
 async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
-    """The clear that ends the fault itself, a clock later, ends the release too; else it stays."""
+    """The clear that ends the fault a clock later also ends the release; otherwise it stays."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.enable.value, dut.clear.value, dut.present.value = 1, 0, 0
@@ -94,9 +94,10 @@ async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
 @cocotb.test()
 @cocotb.parametrize(reset_clocks=[1, HOLD // 2], released=[0, 1])
 async def a_reset_keeps_the_drivers_for_a_while(dut, reset_clocks: int, released: int) -> None:
-    """Until `enable` is high again, without a gap, or for HOLD clocks from the reset's first one.
+    """They keep their state until `enable` is high again, or for HOLD clocks from the reset's
+    start.
 
-    What was released stays so; a reset does not bring the drivers back.
+    A released driver stays released; a reset does not enable the drivers.
     """
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.clear.value, dut.present.value = 0, 0

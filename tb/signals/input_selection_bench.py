@@ -1,4 +1,4 @@
-"""Every setting of the inputs with every state of the pins."""
+"""Test every setting of the inputs with every state of the pins."""
 
 from __future__ import annotations
 

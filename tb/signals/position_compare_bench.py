@@ -1,4 +1,4 @@
-"""Places that are reached, against a walk over a list of them."""
+"""Compare the reached places with a walk over their list."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LATENCY = 2
 
 
 def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]:
-    """Clocks in which a place is reached; ``position`` from the arming on."""
+    """Return the clocks in which a place is reached; ``position`` from the arming on."""
     reached: list[int] = []
     below = position[0] < first
     place = None
@@ -51,7 +51,7 @@ def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]
     )
 )
 async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
-    """A walk with a tremble, up and down, and over the wrap of the position."""
+    """The walk has a tremble, goes up and down, and over the wrap of the position."""
     random = np.random.default_rng(7)
     way = np.repeat([1, -1, -1, 1], CLOCKS // 4)
     steps = way * (random.random(CLOCKS) < 0.4) - way * (random.random(CLOCKS) < 0.15)
@@ -77,7 +77,7 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
             strobes.append(clock)
     target = first + 2**32 if start > 2**30 else first
     expected = places_reached(position, target, interval)
-    # The first two clocks after the arming are looked at together.
+    # The first two clocks after the arming are compared together.
     late = [max(clock + LATENCY - 1, LATENCY) for clock in expected]
     assert strobes == [clock for clock in late if clock < CLOCKS]
     assert len(expected) == 1 if not interval else len(expected) > 10
@@ -87,7 +87,8 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1], interval=[0, 10])
 async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interval: int) -> None:
-    """It stands there for long, leaves by a count and trembles: one strobe, that of the leaving."""
+    """The table stands there for long, leaves by a count and trembles: one strobe, at the
+    leaving."""
     way = [0] * 30 + [sense] * 10 + [0] * 10 + [sense] * 10
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
@@ -112,7 +113,7 @@ async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interv
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1])
 async def catches_up_after_a_jump(dut, sense: int) -> None:
-    """A jump over seven places: a strobe each, every third clock, and none after that."""
+    """A jump over seven places gives a strobe each, every third clock, and none after that."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0
@@ -139,7 +140,8 @@ async def catches_up_after_a_jump(dut, sense: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(at_once=[False, True])
 async def disarmed_it_is_silent(dut, at_once: bool) -> None:
-    """While it tracks, and in the clock of an arming; the next arming begins anew."""
+    """Disarming works while it tracks, and in the clock of an arming; the next arming starts
+    again."""
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0

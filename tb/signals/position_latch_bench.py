@@ -1,4 +1,4 @@
-"""The probe's values: those of the stated clock, and none of an edge that a reset forgets."""
+"""The probe's values are those of the stated clock; an edge in a reset gives none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pulses of a chosen width, also of strobes that follow each other."""
+"""Test of pulses of a chosen width, also from consecutive strobes."""
 
 from __future__ import annotations
 

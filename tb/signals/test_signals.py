@@ -1,4 +1,4 @@
-"""The small units between the core and its pins, in GHDL."""
+"""Test of the small units between the core and its pins, in GHDL."""
 
 import pytest
 

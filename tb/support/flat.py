@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 
 def flat(values: NDArray[np.integer], width: int) -> int:
-    """``values``, each in ``width`` bits (two's complement), as one whole number."""
+    """Return ``values``, each in ``width`` bits (two's complement), as one integer."""
     return sum((int(word) % 2**width) << (width * place) for place, word in enumerate(values))
 
 
 def words(value: int, count: int, width: int) -> list[int]:
-    """``count`` words of ``width`` bits without a sign."""
+    """Return ``count`` unsigned words of ``width`` bits."""
     return [(value >> (width * place)) & (2**width - 1) for place in range(count)]
 
 
 def signed_words(value: int, count: int, width: int) -> list[int]:
-    """``count`` words of ``width`` bits in two's complement."""
+    """Return ``count`` words of ``width`` bits in two's complement."""
     half = 1 << (width - 1)
     return [(word ^ half) - half for word in words(value, count, width)]

@@ -1,8 +1,8 @@
-"""Flat ports for cocotb, which does not reach the elements of a record.
+"""Make flat ports for cocotb, which cannot access the elements of a record.
 
-Where an entity has record ports, its simulation runs a wrapper that is written here: the same
-generics and ports, but the record port ``s_axil_request`` is ``s_axil_awvalid``, ``s_axil_awaddr``
-and so on, a port an element. The entity is the wrapper's instance ``unit``.
+If an entity has record ports, its simulation runs a wrapper that is written here. The wrapper has
+the same generics and ports, but the record port ``s_axil_request`` becomes ``s_axil_awvalid``,
+``s_axil_awaddr`` and so on, one port an element. The entity is the wrapper's instance ``unit``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ CONTEXT = re.compile(r"^(?:library|  use) .*;$", re.MULTILINE)
 
 
 def flat_name(record_port: str, element: str) -> str:
-    """The name of an element's port: that of a bus without the direction, then the element's.
+    """Return the name of an element's port: that of the bus without the direction, then the
+    element's.
 
     A record port named in one word is no bus: its elements keep their own names.
     """
@@ -31,9 +32,9 @@ def _clause(entity: str, keyword: str) -> str:
 
 
 def wrapper(name: str, text: str, packages: Iterable[str]) -> str | None:
-    """The VHDL of ``<name>_flat``; None where the entity has no record ports.
+    """Return the VHDL of ``<name>_flat``, or None if the entity has no record ports.
 
-    ``text`` is that of the entity's file, ``packages`` those of the packages that it uses.
+    ``text`` is that of the entity's file, ``packages`` are those of the packages that it uses.
     """
     records = {
         record: DECLARATION.findall(body)

@@ -1,10 +1,10 @@
-"""Runs one cocotb test module against one VHDL top level in GHDL.
+"""Run one cocotb test module on one VHDL top level in GHDL.
 
-A pytest function calls :func:`simulate`; what the cocotb tests of the module find wrong
-fails that pytest function. VHDL assertions of severity ``error`` or worse fail it too.
+A pytest function calls :func:`simulate`; a failing cocotb test of the module fails that pytest
+function. VHDL assertions of severity ``error`` or worse fail it too.
 
-GHDL 2.0 looks for cocotb's finish after timers alone. Where the VHDL makes its own clock, the last
-await of a cocotb test must be one of a ``Timer``, or GHDL goes on for ever.
+GHDL 2.0 looks for cocotb's finish only after timers. If the VHDL makes its own clock, the last
+await of a cocotb test must be one of a ``Timer``; otherwise GHDL runs for ever.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ from tb.support.flat_ports import wrapper
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATED_VHDL = ROOT / "build" / "generated" / "vhdl"
-# Where GHDL looks for LLVM by another name than the system gives it, set-up puts that name here.
+# If GHDL looks for LLVM by another name than the system's, set-up puts that name here.
 LLVM_NAMES = ROOT / "build" / "llvm_names"
 
 COVERAGE = "ARCTRUE_COVERAGE"
-"""With it scripts/gateware_coverage.py asks for executed lines, and names their folder."""
+"""Environment variable in which scripts/gateware_coverage.py names the folder of executed lines."""
 
 Backend = Literal["mcode", "llvm"]
-"""mcode analyses fast, llvm runs a heavy design three times as fast."""
+"""Code generator: mcode analyses fast, llvm runs a heavy design three times as fast."""
 
 STANDARD = ("--std=08",)
 LIBRARY = "top"
 UNITS = f"{LIBRARY}-obj08.cf"
 """GHDL's list of the library's units, named after library and standard."""
 FLAT_FOLDER = "flat"
-"""Wrappers with flat ports, in build/tb."""
+"""Folder of wrappers with flat ports, in build/tb."""
 
 
 @functools.cache
@@ -55,7 +55,8 @@ def _files_by_entity() -> dict[str, Path]:
 
 @functools.cache
 def vhdl_sources(toplevel: str) -> tuple[Path, ...]:
-    """The VHDL files that ``toplevel`` needs: one entity or package a file, named like it."""
+    """Return the VHDL files that ``toplevel`` needs: one entity or package a file, named like
+    it."""
     files = _files_by_entity()
     needed: set[str] = set()
     waiting = [toplevel]
@@ -73,13 +74,13 @@ def vhdl_sources(toplevel: str) -> tuple[Path, ...]:
 
 @functools.cache
 def _flat(toplevel: str) -> str | None:
-    """The VHDL round ``toplevel`` that cocotb needs; None where it reaches all of its ports."""
+    """Return the VHDL wrapper of ``toplevel``, or None if cocotb can access all of its ports."""
     texts = {path.stem: path.read_text(encoding="utf-8") for path in vhdl_sources(toplevel)}
     return wrapper(toplevel, texts[toplevel], texts.values())
 
 
 def _suffix() -> str:
-    """Two versions of GHDL never use the same folder."""
+    """Return a suffix, so that runs with coverage use their own folders."""
     return "-coverage" if COVERAGE in os.environ else ""
 
 
@@ -90,12 +91,12 @@ def _work_folder(toplevel: str, backend: Backend) -> Path:
 
 
 def _library_folder(backend: Backend) -> Path:
-    """The compiled VHDL of all benches, which the workers of a run share."""
+    """Return the folder of the compiled VHDL of all benches, which the workers of a run share."""
     return ROOT / "build" / "tb" / f"library-{backend}{_suffix()}"
 
 
 def _counting() -> list[str]:
-    """Options with which GHDL counts the lines that it executes; none without the variable."""
+    """Return options with which GHDL counts executed lines, or none without the variable."""
     folder = os.environ.get(COVERAGE)
     if folder is None:
         return []
@@ -107,7 +108,7 @@ def _top(toplevel: str) -> str:
 
 
 def _ghdl(folder: Path, *words: str) -> None:
-    """Run GHDL in ``folder``; raises AssertionError with its messages when it fails."""
+    """Run GHDL in ``folder``; raise AssertionError with its messages when it fails."""
     command = ["ghdl", *words[:1], f"--work={LIBRARY}", *STANDARD, *words[1:]]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{' '.join(command)}:\n{done.stdout}{done.stderr}"
@@ -123,7 +124,7 @@ def _locked(folder: Path) -> Iterator[None]:
 
 
 def _known_sources(library: Path) -> dict[str, str]:
-    """Digest of each file that the library has, by its path."""
+    """Return the digest of each file that the library has, by its path."""
     noted = library / "sources.json"
     return json.loads(noted.read_text(encoding="utf-8")) if noted.exists() else {}
 
@@ -131,7 +132,7 @@ def _known_sources(library: Path) -> dict[str, str]:
 def _bring_in(library: Path, sources: Iterable[Path], version: str) -> None:
     """Make the files known to GHDL.
 
-    A library that holds an older version of a file, or another GHDL's units, begins anew.
+    A library with an older version of a file, or with another GHDL's units, is cleared first.
     """
     known = _known_sources(library)
     wanted = {
@@ -157,7 +158,7 @@ def _version(backend: Backend) -> str:
 
 @functools.cache
 def _built(toplevel: str, backend: Backend) -> Ghdl:
-    """A runner for ``toplevel``, whose compiled units are in the work folder."""
+    """Return a runner for ``toplevel``, whose compiled units are in the work folder."""
     runner = get_runner("ghdl")
     assert isinstance(runner, Ghdl)
     os.environ["GHDL_BACKEND"] = backend

@@ -1,4 +1,4 @@
-"""All workers of a run share one library of compiled VHDL, which never holds a file's old text."""
+"""All workers share one library of compiled VHDL, which never contains a file's old text."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ CACHES = (
 
 
 def forget() -> None:
-    """What another worker does not know."""
+    """Forget everything that another worker does not know."""
     for cached in CACHES:
         cached.cache_clear()
 
 
 @pytest.fixture
 def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A source tree with one entity."""
+    """Return a source tree with one entity."""
     (tmp_path / "rtl").mkdir()
     monkeypatch.setattr(simulation, "ROOT", tmp_path)
     monkeypatch.setattr(simulation, "GENERATED_VHDL", tmp_path / "generated")
@@ -48,7 +48,7 @@ def write(tree: Path, statement: str) -> None:
 
 
 def steps_of(worker: str, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The steps of GHDL when ``worker`` builds the entity."""
+    """Return the steps of GHDL when ``worker`` builds the entity."""
     seen: list[str] = []
     run = simulation._ghdl
 

@@ -1,6 +1,6 @@
 """cocotb tests of the device's top level: AXI3 of the processor, pins in, pins out, LEDs.
 
-Beside the core stands a model of the primitive PS7; what the core itself does is tested with it.
+Beside the core is a model of the primitive PS7; the core itself has its own tests.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ DNA_CLOCKS = 118 * 8  # that chip_dna's header gives
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
 LEDS = ("led_alive", "led_capture", "led_fault", "led_compensation")
 PAIRS = os.environ.get("ARCTRUE_PAIRS") == "1"
-"""The pins are pairs: arctrue_zynq_differential_top."""
+"""Whether the pins are pairs, as in arctrue_zynq_differential_top."""
 FOLD = int(os.environ.get("ARCTRUE_FOLD", "1"))
 
 OUTPUT_STEP = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
@@ -76,7 +76,7 @@ class Device:
         return level
 
     def lit(self) -> tuple[int, ...]:
-        """Alive, capture, fault, compensation."""
+        """Return the LEDs: alive, capture, fault, compensation."""
         return tuple(int(getattr(self.dut, name).value) for name in LEDS)
 
     def show(self, reading1: int, reading2: int) -> None:
@@ -105,7 +105,7 @@ class Device:
             before = now
 
     async def let_go(self) -> None:
-        """End the reset at a time that is no clock's, and wait until the fabric has seen it."""
+        """End the reset between clock edges, and wait until the fabric has seen it."""
         await Timer(3, "ns")
         self.ps7.fabric_resetn.value = 1
         await ClockCycles(self.clock, RESET_RELEASE_CLOCKS)
@@ -121,7 +121,7 @@ class Device:
 
 
 async def started(dut: Any) -> Device:
-    """Clock on, reset as after power-up, then let go; the table at its start."""
+    """Start the clock, reset as after power-up, then release; the table is at its start."""
     device = Device(dut)
     device.ps7.fabric_resetn.value = 0
     device.show(*table.readings(np.array([table.START_COUNTS]))[0].tolist())
@@ -133,21 +133,21 @@ async def started(dut: Any) -> Device:
 
 @cocotb.test()
 async def registers_over_axi3(dut: Any) -> None:
-    """Bursts with IDs reach the register map at the base address, and no other address does."""
+    """Bursts with IDs reach the register map at the base address, and at no other address."""
     device = await started(dut)
     axi, names = device.axi, device.registers
     found = await names.check_identity()
     assert (found["lanes"], found["capture_depth"]) == (LANES, CAPTURE_DEPTH)
     assert await names.read("pipeline.fold") == FOLD
-    # The coefficient window: one burst out and back.
+    # The coefficient window: one burst written and read back.
     words = [(n * 0x0101_0101 + 7) % 2**21 for n in range(4 * LANES)]
     assert await axi.write_burst(BASE + registers.COEFFICIENTS_ADDRESS, words) == OKAY
     read = await axi.read_burst(BASE + registers.COEFFICIENTS_ADDRESS, 4 * LANES)
     assert [answer for _, answer in read] == [OKAY] * len(words)
-    # Words 1 and 3 of a lane hold fewer bits than 32: compare where all are held.
+    # Words 1 and 3 of a lane have fewer bits than 32: compare the words with all bits.
     assert [data for data, _ in read[0::4]] == words[0::4]
     assert [data for data, _ in read[2::4]] == words[2::4]
-    # Outside of the window, and a word that the map does not have.
+    # An address outside the window, and a word that the map does not have.
     assert [answer for _, answer in await axi.read_burst(BASE + registers.MAP_BYTES, 1)] == [DECERR]
     assert await axi.write_burst(BASE + registers.MAP_BYTES, [0]) == DECERR
     # The capture of heads 3 and 4, which this core does not have.
@@ -159,7 +159,7 @@ async def registers_over_axi3(dut: Any) -> None:
 
 @cocotb.test()
 async def from_edges_to_corrected_edges(dut: Any) -> None:
-    """The output travels by the difference of R - e(R), equations (8) and (9) in float64."""
+    """The output moves by the difference of R - e(R), equations (8) and (9) in float64."""
     device = await started(dut)
     names = device.registers
     await device.configure()
@@ -195,7 +195,8 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
 
 @cocotb.test()
 async def interrupt_and_capture(dut: Any) -> None:
-    """A captured turn raises IRQF2P(0) alone; the bank comes over AXI3; clearing ends it."""
+    """A captured turn raises only IRQF2P(0); the bank comes over AXI3; clearing ends the
+    interrupt."""
     device = await started(dut)
     names = device.registers
     await device.configure()
@@ -211,7 +212,7 @@ async def interrupt_and_capture(dut: Any) -> None:
     capture = await names.read_capture()
     travelled = capture.samples[:, 0] - capture.samples[0, 0]
     assert travelled[-1] >= table.COUNTS_PER_REV > travelled[-2]
-    # Both heads, in one clock: only such pairs as the table showed.
+    # Both heads come from one clock: only pairs that the table showed.
     shown = set(map(tuple, table.readings(motion).tolist()))
     assert set(map(tuple, capture.samples.tolist())) <= shown
     await names.command("capture_release")
@@ -223,10 +224,10 @@ async def interrupt_and_capture(dut: Any) -> None:
 
 @cocotb.test()
 async def i2c_wires_are_open_drain(dut: Any) -> None:
-    """A wire is low where the processor or the thermometer pulls it, and high by its pull-up only.
+    """The processor or the thermometer pulls a wire low; only its pull-up makes it high.
 
-    Nobody drives it high: where the processor's value is 1 the thermometer still pulls it low, with
-    no conflict ('X'). The wires are independent, and the processor sees the level of each.
+    Nothing drives it high: where the processor's value is 1 the thermometer still pulls it low,
+    with no conflict ('X'). The wires are independent, and the processor sees the level of each.
     """
     device = await started(dut)
     wires = ("scl", "sda")
@@ -245,7 +246,7 @@ async def i2c_wires_are_open_drain(dut: Any) -> None:
 
 @cocotb.test()
 async def two_general_purpose_pins_are_on_the_i2c_wires(dut: Any) -> None:
-    """Pin 54 pulls SCL and 55 SDA, they read the wires; no other pin does anything."""
+    """Pin 54 pulls SCL and 55 SDA, and they read the wires; no other pin has an effect."""
     device = await started(dut)
     others = (1 << 64) - 4
     for name in ("scl", "sda"):
@@ -266,7 +267,7 @@ async def two_general_purpose_pins_are_on_the_i2c_wires(dut: Any) -> None:
 
 @cocotb.test()
 async def the_chip_is_identified(dut: Any) -> None:
-    """The identifier is whole when it is said to be known, and is read anew after a reset."""
+    """The identifier is complete when it is reported as known, and is read again after a reset."""
     device = await started(dut)
     names = device.registers
     for _ in range(2):
@@ -287,7 +288,7 @@ async def leds_show_the_state(dut: Any) -> None:
     await device.configure()
     await ClockCycles(device.clock, 3 * WINDOW)
     assert device.lit()[1:] == (0, 0, 0)
-    # Alive: 8 windows lit, 8 out.
+    # Alive: 8 windows on, 8 off.
     changes, before = [], device.lit()[0]
     for clock in range(34 * WINDOW):
         await FallingEdge(device.clock)
@@ -323,7 +324,8 @@ async def leds_show_the_state(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
-    """Reset while it turns: A and B stand, Z low, LEDs out, registers as at first, works again."""
+    """Reset while the table turns: A and B stand, Z low, LEDs off, registers reset, then works
+    again."""
     device = await started(dut)
     names = device.registers
     for wait_ns in (1, 4, 6, 9):  # before and after both edges of the clock

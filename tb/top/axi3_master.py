@@ -19,7 +19,7 @@ class BusError(Exception):
 
 
 def bursts(address: int, words: int) -> Iterator[tuple[int, int]]:
-    """Address and beats of the bursts for ``words`` words: none crosses 4 KiB."""
+    """Yield address and beats of the bursts for ``words`` words: none crosses 4 KiB."""
     while words:
         beats = min(words, BEATS, (PAGE_BYTES - address % PAGE_BYTES) // 4)
         yield address, beats
@@ -28,14 +28,14 @@ def bursts(address: int, words: int) -> Iterator[tuple[int, int]]:
 
 
 class Axi3Master:
-    """One burst at a time in each direction; every answer must carry the ID of its burst.
+    """One burst at a time in each direction; every answer must have the ID of its burst.
 
-    The fabric's side changes with the rising edge alone: what stands at the falling edge is what
-    the next rising edge takes.
+    The fabric's side changes only with the rising edge: the levels at the falling edge are those
+    that the next rising edge samples.
     """
 
     def __init__(self, ps7: Any) -> None:
-        """``ps7`` is the instance of the PS7 model."""
+        """Connect to ``ps7``, the instance of the PS7 model."""
         self.ps7 = ps7
         self.identity = 0x5A5
 
@@ -88,7 +88,7 @@ class Axi3Master:
         return answer
 
     async def read_burst(self, address: int, beats: int) -> list[tuple[int, int]]:
-        """Read one INCR burst of whole words: data and answer of every beat."""
+        """Read one INCR burst of whole words; return data and answer of every beat."""
         identity = self._next_identity()
         await self._falling()
         await self._give("ar", addr=address, id=identity, len=beats - 1, size=2, burst=INCR)
@@ -101,7 +101,7 @@ class Axi3Master:
         return found
 
     async def read_words(self, address: int, count: int) -> list[int]:
-        """``count`` words in bursts as long as can be; raises BusError."""
+        """Return ``count`` words, read in the longest possible bursts; raise BusError."""
         words = []
         for first, beats in bursts(address, count):
             for place, (data, answer) in enumerate(await self.read_burst(first, beats)):
@@ -111,7 +111,7 @@ class Axi3Master:
         return words
 
     async def write_words(self, address: int, words: Sequence[int]) -> None:
-        """Words in bursts as long as can be; raises BusError."""
+        """Write words in the longest possible bursts; raise BusError."""
         done = 0
         for first, beats in bursts(address, len(words)):
             answer = await self.write_burst(first, words[done : done + beats])

@@ -1,4 +1,4 @@
-"""AXI3 bursts of every kind against the beat addresses of the AXI specification (A3.4.1)."""
+"""Compare AXI3 bursts of every kind with the beat addresses of the AXI specification (A3.4.1)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Burst:
     last_at: int = -1  # WLAST, if not at the last beat
 
     def refused(self) -> int:
-        """Answer that the burst gets without any access; OKAY when it is allowed."""
+        """Return the answer that the burst gets without any access; OKAY when it is allowed."""
         if self.kind > WRAP or self.size > 2:
             return SLVERR
         if self.kind == WRAP and (self.beats not in (2, 4, 8, 16) or self.address % 2**self.size):
@@ -41,7 +41,7 @@ class Burst:
         return OKAY if BASE <= self.address < BASE + MAP_BYTES else DECERR
 
     def addresses(self) -> list[int]:
-        """Address_N of the specification's equations."""
+        """Return Address_N of the specification's equations."""
         number_bytes = 2**self.size
         aligned = self.address // number_bytes * number_bytes
         found = [self.address]
@@ -132,7 +132,7 @@ def random_burst(chance: random.Random) -> Burst:
 
 @dataclass
 class Channel:
-    """A sender of one channel: valid stays, and the payload with it, until it is taken."""
+    """A sender of one channel: valid and payload stay constant until the handshake."""
 
     port: str
     stall: float
@@ -141,10 +141,10 @@ class Channel:
 
 
 class Machine:
-    """Master and slave round the bridge; ``clock`` does all channels of one clock.
+    """Master and slave round the bridge; ``clock`` runs all channels for one clock.
 
-    Every port of the bridge changes with the rising edge alone, so what stands at the falling edge,
-    after the inputs are set, is what the next rising edge takes.
+    Every port of the bridge changes only with the rising edge, so that the levels at the falling
+    edge, after the inputs are set, are those that the next rising edge samples.
     """
 
     def __init__(self, dut: Any, chance: random.Random, stall: float) -> None:
@@ -181,9 +181,9 @@ class Machine:
             )
 
     def receive(self, port: str, fields: tuple[str, ...]) -> tuple[int, ...] | None:
-        """Set ready at random; the payload when the next rising edge takes one.
+        """Set ready at random; return the payload when the next rising edge transfers one.
 
-        A valid payload must stay as it is until it is taken.
+        A valid payload must stay constant until its transfer.
         """
         ready = self.chance.random() >= self.stall
         getattr(self.dut, f"{port}ready").value = int(ready)
@@ -200,7 +200,7 @@ class Machine:
         return payload
 
     def send(self, sender: Channel, name: str) -> None:
-        """Show the next payload; note that the coming edge takes it when ready stands."""
+        """Show the next payload; record that the coming edge transfers it when ready is high."""
         if not sender.valid and sender.waiting and self.chance.random() >= self.stall:
             sender.valid = True
             for part, value in sender.waiting[0].items():
@@ -300,7 +300,7 @@ async def run(machine: Machine, bursts: list[Burst]) -> None:
 
 @cocotb.test()
 async def every_kind_size_and_length(dut: Any) -> None:
-    """All of size, kind and length, at an odd start where one is allowed."""
+    """All sizes, kinds and lengths run, at an odd start where one is allowed."""
     await start(dut)
     chance = random.Random(1)
     for kind in (FIXED, INCR, WRAP):

@@ -1,4 +1,4 @@
-"""The pins of encoder_source_top: they stand in the reset, then both heads turn steadily."""
+"""The pins of encoder_source_top stand in the reset, then both heads turn steadily."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ PERIOD_NS = 8
 HEADS = range(1, int(os.environ.get("HEADS", "2")) + 1)
 RESET_CLOCKS = 64
 COUNTS_A_CLOCK = 1_398_101 / 125e6
-"""30 deg/s at 2²⁴ counts a turn, on the board's oscillator: docs/hardware.md."""
+"""Speed of 30 deg/s at 2²⁴ counts a turn, on the board's oscillator: docs/hardware.md."""
 CLOCKS = 18_000
-"""The later head shows edges from clock 14,000 on, when its coefficients are applied in full."""
+"""Number of clocks; the later head has edges from clock 14,000, with its coefficients applied."""
 LEAST_EDGES = 30
 TAKEN_OVER = 4
-"""Edges within which the output, once it is enabled, comes to the levels of the position."""
+"""Edges within which the enabled output reaches the levels of the position."""
 SLOPE = (1864 + 2 * 78) * 2 * np.pi / 2**24
-"""The largest of ε, equation (2), with the amplitudes of encoder_source: counts a count."""
+"""Largest slope of ε, equation (2), with the amplitudes of encoder_source, in counts a count."""
 
 
 async def note_edges(pin: Any, name: str, noted: list[tuple[float, str, int]]) -> None:

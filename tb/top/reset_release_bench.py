@@ -1,4 +1,4 @@
-"""When the fabric's reset begins and ends, for a processor's reset at any time within a clock."""
+"""Test when the fabric's reset begins and ends, for a processor's reset at any time in a clock."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SYNCHRONISER_CLOCKS = 2
 
 
 async def edges_until(dut: Any, level: int) -> int:
-    """Rising edges of the clock until ``reset`` has the level."""
+    """Return the number of rising edges of the clock until ``reset`` has the level."""
     for edges in range(1, 200):
         await RisingEdge(dut.clock)
         await FallingEdge(dut.clock)
@@ -30,7 +30,7 @@ async def held_from_power_up_without_any_edge(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.clock, CLOCK_NS, unit="ns", impl="gpi").start())
     await Timer(1, "ns")
     assert int(dut.reset.value) == 1
-    # The first edge may stand before the first one that is counted.
+    # The first edge may come before the first one that is counted.
     assert CLOCKS <= await edges_until(dut, 0) <= CLOCKS + SYNCHRONISER_CLOCKS + 1
 
 

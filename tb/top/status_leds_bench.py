@@ -1,4 +1,4 @@
-"""Events of any length at random against the windows in which they fell."""
+"""Compare random events of any length with the windows in which they fell."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sets from pandas, xarray, astropy, HDF5 and dictionaries: the same whichever is taken."""
+"""Sets from pandas, xarray, astropy, HDF5 and dictionaries are the same."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from arctrue.measurement.digest import set_digest
 COUNTS = 1 << 24
 TABLE = {"counts_per_rev": COUNTS, "head_separation_deg": 33.0}
 ROUNDING_ARCSEC = 1e-6
-"""Errors are written with six decimals, targets with nine."""
+"""Rounding of the files: errors have six decimals, targets nine."""
 
 
 def error_arcsec(angle_deg: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
@@ -26,7 +26,7 @@ def error_arcsec(angle_deg: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
 
 
 def heads(rows: int = 720) -> dict[str, np.ndarray[Any, Any]]:
-    """Two turns up, two down, in degrees within one turn as an encoder's display gives them."""
+    """Return two turns up and two down, in degrees within one turn as an encoder displays them."""
     up = np.linspace(0.0, 720.0, rows, endpoint=False)
     angle = np.concatenate([up, up[::-1]])
     time_s = np.arange(angle.size) * 0.01
@@ -51,7 +51,7 @@ def stations() -> dict[str, np.ndarray[Any, Any]]:
 
 
 def same(one: MeasurementSet, other: MeasurementSet) -> None:
-    """Equal columns, within the decimals that a set is written with."""
+    """Assert equal columns, within the decimals of a written set."""
     assert one.table == other.table
     for channel in ("capture", "reference"):
         mine, theirs = getattr(one, channel), getattr(other, channel)
@@ -135,13 +135,13 @@ def test_an_hdf5_file_gives_the_same_set(tmp_path: Path) -> None:
 
 
 def test_the_columns_are_those_of_the_equations() -> None:
-    """Counts of the unwrapped reading, worked out here from the equation."""
+    """Counts of the unwrapped reading follow from the equation, written here."""
     data = from_arrays()
     up = np.linspace(0.0, 720.0, 720, endpoint=False)
     angle = np.concatenate([up, up[::-1]])
     expected = np.round((angle + error_arcsec(angle) / 3600.0) / 360.0 * COUNTS)
     assert data.capture is not None
-    # The first reading is 30″, and nothing before it says at which turn the table stood.
+    # The first reading is 30″, and nothing before it tells the number of the turn.
     np.testing.assert_array_equal(data.capture.head1_counts[:720], expected[:720])
     down = data.capture.head1_counts[720:] - expected[720:]
     assert np.unique(down).size == 1
@@ -283,7 +283,7 @@ def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
 
 
 def test_a_history_has_date_version_and_hash(tmp_path: Path) -> None:
-    """The same three as the command line writes for the same folder."""
+    """The three values are those that the command line writes for the same folder."""
     at.write_set(tmp_path / "set", from_arrays())
     model = at.add("hysteresis", tmp_path / "set")
     assert {step.measurement_sha256 for step in model.history} == {set_digest(tmp_path / "set")}
@@ -292,6 +292,6 @@ def test_a_history_has_date_version_and_hash(tmp_path: Path) -> None:
     assert all(step.date.startswith("20") for step in model.history)
     smaller = at.drop("hysteresis", from_arrays(), model)
     assert smaller.effects == ["graduation_harmonics"]
-    # The same rows, from memory: the same hash.
+    # The same rows from memory give the same hash.
     assert smaller.history[-1].measurement_sha256 == set_digest(tmp_path / "set")
     assert [step.action for step in smaller.history] == ["fit", "add", "drop"]

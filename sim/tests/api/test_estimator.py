@@ -1,4 +1,5 @@
-"""A fit as an estimator: scikit-learn's own clone and grid, and its conventions without it."""
+"""Test of a fit as an estimator: scikit-learn's own clone and grid, and its conventions without
+it."""
 
 from __future__ import annotations
 
@@ -55,7 +56,7 @@ def test_scikit_learn_clones_it_and_walks_a_grid(
     estimator.fit(data)
     copy = base.clone(estimator)
     assert not hasattr(copy, "result_")
-    # The model is copied, as every parameter that is no estimator; the rest is equal.
+    # The model is copied, like every parameter that is no estimator; the others are equal.
     assert copy.get_params()["bounds"] == estimator.bounds
     values = [
         copy.set_params(**point).fit(data).result_.params[NAME].value

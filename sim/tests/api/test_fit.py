@@ -1,4 +1,4 @@
-"""``arctrue.fit`` beside ordinary least squares, scipy's optimisers, and the equation itself."""
+"""Tests of ``arctrue.fit`` against least squares, scipy's optimisers, and the equation itself."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ import arctrue as at
 FACES, CYCLES, NOISE_ARCSEC = 24, 8, 0.2
 TRUE = {"c1": 2.0, "s1": -0.5, "c3": 0.0, "s3": 0.3, "hysteresis": 0.4}
 COLOURED_SHARE = 0.15
-"""The fit finds some correlated noise in 192 rows of white noise: its uncertainties differ from
-those of white noise by less than this share, ..."""
+"""Relative tolerance of uncertainties: the fit finds some correlated noise in 192 white rows."""
 NEAR_ARCSEC = 0.5 * NOISE_ARCSEC * np.sqrt(2.0 / (FACES * CYCLES))
-"""... and its values by less than half a standard uncertainty of an amplitude."""
+"""Tolerance of values: half a standard uncertainty of an amplitude."""
 Array = np.ndarray[Any, Any]
 
 
 @cache
 def columns() -> dict[str, Array]:
-    """Stations in an order that is drawn: slow noise then takes nothing of what depends on them."""
+    """Return stations in random order, so that slow noise is independent of what depends on
+    them."""
     random = np.random.default_rng(20260)
     angle = random.permutation(np.tile(np.arange(FACES) * 360.0 / FACES, CYCLES))
     direction = random.permutation(np.repeat([-1, 1], angle.size // 2))
@@ -53,14 +53,15 @@ def fitted() -> at.FitResult:
 
 
 def design() -> Array:
-    """The columns of the same model, written down from its equation."""
+    """Return the design matrix of the same model, written from its equation."""
     phase = np.deg2rad(columns()["target_deg"])
     waves = [function(n * phase) for n in (1, 3) for function in (np.cos, np.sin)]
     return np.stack([*waves, 0.5 * columns()["direction"], np.ones(phase.size)], axis=1)
 
 
 def ordinary() -> tuple[Array, Array]:
-    """Coefficients of ordinary least squares and their covariance, the noise from the rest."""
+    """Return the coefficients of ordinary least squares, and their covariance from the
+    residuals."""
     matrix, error = design(), columns()["error_arcsec"]
     found, rest, *_ = np.linalg.lstsq(matrix, error)
     variance = rest[0] / (error.size - matrix.shape[1])
@@ -81,7 +82,7 @@ def test_values_and_uncertainties_are_those_of_least_squares() -> None:
 
 
 def test_an_interval_in_white_noise_is_students() -> None:
-    """Of a linear parameter the profile is a parabola, and the limit that of t: exact."""
+    """The profile of a linear parameter is a parabola, and its limit is exactly that of t."""
     amplitude = fitted().params["graduation_harmonics.order_1_amplitude"]
     freedom = data().reference.error_arcsec.size - 6  # type: ignore[union-attr]
     for level in (0.68, 0.95):
@@ -105,7 +106,7 @@ def conditioned(**options: Any) -> at.FitResult:
 
 
 def least(of: Any, start: list[float], **options: Any) -> Array:
-    """scipy's own minimum of the squares of the same equation; a constant is the last unknown."""
+    """Return scipy's least squares of the same equation; a constant is the last unknown."""
     phase, error = np.deg2rad(columns()["target_deg"]), columns()["error_arcsec"]
 
     def rest(unknown: Array) -> Array:
@@ -198,7 +199,7 @@ def test_fixed_names_keep_what_an_earlier_fit_found() -> None:
 
 
 def test_correlations_are_those_of_the_covariance() -> None:
-    """Half of the faces: orders 1 and 3 are no longer independent; scipy says how much."""
+    """With half of the faces, orders 1 and 3 are correlated; scipy gives the correlation."""
     rows = np.deg2rad(columns()["target_deg"]) < np.pi
     half = {name: values[rows] for name, values in columns().items() if name != "direction"}
     found = at.fit(at.Dataset.from_arrays(reference=half), harmonics(1, 3))
@@ -259,7 +260,7 @@ def test_two_models_of_one_set() -> None:
     small, large = conditioned(), fitted()
     found = at.compare_models(small, large)
     assert found.ratio is not None
-    # F of one column more, from the sums of squares of ordinary least squares.
+    # F of one further column, from the sums of squares of ordinary least squares.
     error, matrix = columns()["error_arcsec"], design()
     rest = [float(np.linalg.lstsq(part, error)[1][0]) for part in (np.delete(matrix, 4, 1), matrix)]
     free = error.size - matrix.shape[1]
@@ -310,7 +311,7 @@ def test_the_pictures_of_a_fit_are_those_of_its_comparison() -> None:
 
 @pytest.mark.slow
 def test_an_explanation_names_the_cause_with_its_size() -> None:
-    """A reversal error of 0.5″ in a simulated table: half of it is in each direction."""
+    """A simulated table has a reversal error of 0.5″, half of it in each direction."""
     table = at.simulate("hysteresis", sizes=[0.5], experiment="short", seed=3)
     found = at.explain(table)
     assert found.model.effects == ["graduation_harmonics", "hysteresis"]

@@ -1,6 +1,6 @@
-"""A table of the tests' own: readings written down from θ, and θ found back by iteration.
+"""A table for the tests: readings computed from θ, and θ found back by iteration.
 
-Shares nothing with arctrue.calibration or arctrue.table.
+The module shares no code with arctrue.calibration or arctrue.table.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Disc:
-    """ε(θ) = Σ amplitude·cos(nθ + phase): {order: (amplitude ″, phase rad)}."""
+    """A disc with ε(θ) = Σ amplitude·cos(nθ + phase): {order: (amplitude ″, phase rad)}."""
 
     orders: Mapping[int, tuple[float, float]] = field(default_factory=lambda: {1: (150.0, 0.4)})
     alpha_deg: float = ALPHA_DEG
@@ -34,7 +34,7 @@ class Disc:
         return total
 
     def true_angle(self, reading: Float) -> Float:
-        """θ with θ + ε(θ) = reading, by Newton's method with a difference quotient."""
+        """Return θ with θ + ε(θ) = reading, by Newton's method with a difference quotient."""
         theta = np.array(reading)
         for _ in range(8):
             wrong = theta + self.error_rad(theta) - reading
@@ -46,7 +46,7 @@ class Disc:
     def heads(
         self, theta: Float, noise_arcsec: float = 0.0, random: np.random.Generator | None = None
     ) -> NDArray[np.int64]:
-        """Counts of both heads at the true angles, (2, n)."""
+        """Return the counts of both heads at the true angles, (2, n)."""
         alpha = np.radians(self.alpha_deg)
         readings = np.stack(
             [theta + self.error_rad(theta), theta + alpha + self.error_rad(theta + alpha)]
@@ -65,7 +65,8 @@ def turn_angles(
     ripple_rad: float = 0.0,
     ripple_order: int = 7,
 ) -> Float:
-    """True angles sampled in equal time: ``samples`` a turn, the position rippled."""
+    """Return true angles sampled in equal time: ``samples`` a turn, with a ripple of the
+    position."""
     even = 2.0 * np.pi * np.arange(samples * turns) / samples
     return start + direction * (even + ripple_rad * np.sin(ripple_order * even))
 
@@ -73,7 +74,7 @@ def turn_angles(
 def capture_of(
     runs: list[NDArray[np.int64]], period_s: float | list[float] = 1e-3, **more: object
 ) -> Capture:
-    """A capture of runs of counts (2, n)."""
+    """Return a capture of runs of counts (2, n)."""
     periods = period_s if isinstance(period_s, list) else [period_s] * len(runs)
     return Capture(
         run=np.repeat(np.arange(len(runs)), [run.shape[1] for run in runs]),
@@ -90,7 +91,7 @@ def capture_of(
 
 
 def polygon_of(disc: Disc, noise_arcsec: float, random: np.random.Generator) -> Reference:
-    """24 faces, up and down, 5 cycles; the reading of head 1 is driven to the target."""
+    """Return 24 faces, up and down, 5 cycles; the reading of head 1 is driven to the target."""
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate((up, up[::-1])), 5)
     counts = np.rint(target / 360.0 * disc.counts_per_rev).astype(np.int64)
@@ -105,7 +106,7 @@ def polygon_of(disc: Disc, noise_arcsec: float, random: np.random.Generator) -> 
 
 
 def set_of(disc: Disc, capture: Capture, reference: Reference | None = None) -> MeasurementSet:
-    """A measurement set with nominal separation 33°."""
+    """Return a measurement set with a nominal separation of 33°."""
     return MeasurementSet(
         Table(counts_per_rev=disc.counts_per_rev, head_separation_deg=ALPHA_DEG),
         capture,

@@ -1,4 +1,4 @@
-"""The axis' orbit from a capture of four heads, against the motion that the table was given."""
+"""Tests of the axis' orbit from a capture of four heads, against the motion of the table."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ TURNS = 3
 
 
 def test_the_orbit_is_the_motion_of_the_axis() -> None:
-    """x and y of every sample, to the noise of the readings times √(two rows of the inverse)."""
+    """x and y of every sample agree to the noise of the readings times √(two rows of the
+    inverse)."""
     bench = replace(Bench(), axis=AXIS)
     captured = bench.captured(turns=TURNS)
     estimate = bench.estimate(turns=TURNS)
@@ -38,7 +39,7 @@ def test_the_orbit_is_the_motion_of_the_axis() -> None:
     state = motion.state(seconds)
     shift = np.sum([cause.axis_shift_m(state) for cause in AXIS], axis=0)
     expected = (shift - shift.mean()) / DISC_RADIUS_M * ARCSEC_PER_RAD
-    # Stator frame: head 1 stands at the stator angle 0 and sees y, head 2 at -p.
+    # In the stator frame head 1 stands at the stator angle 0 and sees y, head 2 stands at -p.
     for found, true, u in zip(
         (orbit.x_arcsec, orbit.y_arcsec),
         (expected.real, expected.imag),
@@ -54,13 +55,13 @@ def test_the_orbit_is_the_motion_of_the_axis() -> None:
 
 
 def test_figures_of_a_known_motion() -> None:
-    """A lobe of 1 that repeats and one of 0.3 that does not; eccentricity of 5 is no error."""
+    """A lobe of 1 repeats and one of 0.3 does not; an eccentricity of 5 is no error."""
     angle = np.linspace(0.0, 20.0 * np.pi, 120_000, endpoint=False)
     motion = 5.0 * np.cos(angle + 0.4) + np.cos(3.0 * angle) + 0.3 * np.cos(4.37 * angle)
     found = error_motion(angle, motion)
-    # Bins of two degrees cut 1 - cos(3 * 1°) off a lobe; ten turns leave 0.3/10 of the other.
+    # Bins of two degrees reduce a lobe by 1 - cos(3 * 1°); ten turns leave 0.3/10 of the other.
     assert found.synchronous == pytest.approx(2.0, abs=0.09)
-    # At one angle ten phases, and the slope of the lobe within a bin: 3 * 2°.
+    # One angle has ten phases, and the slope of the lobe within a bin: 3 * 2°.
     assert found.asynchronous == pytest.approx(0.6, abs=0.11)
     assert found.total == pytest.approx(2.6, abs=0.05)
 
@@ -72,7 +73,7 @@ def test_two_heads_have_no_orbit() -> None:
 
 
 def test_compare_draws_the_orbit(tmp_path: Path) -> None:
-    """The command on a set of four heads: figures of both directions, and a picture."""
+    """The command gives figures of both directions and a picture for a set of four heads."""
     captured = replace(Bench(), axis=AXIS).captured(turns=TURNS)
     heads = dict(zip(("head3_counts", "head4_counts"), captured.further_counts, strict=True))
     seconds = np.arange(captured.samples) * (12.0 / 12_000)

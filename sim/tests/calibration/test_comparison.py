@@ -1,4 +1,4 @@
-"""Before and after through the bit-true gateware."""
+"""Tests of before and after through the bit-true gateware."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def calibrated(noise: float, reference_noise: float):
 
 
 def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
-    """The limit of 1.2 is that of the requirement; noise as on a good table."""
+    """The requirement limits the ratio to 1.2; the noise is that of a good table."""
     found, reference = calibrated(0.1, 0.15)
     comparison = found.comparison
     assert comparison is not None
@@ -36,7 +36,7 @@ def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
     assert extent(comparison.before_arcsec).peak_to_peak > 180.0
     after = extent(comparison.after_arcsec)
     assert after.peak_to_peak <= 1.2 * comparison.noise.peak_to_peak
-    # The noise itself, less what 24 means of ten take away, against numpy.
+    # The noise itself, less what 24 means of ten remove, from numpy.
     faces = reference.error_arcsec.reshape(5, 2, 24)
     faces[:, 1] = faces[:, 1, ::-1]
     scatter = faces - faces.mean(axis=(0, 1))
@@ -46,7 +46,7 @@ def test_after_is_no_larger_than_the_noise_of_the_reference() -> None:
 def test_without_noise_what_is_left_is_rounding() -> None:
     comparison = calibrated(0.0, 0.0)[0].comparison
     assert comparison is not None
-    # Half a count by the final rounding, 0.01″ by rounded readings in the calibration.
+    # Half a count from the final rounding, 0.01″ from rounded readings in the calibration.
     assert np.abs(comparison.after_arcsec).max() < 0.5 * 1_296_000 / COUNTS + 0.02
 
 
@@ -72,7 +72,7 @@ def test_reading_without_recorded_counts() -> None:
 
 
 def test_readings_at_the_turn() -> None:
-    """A correction that crosses zero is a small one, not a turn."""
+    """A correction across zero is a small one, not a turn."""
     coefficients = Coefficients.from_harmonics([1], [1000.0], [0.0], COUNTS)
     reference = Reference(
         np.zeros(3),

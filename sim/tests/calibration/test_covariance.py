@@ -1,4 +1,4 @@
-"""Predicted uncertainties against the scatter of many simulated captures."""
+"""Tests of predicted uncertainties against the scatter of many simulated captures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TRIALS = 500
 
 
 def scatter(method, noise_of, thetas, trials: int = TRIALS):
-    """Observed and predicted standard deviation of both components of every order."""
+    """Return observed and predicted standard deviations of both components of every order."""
     random = np.random.default_rng(11)
     values, variances = [], []
     clean = [DISC.heads(theta) for theta in thetas]
@@ -52,7 +52,7 @@ def test_white_noise_of_one_turn_within_ten_percent() -> None:
 
 
 def test_noise_that_is_not_white() -> None:
-    """Noise whose spectrum falls over the orders: neighbouring samples are not independent."""
+    """The spectrum of the noise falls over the orders: neighbouring samples are dependent."""
 
     def red(random, shape):
         noise = random.normal(0.0, 0.15, shape)

@@ -1,4 +1,4 @@
-"""Both methods against errors that are known exactly."""
+"""Tests of both methods against exactly known errors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ DISC = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0), 8: (0.3, 1.1), 11: 
 
 
 def left_over(disc: Disc, found: Estimate, values=None) -> np.ndarray:
-    """What subtracting the estimate at the reading leaves of R − θ, ″, its mean taken off."""
+    """Return the rest of R − θ in ″ after subtraction of the estimate at the reading, without
+    mean."""
     reading = np.arange(4096) * (2.0 * np.pi / 4096)
     true_error = (reading - disc.true_angle(reading)) / ARCSEC
     values = found.values if values is None else values
@@ -64,7 +65,7 @@ def test_any_number_of_samples_turns_and_uneven_steps(samples: int) -> None:
 
 
 def test_fourier_equals_the_formula_of_the_paper() -> None:
-    """Equations (4)–(7) by a plain sum over the samples, for one turn from θ = 0."""
+    """Equations (4)–(7) are evaluated as a plain sum over the samples, for one turn from θ = 0."""
     turns = turns_of(DISC, turn_angles(start=0.0))
     found, _ = fourier(turns, COUNTS, ALPHA, ORDERS, "nominal")
     delta = (turns[0].head2_counts - turns[0].head1_counts) * (1_296_000 / COUNTS) - 33 * 3600.0
@@ -73,7 +74,7 @@ def test_fourier_equals_the_formula_of_the_paper() -> None:
         coefficient = np.mean(delta * np.exp(-1j * order * theta))
         expected = coefficient / (np.exp(1j * order * ALPHA) - 1.0)
         assert 2.0 * abs(expected) == pytest.approx(found.amplitude_arcsec[index], abs=1e-3)
-        # What is left between the two is where θ = 0 is: the mean of R₁ against that of θ.
+        # The two differ by the place of θ = 0: the mean of R₁ against that of θ.
         if found.amplitude_arcsec[index] > 0.2:
             assert np.angle(expected) == pytest.approx(found.phase_rad[index], abs=1e-4)
 
@@ -93,15 +94,15 @@ def test_error_taken_at_the_reading_leaves_second_order() -> None:
     second = 2.0 * abs(np.mean(plain * np.exp(-2j * np.arange(4096) * 2.0 * np.pi / 4096)))
     assert second == pytest.approx(150.0**2 / 2.0 * ARCSEC, abs=0.003)
     as_reading = as_function_of_reading(found.orders, found.values)
-    # The order 11 that rounding to counts makes here stays: 0.005″.
+    # Order 11 from rounding to counts remains: 0.005″.
     assert np.abs(left_over(disc, found, as_reading)).max() < 0.02
 
 
 def test_speed_ripple_spoils_the_transform_and_not_the_fit() -> None:
     """Slip 7: 0.002 rad at order 7 and 0.1″ noise.
 
-    To first order the ripple moves half of ρ·D₁ into orders 6 and 8 of δ₂₁: 0.043″ and 0.057″ of
-    ε; a start angle taken from one sample (not done here) would add 0.1″ more.
+    To first order the ripple moves half of ρ·D₁ into orders 6 and 8 of δ₂₁: 0.043″ and 0.057″ of ε;
+    a start angle from one sample (not used here) would add 0.1″ more.
     """
     disc = Disc({1: (150.0, 0.4), 2: (0.9, 2.0), 5: (0.5, -1.0)})
     orders = np.arange(1, 9)
@@ -140,7 +141,7 @@ def test_nominal_separation_leaves_what_theory_says() -> None:
     )
     assert first == pytest.approx(1.76 * 50.0 * ARCSEC * 150.0, rel=0.03)
     assert np.abs(left_over(disc, right)).max() < 0.005
-    # The uncertainty knows: u(α) = 50″/√3 of it, along the amplitude 0.5·cot(α/2) = 1.69.
+    # The uncertainty covers it: u(α) = 50″/√3 of it, along the amplitude 0.5·cot(α/2) = 1.69.
     expected = 0.5 / np.tan(ALPHA / 2.0) * 50.0 / np.sqrt(3.0) * ARCSEC * 150.0
     assert wrong.u_amplitude_arcsec[0] == pytest.approx(expected, rel=0.03)
     assert right.u_amplitude_arcsec[0] < 0.01
@@ -182,8 +183,8 @@ def test_runs_that_disagree_have_the_uncertainty_of_that() -> None:
     found, _ = least_squares(turns, COUNTS, ALPHA, ORDERS)
     assert found.disagreement[0] > 100.0
     assert (found.disagreement[1:] == 1.0).all()
-    # Four values of which one is 1″ off: their mean has u = 0.25″ along the amplitude, of which
-    # χ² over 6 degrees of freedom, of which phases are 3, knows 1/√2.
+    # Four values of which one is 1″ off: their mean has u = 0.25″ along the amplitude, of which χ²
+    # over 6 degrees of freedom, of which phases are 3, knows 1/√2.
     assert found.u_amplitude_arcsec[0] == pytest.approx(0.25 / np.sqrt(2.0), rel=0.1)
 
 

@@ -1,4 +1,4 @@
-"""Where α is from, how well it is known, and what that does to every order."""
+"""Tests of the source of α, its uncertainty, and its effect on every order."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from arctrue.measurement import Capture, MeasurementSet
 from .synthetic import ARCSEC, COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
 
 MOVED_COUNTS = 492
-"""10 µm at a radius of 53.975 mm: 38.2″ of 2²⁴ counts."""
+"""Counts of 10 µm at a radius of 53.975 mm: 38.2″ of 2²⁴ counts."""
 DISC = Disc({1: (95.0, -1.9), 2: (0.8, 2.0), 8: (0.3, 1.0), 11: (0.6, 0.7)})
 STRONG = Disc({1: (95.0, -1.9), 11: (12.0, 0.7)})
-"""An order 11 of 12″: the weak orders tell α best."""
+"""A disc with order 11 of 12″: the weak orders determine α best."""
 
 
 def measured(disc: Disc, *, stated_arcsec: float | None = None, moved: int = 0) -> MeasurementSet:
@@ -40,9 +40,9 @@ def complex_orders(values: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("method", ["least_squares", "fourier"])
 @pytest.mark.parametrize("stated_arcsec", [None, 19.0])
 def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> None:
-    """38″ of detection moves every order by |E_n(α + 38″) − E_n(α)|; u of the order holds it.
+    """38″ of detection move every order by |E_n(α + 38″) − E_n(α)|, which u of the order covers.
 
-    Independent: E_n = D_n/(e^{jnα} − 1) worked out at both α.
+    Independent: E_n = D_n/(e^{jnα} − 1) is computed at both α.
     """
     settings = CalibrationSettings(method=method, most_order=12)
     plain = calibrate(measured(DISC, stated_arcsec=stated_arcsec), settings).estimate
@@ -68,7 +68,7 @@ def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> Non
 
 
 def test_two_heads_repeat_as_two_rectangles() -> None:
-    """Stated to detect alike, what is left is ± 1 count for either head: √2/√3 counts."""
+    """If the heads detect alike, ± 1 count for either head remains: √2/√3 counts."""
     estimate = calibrate(measured(DISC, stated_arcsec=0.0)).estimate
     two = np.sqrt(2.0 / 3.0) * 2.0 * np.pi / COUNTS
     assert estimate.u_head_separation_rad == pytest.approx(two, rel=1e-9)
@@ -76,7 +76,8 @@ def test_two_heads_repeat_as_two_rectangles() -> None:
 
 
 def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
-    """12″ of order 11: u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″, less than the index's 29″."""
+    """12″ of order 11 give u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″, less than the index's
+    29″."""
     shifted = measured(STRONG, moved=MOVED_COUNTS)
     found = calibrate(shifted)
     assert found.estimate.separation_choice == "harmonics"
@@ -84,7 +85,7 @@ def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
     of_order_11 = 0.15 * abs(np.exp(11j * np.radians(33.0)) - 1.0) / (11 * 12.0) / ARCSEC
     assert 0.9 * of_order_11 < source.u_rad / ARCSEC < 1.05 * of_order_11
     assert found.estimate.head_separation_rad == source.value_rad
-    # What the reference's noise of 0.05″ over 240 rows leaves of it is a tenth of its u.
+    # The reference's noise of 0.05″ over 240 rows leaves a tenth of its u.
     assert abs(source.value_rad - np.radians(33.0)) < 0.3 * source.u_rad
     assert found.comparison is not None
     by_index = calibrate(shifted, CalibrationSettings(separation="measured"))
@@ -100,12 +101,12 @@ def test_the_index_is_used_where_the_harmonics_tell_less() -> None:
     found = calibrate(measured(DISC))
     assert found.estimate.separation_choice == "measured"
     assert 28.87 < found.separations["harmonics"].u_rad / ARCSEC < 200.0
-    # A detection known less well than the mounting: the nominal value is the better one.
+    # If the detection is less well known than the mounting, the nominal value is better.
     assert calibrate(measured(DISC, stated_arcsec=60.0)).estimate.separation_choice == "nominal"
 
 
 def test_a_first_order_of_the_reference_alone_does_not_pass_for_alpha() -> None:
-    """0.3″ that only the reference has: 370″ of α by order 1, whose u covers it."""
+    """Only the reference has 0.3″: order 1 gives 370″ of α, which its u covers."""
     made = measured(DISC)
     assert made.reference is not None
     only = 0.3 * np.cos(np.radians(made.reference.target_deg) + 1.0)
@@ -153,7 +154,7 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
     assert any("rises from 67" in text for text in swapped.objections)
     minus = calibrate(replace(made, table=replace(made.table, head_separation_deg=-33.0)))
     assert len(minus.objections) == 2
-    # Of another table: the firmware's arithmetic sees nothing, the reference does.
+    # The reference belongs to another table: the firmware's arithmetic cannot see that.
     assert made.reference is not None
     turned = replace(made.reference, error_arcsec=-made.reference.error_arcsec)
     other = calibrate(replace(made, reference=turned))
@@ -162,7 +163,7 @@ def test_what_the_reference_or_the_firmware_would_refuse() -> None:
 
 
 def test_the_gate_is_that_of_the_firmware() -> None:
-    """Coefficients of the wrong sign: 4 A² is left where A² was."""
+    """Coefficients of the wrong sign leave 4 A² instead of A²."""
     found = calibrate(measured(DISC))
     held = found.coefficients
     wrong = replace(held, amplitudes=-held.amplitudes)

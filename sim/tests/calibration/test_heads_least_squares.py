@@ -1,4 +1,4 @@
-"""Calibration of two to four heads against readings written down by the tests' own formula."""
+"""Tests of the calibration of two to four heads against readings from a formula written here."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ PLACES_DEG = (0.0, 33.0, 162.5, 300.5)
 DISC = {1: (150.0, 0.4), 2: (4.0, 1.0), 3: (1.5, -2.0), 5: (0.4, 0.2), 7: (0.3, 2.2)}
 ORDERS = np.arange(1, 9)
 PULL = 5.0
-"""Standard uncertainties; some 40 values are compared in a test, 2e-5 that one fails by chance."""
+"""Limit in standard uncertainties; a test compares some 40 values, one fails by chance in 2e-5."""
 Motion = Mapping[tuple[int, int], complex]
-"""Circle of the axis in arcseconds by order and sense."""
+"""Circles of the axis in arcseconds by order and sense."""
 
 
 def readings(
@@ -42,7 +42,7 @@ def readings(
     moved_arcsec: Float | complex = 0.0,
     disc: Mapping[int, tuple[float, float]] = DISC,
 ) -> Float:
-    """θ + p + ε(θ + p) + Im(c·e^{jp}) less the late index of each head, radians, (heads, n)."""
+    """Return θ + p + ε(θ + p) + Im(c·e^{jp}) less the late index of each head, rad, (heads, n)."""
     c = np.zeros(angle.size, dtype=complex) + moved_arcsec
     for (order, sense), value in (motion or {}).items():
         c += value * np.exp(1j * sense * order * angle)
@@ -65,7 +65,7 @@ def captured(shown: Float, noise_arcsec: float, seed: int, turns: int = 1) -> Wh
 
 
 def true_reading_values(disc: Mapping[int, tuple[float, float]] = DISC) -> Float:
-    """Harmonics of ε as a function of the reading, by even readings and iteration."""
+    """Return the harmonics of ε as a function of the reading, from even readings and iteration."""
     reading = np.arange(1024) * (2.0 * np.pi / 1024)
     error = np.zeros_like(reading)
     for _ in range(30):
@@ -112,7 +112,8 @@ def test_two_heads_find_what_the_calibration_of_two_heads_finds() -> None:
     found = fit(part, 2, u_place_arcsec=0.0)
     same = 1e-3 * two.u_component_arcsec.min()
     np.testing.assert_allclose(found.values, two.values, atol=same)
-    # α is known in one and ± 29″ in the other: the noise's part is compared where α does little.
+    # α is known in one and ± 29″ in the other: the noise's part is compared where α has little
+    # effect.
     quiet = np.flatnonzero(ORDERS > 3)
     u = np.sqrt(np.diag(found.disc_covariance)[quiet])
     np.testing.assert_allclose(u, two.u_component_arcsec[quiet], rtol=0.25)
@@ -143,11 +144,11 @@ def test_a_forward_circle_of_order_1_is_an_eccentric_disc_and_a_backward_one_is_
         left = [float(np.linalg.norm(disc_pulls(one)[1:8])) for one in (plain, allowed)]
         wrong = np.hypot(*np.split(plain.values - true_reading_values(), 2))[0]
         if told:
-            # The fit without it errs by some of the circle, the one with it does not.
+            # The fit without the circle errs by a part of it, the fit with it does not.
             assert 0.1 * size < wrong < size
             assert np.hypot(*np.split(allowed.values - true_reading_values(), 2))[0] < 0.01 * size
         else:
-            # Both take the whole circle for disc: Im(F·e^{jx}), amplitude F.
+            # Both take the whole circle for the disc: Im(F·e^{jx}), amplitude F.
             assert wrong == pytest.approx(size, rel=0.01)
         assert np.isfinite(left).all()
 
@@ -168,7 +169,7 @@ def test_motion_at_every_order_and_balls_leave_the_parity_alone() -> None:
         np.max(np.abs(one.values - true_reading_values()).reshape(2, -1)[:, 1:])
         for one in (found, fit(part, 4))
     ]
-    # Motion that no column has is taken for disc.
+    # Motion without a column is taken for the disc.
     assert wrong[1] > 10.0 * wrong[0]
 
 
@@ -218,7 +219,7 @@ def test_the_gain_of_an_order_is_its_uncertainty_over_that_of_a_line(motion: Mot
     line = found.noise_arcsec * np.sqrt(2.0 / 6000)
     gain = order_gain(np.radians(PLACES_DEG), found.orders, motion)
     seen = np.isfinite(gain)
-    # The noise found in 96 lines: 5 % in u, four of these.
+    # The noise comes from 96 lines: 5 % in u, four of these.
     np.testing.assert_allclose((u / line)[seen], gain[seen], rtol=0.2)
 
 
@@ -229,7 +230,7 @@ def test_the_issues_gains_of_four_heads_with_motion_unknown_at_every_order() -> 
     spare = order_gain(np.radians([0.0, 64.3, 177.0, 257.9]), orders, "every")
     assert round(spare[:63].max(), 1) == 2.7
     assert orders[spare.argmax()] == 67
-    # Order 1: the backward circle is told from the disc, the forward one is the disc.
+    # Order 1: the backward circle differs from the disc, the forward one equals the disc.
     assert order_gain(np.radians(PLACES_DEG), [1], "every")[0] < 1.0
     assert np.isinf(order_gain(np.radians(PLACES_DEG[:3]), [2], (2,))[0])
 

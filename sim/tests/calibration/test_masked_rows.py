@@ -1,4 +1,4 @@
-"""Rows that the set says not to use are not used, and what is stated of the index counts."""
+"""Masked rows of a set are not used, and the stated properties of the index are."""
 
 from __future__ import annotations
 
@@ -62,7 +62,8 @@ def test_a_jump_beside_a_masked_row_is_still_seen() -> None:
 
 
 def test_a_stated_repeatability_of_the_index_counts() -> None:
-    """Standard deviation of one head, two heads: 3·√2 counts, beside no difference of detection."""
+    """A standard deviation of one head gives 3·√2 counts for two, without a difference of
+    detection."""
     made = spoiled(masked=True)
     table = replace(made.table, index_detection_arcsec=0.0, index_repeatability_counts=3.0)
     estimate = calibrate(replace(made, table=table)).estimate

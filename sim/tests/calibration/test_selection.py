@@ -1,4 +1,4 @@
-"""Which orders are applied, and what the table says of the others."""
+"""Tests of which orders are applied, and of the table's words about the others."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_coefficients_hold_the_applied_orders() -> None:
 
 
 def test_significance_factor_by_simulation() -> None:
-    """Amplitudes of noise over an uncertainty from 96 lines, each exponentially distributed."""
+    """Amplitudes of noise are divided by an uncertainty from 96 exponentially distributed lines."""
     random = np.random.default_rng(3)
     amplitude = np.hypot(*random.normal(size=(2, 400_000)))
     u = np.sqrt(random.gamma(96, 1.0 / 96, 400_000))

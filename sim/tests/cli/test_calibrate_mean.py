@@ -1,4 +1,5 @@
-"""``arctrue calibrate --angle mean``: from a set of four heads to words for the true angle."""
+"""Test of ``arctrue calibrate --angle mean``: a set of four heads gives words for the true
+angle."""
 
 from __future__ import annotations
 
@@ -41,7 +42,7 @@ def test_the_words_that_are_written_give_the_true_angle(tmp_path: Path, made: Si
     found = json.loads((tmp_path / "mean.json").read_text("utf-8"))
     assert found["noise_arcsec"] == pytest.approx(np.hypot(0.1, 0.0223), rel=0.05)
     coefficients = read_coefficient_file(tmp_path / "out" / "coefficients.toml", EVERYTHING)
-    # Another turn, the axis elsewhere on it; neither noise nor rounding of the readings.
+    # Another turn with the axis elsewhere, without noise and rounding of the readings.
     angle = np.linspace(40.0, 46.0, 4001)
     state = TableState.at_rest(angle)
     table = made.table

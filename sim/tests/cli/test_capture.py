@@ -1,4 +1,4 @@
-"""capture over a line that changes characters: what is written is what the device captured."""
+"""capture over a line that changes characters writes exactly what the device captured."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.measurement import read_measurement_set
 
 
 class NoisyLine(Device):
-    """Every dump's row 17 has another digit, row 300 is lost with the two after it, once each."""
+    """Change a digit of row 17 of every dump, and lose row 300 and the two after it, once each."""
 
     head_spoiled = False
 

@@ -1,4 +1,4 @@
-"""Figures for people: digits after the standard uncertainty, and probabilities."""
+"""Tests of figures in the output: digits by the standard uncertainty, and probabilities."""
 
 from math import inf, nan
 

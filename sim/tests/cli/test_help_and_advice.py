@@ -1,4 +1,4 @@
-"""Help, shell completion, advice for a wrong name, and one form of errors, of every command."""
+"""Tests of every command's help, completion, advice for a wrong name, and one form of errors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def arctrue_(*words: str | Path) -> Result:
 def every_command(
     command: click.Command = main, words: tuple[str, ...] = ()
 ) -> dict[tuple[str, ...], click.Command]:
-    """Each command and group by its words."""
+    """Return each command and group by its words."""
     found = {words: command}
     if isinstance(command, click.Group):
         context = click.Context(command)
@@ -79,7 +79,7 @@ def test_help_is_there_in_short_and_fits_80_columns(words: tuple[str, ...]) -> N
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_every_option_says_what_it_is(words: tuple[str, ...]) -> None:
-    """In words that can be read alone: ``Of the draws.`` asks which option it stands beside."""
+    """The help must be readable alone: ``Of the draws.`` leaves open which option it belongs to."""
     for option in COMMANDS[words].params:
         if isinstance(option, click.Option):
             said = option.help or ""

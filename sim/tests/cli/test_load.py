@@ -1,4 +1,4 @@
-"""load against the firmware's own console, at the other end of a pseudo-terminal."""
+"""Tests of load against the firmware's own console, at the other end of a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COUNTS_PER_REV = 1 << 24
 
 
 class SpoilingDevice(Device):
-    """The first frame of a lane loses a digit on the way."""
+    """A device to which the first frame of a lane loses a digit."""
 
     spoiled = False
 
@@ -59,7 +59,7 @@ def run(device: Device, path: Path) -> Result:
 
 
 def test_a_file_is_loaded(device: Device, tmp_path: Path) -> None:
-    """Orders 1 and 2 of the table that the device turns."""
+    """The file has orders 1 and 2 of the table that the device turns."""
     done = run(device, file_of(tmp_path, {1: (150.0, 0.4), 2: (6.0, 4.2)}))
     assert done.exit_code == 0, done.output
     assert "2 orders are loaded and active" in done.output
@@ -76,7 +76,7 @@ def test_a_file_is_refused_with_the_reason(device: Device, tmp_path: Path) -> No
 
 
 class OtherEnd(Device):
-    """Whatever is loaded, ``load status`` says this in the end."""
+    """A device that answers ``load status`` with these lines in the end, whatever is loaded."""
 
     lines: tuple[str, ...] = ()
 
@@ -98,7 +98,7 @@ class OtherEnd(Device):
 def test_what_is_not_active_in_the_end_is_no_success(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, lines: tuple[str, ...], said: str
 ) -> None:
-    """A forget, a re-arm or another program in between."""
+    """A forget, a re-arm or another program came in between."""
     monkeypatch.setattr(OtherEnd, "lines", lines)
     made = OtherEnd()
     with made.running(monkeypatch):
@@ -109,7 +109,7 @@ def test_what_is_not_active_in_the_end_is_no_success(
 
 
 class TakesAll:
-    """A console to which every frame is ok: the emulator's core has no MODULATORS."""
+    """A console that accepts every frame, because the emulator's core has no MODULATORS."""
 
     port = "a port"
 
@@ -126,7 +126,7 @@ class TakesAll:
 def test_lanes_that_no_turn_shows_are_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Order 0 × direction is in both heads alike; order 1 × direction is not."""
+    """Both heads have order 0 × direction alike; order 1 × direction differs."""
     plain = Coefficients.from_harmonics([1, 0, 1], [9.0, 5.0, 3.0], [0.0] * 3, COUNTS_PER_REV, 32)
     extension = Extension(
         conditions=Conditions(1600, 4, 45.0), modulators=((1, "direction"), (2, "direction"))
@@ -144,7 +144,7 @@ def test_lanes_that_no_turn_shows_are_named(
 
 
 class TakesSets(TakesAll):
-    """Answers the first frame of a set, before ``load begin``, with a reason."""
+    """A console that refuses the first frame of a set, before ``load begin``, with a reason."""
 
     reason = ""
 
@@ -165,7 +165,8 @@ class TakesSets(TakesAll):
 def test_sets_for_a_missing_head_go_to_a_gateware_that_takes_them(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, reason: str, are_sent: bool
 ) -> None:
-    """A core without FAILOVER or an earlier firmware gets all else; the operator is warned."""
+    """A core without FAILOVER or an earlier firmware gets everything else; the operator is
+    warned."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)
@@ -239,7 +240,7 @@ def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:
 def test_sets_for_a_missing_head_are_named_as_not_loaded(
     tmp_path: Path,
 ) -> None:
-    """Where a lane follows a condition; the warning comes first, here no device answers."""
+    """A lane follows a condition; the warning comes first, and no device answers here."""
     heads = MeanSet((20000, 15536, 14000, 16000), (0, 160, 320, 480))
     without = MeanSet((40000, 30000, 0, -4464), (0, 160, 320, 480), 1, 3)
     plain = Coefficients.from_harmonics([2], [1.0], [0.0], COUNTS_PER_REV, 32)

@@ -1,4 +1,4 @@
-"""monitor and capture against the firmware's own console, at the other end of a pseudo-terminal."""
+"""Tests of monitor and capture against the firmware's console at a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Device(threading.Thread):
     @contextmanager
     def running(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         """Answer until the test ends."""
-        # Compiled, where it must be, before anybody waits for an answer.
+        # The compilation, if needed, comes before any wait for an answer.
         firmware()
         monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
         self.start()
@@ -83,10 +83,10 @@ class Device(threading.Thread):
             self.tell(said + made.step())
 
     def attach(self, made: Firmware) -> None:
-        """What else the board has, before the start."""
+        """Attach further parts of the board before the start."""
 
     def received(self, data: bytes) -> bytes:
-        """What comes out of the line of what was sent into it."""
+        """Return what the line delivers of ``data``."""
         return data
 
     def tell(self, said: str) -> None:
@@ -163,7 +163,7 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
 
 
 def test_an_order_that_grows_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Order 3 by 1″ in every turn; lines of 8 single turns, so that it need not turn for long."""
+    """Order 3 grows by 1″ in every turn; lines of 8 single turns keep the test short."""
     device.growing_counts = 1.0 / 0.0772
     quick = functools.partial(trend.TrendWatch, block_turns=1)
     monkeypatch.setattr(trend, "TrendWatch", quick)
@@ -246,7 +246,7 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_a_spoiled_line_is_one_turn_less(spoiled: bytes) -> None:
-    """A character that was changed on the way may leave a line that is JSON and no telemetry."""
+    """A character changed on the way may leave a line that is JSON but no telemetry."""
     near, far = pty.openpty()
     tty.setraw(far)
     device = console.Console(os.ttyname(far), timeout_s=0.2)

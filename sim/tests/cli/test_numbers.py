@@ -1,4 +1,4 @@
-"""No option takes a number that is none: nan, inf, and negative ones where they mean nothing."""
+"""No option accepts nan, inf, or negative numbers where they have no meaning."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SIGNED = {
     ("calibrate", "runs"),
     ("certificate", "temperature"),
 }
-"""Angles, °C, clocks, sizes of causes and numbers of runs may be negative."""
+"""Options that may be negative: angles, °C, clocks, sizes of causes and numbers of runs."""
 
 
 def _numeric() -> Iterator[tuple[click.Context, str, click.Parameter]]:

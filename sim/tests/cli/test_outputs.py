@@ -1,4 +1,4 @@
-"""Nothing is lost for where it is written: places are looked at first, recorded sets are kept."""
+"""Nothing is lost at the place of the output: it is checked first, and recorded sets are kept."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "hysteresis.toml"
 
 @pytest.fixture
 def no_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fails the test where a command gets as far as to build the instrument."""
+    """Fail the test if a command starts to build the instrument."""
 
     def built(*_: object, **__: object) -> None:
         raise AssertionError("the work began before its place was looked at")
@@ -65,7 +65,7 @@ def test_a_recorded_set_is_not_simulated_over(tmp_path: Path) -> None:
     out = tmp_path / "monday"
     simulate = ("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "lean")
     assert arctrue(*simulate).exit_code == 0
-    # With its truth beside it a set is simulate's own, and may be made again.
+    # A set with its truth beside it is simulate's own, and may be made again.
     assert arctrue(*simulate).exit_code == 0
     (tmp_path / "monday.truth.json").unlink()
     before = (out / "capture.csv").read_bytes()
@@ -83,7 +83,7 @@ def test_a_recorded_set_is_not_captured_over(tmp_path: Path) -> None:
 
 
 def test_without_generated_modules_it_is_said_how_to_make_them() -> None:
-    # A module that is None in there cannot be imported.
+    # A module that is None there cannot be imported.
     program = "import sys; sys.modules['arctrue.generated'] = None; import arctrue.cli as cli; "
     done = subprocess.run(
         [sys.executable, "-c", program + "cli.main()", "calibrate", "--help"],

@@ -1,4 +1,4 @@
-"""probe against the firmware's own console, over registers that change like those of the core."""
+"""Tests of probe against the firmware's console, over registers that change like the core's."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.device import console, probe
 TURN = 1 << 24
 CLOCK_HZ = 100_000_000
 FIRST_EDGE = (1 << 16) - 2
-"""The count of the edges wraps while they are shown."""
+"""First count of the edges, which wraps during the test."""
 
 
 def position_of(edge: int) -> int:
@@ -27,7 +27,7 @@ def position_of(edge: int) -> int:
 
 
 class ProbedDevice(Device):
-    """An edge each time that its latch was told, and twice three edges at once."""
+    """A device with an edge after each printed latch, and twice with three edges at once."""
 
     def attach(self, made: Firmware) -> None:
         self.core = made.core
@@ -75,11 +75,11 @@ def test_each_edge_is_told_and_those_that_were_missed(device: ProbedDevice, tmp_
 
 
 class StillDevice(Device):
-    """Nobody touches the probe."""
+    """A device whose probe is not touched."""
 
 
 class DyingDevice(ProbedDevice):
-    """Silent from its third latch on."""
+    """A device that is silent from its third latch on."""
 
     def tell(self, said: str) -> None:
         super().tell(said)

@@ -1,4 +1,4 @@
-"""A long command says how far it is, and how long the rest takes."""
+"""A long command reports its progress and the remaining time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_steps_have_a_share_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -
     for name in ("a", "b", "c"):
         step.now(name)
         clock[0] += 10.0
-    # A step has taken 10 s: of four, three are left after the first.
+    # A step has taken 10 s: three of four remain after the first.
     assert shown == ["a (0 %, ? left)", "b (25 %, 30 s left)", "c (50 %, 20 s left)"]
     for name in ("d", "e", "f"):
         step.now(name)

@@ -1,4 +1,4 @@
-"""save against the firmware's own console, at the other end of a pseudo-terminal."""
+"""Tests of save against the firmware's own console, at the other end of a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ SECTORS = 4
 
 
 class DeviceWithFlash(Device):
-    """Every look at its clock takes a millisecond, so that an erase ends soon."""
+    """A device on which every reading of the clock takes a millisecond, so that an erase ends
+    soon."""
 
     chip: Chip
 

@@ -1,4 +1,4 @@
-"""One program at a time on a port, and answers that come late: at a pseudo-terminal."""
+"""Tests of a port with one program at a time, and of late answers, at a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PATIENCE_S = 20.0
 
 
 class Device(threading.Thread):
-    """Answers each line by ``answer``: seconds to wait first, and what it says then."""
+    """A device that answers each line by ``answer``: seconds to wait, and the output after that."""
 
     def __init__(self, answer: Callable[[str], tuple[float, str]]) -> None:
         super().__init__(daemon=True)
@@ -51,7 +51,7 @@ class Device(threading.Thread):
 
 
 def firmware_like(line: str) -> tuple[float, str]:
-    """What the console says to a line that it does not know, and ok to all others."""
+    """Return the console's message for an unknown line, and ok for all others."""
     if line == "load status":
         return 0.0, "load active\r\nloaded_order 3\r\nok\r\n"
     if line.startswith(("load", "help")):
@@ -152,7 +152,7 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next_ones(
 
 
 def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
-    """It was ended in the middle of a line, and an answer to it is on its way."""
+    """The other program ended within a line, and an answer to it is on its way."""
     os.write(device.far, b"load status\rload la")
     time.sleep(0.1)
     console = Console(device.port, timeout_s=0.1)
@@ -175,7 +175,7 @@ def test_a_line_that_comes_in_two_parts_is_one_line(device: Device) -> None:
 def test_a_load_whose_first_answer_is_late_ends_well(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It ended with `not enough values to unpack`: ok was taken for the state of the load."""
+    """It used to end with `not enough values to unpack`: ok was taken for the state of the load."""
     answers = iter([1.5])
 
     def late_once(line: str) -> tuple[float, str]:

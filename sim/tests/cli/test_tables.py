@@ -1,4 +1,4 @@
-"""Every command's tables fit into 80 columns, whole: no cell is cut, no number broken."""
+"""Every command's tables fit into 80 columns: no cell is cut, no number is broken."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from arctrue.workbench.model.model import HistoryStep
 FOLDER = Path(arctrue.cli.__path__[0])
 OF_A_TABLE = re.compile(r"^[│┃├┏└┡┌]")
 HUGE = -1234567.891
-"""Wider than any figure that a command has printed so far."""
+"""A number wider than any figure that a command has printed so far."""
 
 
 def assert_whole(text: str) -> None:
-    """Lines of tables are short enough, and nothing in them is cut or broken."""
+    """Assert that lines of tables are short enough, and that nothing in them is cut or broken."""
     lines = [line for line in text.splitlines() if OF_A_TABLE.match(line)]
     assert lines, text
     assert max(map(cell_len, lines)) <= WIDTH, max(lines, key=cell_len)
@@ -46,7 +46,7 @@ def test_tables_are_made_in_one_place() -> None:
             place = f"{path.name}, line {getattr(node, 'lineno', 0)}"
             if isinstance(node, ast.ImportFrom) and node.module == "rich.table":
                 names = {item.name for item in node.names}
-                # The ladder is handed on: it needs the name of the type, no more.
+                # The ladder is passed on: it only needs the name of the type.
                 assert path.name == "_tables.py" or (path.name, names) == ("_ladder.py", {"Table"})
             if isinstance(node, ast.FormattedValue) and node.format_spec is not None:
                 spec = ast.unparse(node.format_spec).strip("f'\"")
@@ -98,7 +98,7 @@ WORDS = {
         *("--sign", "reading-true"),
     ],
 }
-"""Commands that draw tables, in an order in which each has what it needs."""
+"""Commands that draw tables, ordered so that each has its inputs."""
 
 
 def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,7 +113,7 @@ def test_tables_of_the_workbench(place: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def printed(monkeypatch: pytest.MonkeyPatch, what: Any, *arguments: Any) -> str:
-    """What a command prints of a result."""
+    """Return what a command prints of a result."""
     monkeypatch.setattr(_loaded_set.console, "width", WIDTH)
     with _loaded_set.console.capture() as got:
         what(*arguments)
@@ -134,7 +134,7 @@ def curve() -> SimpleNamespace:
 
 
 def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Results that need the compiled gateware, with figures larger than it ever gave."""
+    """The results need the compiled gateware, and their figures are larger than any so far."""
     from arctrue.cli import demo, hidden, paper, revolution, run
 
     scale = SimpleNamespace(

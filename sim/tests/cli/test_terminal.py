@@ -1,4 +1,4 @@
-"""What files hold is shown on the terminal, never obeyed by it."""
+"""The terminal shows the contents of files, but never obeys them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from arctrue.report.charts.chart import Axis, Chart, Panel
 from arctrue.report.charts.matplotlib_chart import save_chart
 
 CLEAR = "\x1b[2J"
-"""Clears the terminal."""
+"""Sequence that clears the terminal."""
 NASTY = (CLEAR, "\x9b2J", "\x07", "\b\b", "\r", "\u202e", "\x1b]0;title\x07", "\u2028", "\x00")
 FOLDER = Path(arctrue.cli.__path__[0])
 
@@ -56,7 +56,7 @@ def test_tables_and_lines_of_the_console_are_harmless(nasty: str) -> None:
     console.print(table)
     console.print(f"line {nasty}", style="bold")
     told = console.file.getvalue()
-    # rich itself takes some control characters out; a line break may come from a separator.
+    # rich itself removes some control characters; a line break may come from a separator.
     assert all(map(is_printable, told.split("\n"))), repr(told)
     assert "[/nothing]" in told, "brackets of the content are no markup"
 

@@ -1,4 +1,4 @@
-"""A folder of its own for the announcements of the daemons."""
+"""Give the announcements of the daemons their own folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``arctrue device run`` as a process of its own, and a device that replays telemetry."""
+"""Run ``arctrue device run`` as its own process, and a device that replays telemetry."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.device.announcement import Announcement, announced
 
 PROGRAM = "from arctrue.cli import main; main()"
 PATIENCE_S = 60.0
-"""Longer than anything takes on a busy machine; nothing here is timed."""
+"""Longest wait, above any duration on a busy machine; nothing here is timed."""
 
 
 class Replay:
@@ -57,7 +57,7 @@ class Replay:
         self.send(line_of(number, **fields))
 
     def pull(self) -> None:
-        """The port vanishes: its reader gets an error."""
+        """Let the port vanish: its reader gets an error."""
         self._pulled = True
         self._reader.join()
         os.close(self.end)
@@ -70,7 +70,7 @@ def line_of(number: int, **fields: Any) -> bytes:
 
 
 class Running:
-    """A daemon; its messages are in ``said``."""
+    """A running daemon; its messages are in ``said``."""
 
     def __init__(self, process: subprocess.Popen[str], store: Path) -> None:
         self.process, self.store = process, store
@@ -99,7 +99,7 @@ def until(is_true: Callable[[], object], message: Callable[[], str] = lambda: ""
 
 @contextmanager
 def daemon(port: str, store: Path, *options: str, before: str = "") -> Iterator[Running]:
-    """A daemon that serves at a free port; ``before``: a program that runs first in it."""
+    """Run a daemon at a free port; ``before`` is a program that runs first in its process."""
     command = [sys.executable, "-c", before + PROGRAM, "device", "run", port]
     process = subprocess.Popen(
         [*command, "--store", str(store), "--tcp-port", "0", *options],

@@ -1,4 +1,4 @@
-"""The ophyd-async device and its plan, over PVAccess, daemon and the firmware's own console."""
+"""Test of the ophyd-async device and its plan, over PVAccess, daemon and the firmware's console."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from arctrue.device.bluesky_table import (
 
 @pytest.fixture(scope="module")
 def ports() -> Iterator[None]:
-    """One set of ports: ophyd-async makes its client of PVAccess once in a process."""
+    """Set one group of ports: ophyd-async makes its client of PVAccess once in a process."""
     with pytest.MonkeyPatch.context() as patch:
         for name, value in free_ports().items():
             patch.setenv(name, value)
@@ -78,7 +78,7 @@ def test_a_plan_calibrates_loads_and_verifies(
     ):
         table = table_of(device.port)
         engine(plan(), lambda name, document: documents.append((name, document)))
-        # A second capture, though the PV has the value of the first one still.
+        # A second capture, although the PV still has the value of the first one.
         engine(bps.trigger(table, wait=True))
     assert 0.0 <= left[0] <= 0.1
     events = [document["data"] for name, document in documents if name == "event"]

@@ -1,4 +1,4 @@
-"""What changed since the calibration: against NumPy's complex numbers and drawn noise."""
+"""Tests of the change since the calibration, against NumPy's complex numbers and drawn noise."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def turn_of(
 
 
 def noisy(rng: np.random.Generator, vectors: np.ndarray) -> np.ndarray:
-    """Noise of standard deviation U in cosine and in sine."""
+    """Add noise with the standard deviation U to cosine and sine."""
     shape = vectors.shape
     return np.asarray(vectors + rng.normal(0.0, U, shape) + 1j * rng.normal(0.0, U, shape))
 

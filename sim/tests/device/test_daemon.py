@@ -1,4 +1,4 @@
-"""The commands of a device through its daemon: against the firmware at a pseudo-terminal."""
+"""Tests of a device's commands through its daemon, against the firmware at a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_one_operator_at_a_time_and_a_token(
             assert b"the token is wrong" in stranger.recv(4096)
         file = tmp_path / "store" / "token"
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
-        # Another machine has the address and the token only.
+        # Another machine has only the address and the token.
         monkeypatch.setenv("ARCTRUE_RUN", str(tmp_path / "elsewhere"))
         assert arctrue("device", "status", found.address).exit_code == 2
         monkeypatch.setenv("ARCTRUE_DEVICE_TOKEN", file.read_text().strip())
@@ -131,7 +131,7 @@ def test_one_operator_at_a_time_and_a_token(
 
 
 def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path: Path) -> None:
-    """The console gets the refusal between two lines, though it was due within one."""
+    """The console gets the refusal between two lines, although it was due within one."""
     half = line_of(2)
     with daemon(replay.port, tmp_path):
         found = announcement(replay.port)
@@ -143,7 +143,7 @@ def test_a_refusal_does_not_damage_a_line_of_the_device(replay: Replay, tmp_path
             replay.send(half[:20])
             assert lines.read(20) == half[:20]
             operator.sendall(b"save\r")
-            # A line that is passed on: the refusal before it has been dealt with.
+            # A line that is passed on shows that the refusal before it has been processed.
             operator.sendall(b"status\r")
             asked = b""
             while b"status\r" not in asked:
@@ -167,7 +167,7 @@ def test_earlier_turns_come_first_without_a_gap(replay: Replay, tmp_path: Path) 
 
 
 def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Against the firmware: an edge each time that the latch was read, twice three at once."""
+    """The firmware has an edge each time that the latch was read, and twice three at once."""
     device = ProbedDevice()
     os.close(device.far)
     with (
@@ -184,7 +184,7 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
                 found.extend([event] if event["event"] == "probe" else [])
 
         more(6)
-        # An operator has the console meanwhile; what comes then is counted.
+        # An operator has the console meanwhile; edges in that time are counted.
         assert arctrue("capture", device.port, tmp_path / "set").exit_code == 0
         more(12)
         state = ask(announcement(device.port), "status")
@@ -208,7 +208,7 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
 
 
 class AlarmedDevice(Device):
-    """Its telemetry says that the noise is too large, from a moment on."""
+    """A device whose telemetry reports too large noise from some moment on."""
 
     alarmed = False
 

@@ -1,4 +1,4 @@
-"""Each fault that a daemon must survive, at a pseudo-terminal."""
+"""Tests of each fault that a daemon must survive, at a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_half_lines_and_garbage_cost_their_own_turn_alone(replay: Replay, tmp_pa
 
 
 def test_a_pulled_port_is_opened_again(tmp_path: Path) -> None:
-    """The name of the port is a link, as udev makes it; it comes back with another device."""
+    """The name of the port is a link, as udev makes it; it returns with another device."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running:
@@ -104,7 +104,7 @@ def test_ten_thousand_lines_of_600_bytes_a_minute(replay: Replay, tmp_path: Path
         assert kept(tmp_path, count) == list(range(count))
         turns = [watch.turn(PATIENCE_S) for _ in range(count)]
         assert [turn.fields["turn"] for turn in turns if turn] == list(range(count))
-    # A terminal whose reader is slow stops the writer: 4 KB fit into it.
+    # A terminal with a slow reader stops the writer: 4 KB fit into it.
     assert behind_s < 2.0
 
 
@@ -129,7 +129,7 @@ daemon.RETRY_RECORD_S = 0.2
 
 
 def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path: Path) -> None:
-    """No file of the daemon grows beyond 300 kB, until the limit is taken away again."""
+    """No file of the daemon grows beyond 300 kB, until the limit is removed."""
     import resource
 
     wide = [[order, 1.0, 0.5, 0.01, 1] for order in range(1, 41)]
@@ -149,7 +149,7 @@ def test_a_full_disc_is_reported_and_telemetry_goes_on(replay: Replay, tmp_path:
         state = ask(announcement(replay.port), "status")
         assert state["recording"] is False
         assert state["unrecorded_turns"] >= 1
-        # Room again.
+        # There is room again.
         limit = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
         resource.prlimit(running.process.pid, resource.RLIMIT_FSIZE, limit)
         time.sleep(0.3)
@@ -171,7 +171,7 @@ def test_a_clock_that_is_set_back_is_stated_and_the_order_is_kept(tmp_path: Path
     with sqlite3.connect(file) as database:
         events = database.execute("SELECT after_turn, kind, text FROM event").fetchall()
     assert events == [(1, "clock", "the system's clock was set back by 601 s")]
-    # A restart with a clock before the latest turn.
+    # The daemon restarts with a clock before the latest turn.
     late = Recorder(file, clock=lambda: 1.0)
     late.add(TelemetryLine({"turn": 4, "result": "kept", "reason": "none"}))
     late.close()
@@ -236,7 +236,7 @@ def test_a_killed_daemon_loses_the_last_turn_at_most(
         assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         without = "SELECT count(*) FROM turn WHERE id NOT IN (SELECT turn FROM harmonic)"
         assert database.execute(without).fetchone() == (0,)
-    # A new daemon takes the port and goes on; the file of the killed one misleads nobody.
+    # A new daemon takes the port and continues; the file of the killed one misleads nobody.
     assert arctrue("device", "status", replay.port).exit_code == 2
     with daemon(replay.port, tmp_path):
         replay.turn(5000)

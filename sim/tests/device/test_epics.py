@@ -1,4 +1,4 @@
-"""The PVs of a device, read by caproto: Channel Access in pure Python."""
+"""Tests of the PVs of a device, read by caproto: Channel Access in pure Python."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from caproto import CaprotoTimeoutError  # noqa: E402
 
 @pytest.fixture
 def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Ports of EPICS that nothing else on this machine uses."""
+    """Set ports of EPICS that nothing else on this machine uses."""
     found = free_ports()
     for name, value in found.items():
         monkeypatch.setenv(name, value)
@@ -40,7 +40,7 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
 
 
 def read(name: str, kind: str = "time") -> Any:
-    """A PV with timestamp and severity (time), or with unit and limits (control)."""
+    """Return a PV with timestamp and severity (time), or with unit and limits (control)."""
     return client.read(f"{PREFIX}{name}", data_type=kind, timeout=20.0, repeater=False)
 
 
@@ -61,7 +61,7 @@ def test_a_turn_becomes_pvs_with_unit_limits_severity_and_time(
         assert found.metadata.severity == 0
         event = watch.event(PATIENCE_S)
         assert event is not None
-        # The event is sent when the record has taken the turn.
+        # The event is sent when the record has stored the turn.
         assert 0.0 <= event["recorded_s"] - found.metadata.timestamp < 1.0
         shows("Amplitudes", lambda found: found.data.tolist() == [150.0, 6.25])
         shows("Uncertainties", lambda found: found.data.tolist() == [0.01, 0.02])
@@ -86,7 +86,7 @@ def test_nobody_writes_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
     def write(name: str, value: float, *, notify: bool = True) -> str:
-        """The status that EPICS answers with, once what was asked for has been done."""
+        """Return the status of EPICS' answer, once the request has been processed."""
         asked = {"notify": notify, "timeout": 20.0, "repeater": False}
         found = client.write(f"{PREFIX}{name}", value, **asked)
         return str(found.status.name) if notify else ""
@@ -102,7 +102,7 @@ def test_nobody_writes_unless_it_is_allowed(
 
 
 class ProbedReplay(Replay):
-    """It answers the questions for its latch; the test sets what is latched."""
+    """A device that answers requests for its latch; the test sets the latched values."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -128,7 +128,7 @@ class ProbedReplay(Replay):
 def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """A motor record that was homed at the index says which angle it has there."""
+    """A motor record that was homed at the index states its angle there."""
     device = ProbedReplay()
     with (
         daemon(device.port, tmp_path, "--probe-every", "0.01"),
@@ -154,7 +154,7 @@ def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
 
 
 def asks_for_a_capture(replay: Replay) -> None:
-    """The daemon's console asks first whether it is in step; here nobody answers."""
+    """Wait until the daemon's console asks whether it is in step; here nobody answers."""
     asked = b""
     while b"marker" not in asked:
         asked += replay.received.get(timeout=PATIENCE_S)
@@ -163,7 +163,7 @@ def asks_for_a_capture(replay: Replay) -> None:
 def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """p4p, the client of PVAccess, reads every PV and writes Capture alone."""
+    """p4p, the client of PVAccess, reads every PV and may write only Capture."""
     p4p = pytest.importorskip("p4p.client.thread")
 
     def refused(client: Any, name: str, value: float) -> None:
@@ -184,7 +184,7 @@ def test_nobody_writes_over_pvaccess_unless_it_is_allowed(
 def test_after_a_reconnection_values_are_valid_before_connected(
     tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """A table that stands still sends no turn: the latest one counts again, with its time."""
+    """A table at rest sends no turn: the latest one is valid again, with its time."""
     first, link = Replay(), tmp_path / "arctrue"
     link.symlink_to(first.port)
     with daemon(str(link), tmp_path / "store") as running, pvs(str(link)):
@@ -209,7 +209,7 @@ def test_after_a_reconnection_values_are_valid_before_connected(
 def test_alarms_of_the_machine_s_history_are_in_the_pv(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """``life`` sends its alarms; they stand after the device's own, also in a new daemon."""
+    """``life`` sends its alarms; they come after the device's own, also in a new daemon."""
 
     def text_of(found: Any) -> bytes:
         return bytes(found.data).rstrip(b"\0")
@@ -232,7 +232,7 @@ def test_alarms_of_the_machine_s_history_are_in_the_pv(
 
 
 def socket_of(process: int, number: int) -> socket.socket:
-    """A duplicate of a socket of another process."""
+    """Return a duplicate of a socket of another process."""
     pidfd_getfd = 438
     found = ctypes.CDLL(None, use_errno=True).syscall(
         pidfd_getfd, os.pidfd_open(process), number, 0
@@ -245,7 +245,7 @@ def socket_of(process: int, number: int) -> socket.socket:
 def test_every_socket_is_of_this_machine_alone(
     replay: Replay, tmp_path: Path, ports: dict[str, str]
 ) -> None:
-    """Each TCP socket that listens and each UDP socket has the loopback address or device."""
+    """Each listening TCP socket and each UDP socket has the loopback address or device."""
     with daemon(replay.port, tmp_path), pvs(replay.port) as running:
         served = []
         for link in Path(f"/proc/{running.process.pid}/fd").iterdir():

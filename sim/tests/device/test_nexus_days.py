@@ -1,4 +1,4 @@
-"""The files of a day against the record, read by h5py and plain SQL."""
+"""Tests of the files of a day against the record, with h5py and plain SQL."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DAYS = [date(2026, 3, 1), date(2026, 3, 2)]
 
 
 def record_of(file: Path, turns: int = 40) -> None:
-    """A turn each five minutes over midnight; order 3 comes in with turn 20."""
+    """Write a turn each five minutes over midnight; order 3 begins with turn 20."""
     now = [START_S]
     recorder = Recorder(file, clock=lambda: now[0], monotonic=lambda: now[0])
     for number in range(turns):
@@ -83,7 +83,7 @@ def test_a_day_holds_what_the_record_has(tmp_path: Path) -> None:
 
 
 def test_a_reader_of_nexus_finds_the_default_plot(tmp_path: Path) -> None:
-    """By the rules of NXdata: default, signal and axes name fields, whose lengths agree."""
+    """By the rules of NXdata, default, signal and axes name fields with equal lengths."""
     record = tmp_path / "telemetry.sqlite"
     record_of(record)
     write_missing_days(record, tmp_path)
@@ -123,7 +123,7 @@ def test_a_damaged_file_is_made_anew_and_a_fuller_one_stays(tmp_path: Path) -> N
 
 
 def columns_of(path: Path) -> dict[str, list[Any]]:
-    """Every dataset of a file whose length is the number of its turns or events."""
+    """Return every dataset of a file whose length is the number of its turns or events."""
     found: dict[str, list[Any]] = {}
 
     def take(name: str, item: Any) -> None:
@@ -179,7 +179,7 @@ def test_a_day_that_retention_thins_out_keeps_its_turns_and_gets_new_ones(tmp_pa
 
 
 def test_another_record_of_the_same_day_adds_its_turns(tmp_path: Path) -> None:
-    """Its ids begin with 1 again."""
+    """The ids of the second record begin with 1 again."""
     for name in ("first", "second"):
         record_of(tmp_path / f"{name}.sqlite", turns=10)
         with sqlite3.connect(tmp_path / f"{name}.sqlite") as database:
@@ -210,7 +210,7 @@ def test_a_daemon_deletes_no_turn_that_no_file_has(replay: Replay, tmp_path: Pat
             return sum(map(turns_of_file, files.glob("*.nxs")))
 
         until(lambda: in_files() == count, lambda: str(in_files()))
-        # Every hundredth turn the limits are checked.
+        # The limits are checked at every hundredth turn.
         for number in range(count, count + 100):
             replay.turn(number, harmonics=wide)
         until(lambda: in_files() == count + 100, lambda: str(in_files()))

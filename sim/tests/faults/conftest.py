@@ -1,4 +1,4 @@
-"""What every fault begins with."""
+"""Fixtures with which every fault begins."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MakeScene = Callable[..., Scene]
 
 @pytest.fixture
 def make_scene() -> Iterator[MakeScene]:
-    """Scenes of a test; its arguments are Scene's."""
+    """Make scenes of a test; the arguments are those of Scene."""
     made: list[Scene] = []
 
     def make(*arguments: Any, **named: Any) -> Scene:
@@ -27,7 +27,7 @@ def make_scene() -> Iterator[MakeScene]:
 
 @pytest.fixture
 def scene(make_scene: MakeScene) -> Scene:
-    """Calibrated, 0.3 of a turn after the index, recording; anew for every test."""
+    """Return a new scene, calibrated, 0.3 of a turn after the index, and recording."""
     calibrated = make_scene()
     calibrated.calibrate()
     calibrated.to_part(0.3)

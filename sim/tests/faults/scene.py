@@ -43,45 +43,46 @@ from arctrue.table import Motion
 
 BINS = 256
 MEAN_ERROR = float(np.mean(true_error_counts(np.linspace(0.0, TURN_RAD, 4096, endpoint=False))))
-"""Of the geometry; no correction removes it, the zeros of both tracks do."""
+"""Mean error of the geometry; no correction removes it, but the zeros of both tracks do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Every edge of a recording, in bins of the true angle; counts, against the true angle.
+    """Every edge of a recording in bins of the true angle; counts, against the true angle.
 
-    What head 1 lost or gained on its wires (the slip) is in the output as in its own reading, for
-    ever: no correction can know it. It is measured separately and subtracted from both errors.
+    The counts that head 1 lost or gained on its wires (the slip) are in the output as in its own
+    reading, for ever: no correction can know them. The slip is measured separately and subtracted
+    from both errors.
     """
 
     corrected: NDArray[np.float64]
     """Largest |error − slip| of the output's edges in each bin, NaN in an empty one."""
     uncorrected: NDArray[np.float64]
-    """The same of head 1's edges as they came in."""
+    """Largest |error − slip| of head 1's uncorrected edges in each bin."""
     slip: NDArray[np.float64]
-    """Of head 1, at each of its edges, as the harness's own decoder has them."""
+    """Slip of head 1 at each of its edges, from the harness's own decoder."""
     illegal: int
-    """Clocks in which A and B of the output changed together."""
+    """Number of clocks in which A and B of the output changed together."""
     edges: int
 
     @property
     def worse(self) -> float:
-        """|corrected| − |uncorrected| in the worst bin."""
+        """Return |corrected| − |uncorrected| in the worst bin."""
         return float(np.nanmax(self.corrected - self.uncorrected))
 
     @property
     def most(self) -> float:
-        """Largest error of the output."""
+        """Return the largest error of the output."""
         return float(np.nanmax(self.corrected))
 
     @property
     def most_slip(self) -> float:
-        """Largest slip at any edge."""
+        """Return the largest slip at any edge."""
         return float(np.abs(self.slip).max(initial=0.0))
 
     @property
     def last_slip(self) -> int:
-        """At the end."""
+        """Return the slip at the end."""
         return round(float(np.mean(self.slip[-20:])))
 
 
@@ -95,9 +96,10 @@ class Scene:
         *faults: PinFault,
         flash: bytes | None = None,
     ) -> None:
-        """``faults`` are there from the beginning; the table may be too fast for the pins.
+        """Set the scene up; ``faults`` exist from the beginning; the table may be too fast for the
+        pins.
 
-        ``flash``: of a board that was calibrated before; no parameter is typed then.
+        ``flash`` is that of a board that was calibrated before; then no parameter is typed.
         """
         clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
         self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz)
@@ -120,10 +122,10 @@ class Scene:
         return self.instrument.firmware
 
     def calibrate(self, flag_reason: str | None = None) -> None:
-        """The first turn is captured and applied, the second tells the zeros of both tracks.
+        """Capture and apply the first turn; the second gives the zeros of both tracks.
 
-        ``flag_reason``: a flag of a head is set. The first turn is refused for it, and so is the
-        one after it where that has begun before the firmware clears the flag.
+        With ``flag_reason`` a flag of a head is set: the first turn is refused for it, and so is
+        the next one if it has begun before the firmware clears the flag.
         """
         self.next_turn()
         if flag_reason is not None:
@@ -141,7 +143,7 @@ class Scene:
     # Time
 
     def turn(self, turns: float) -> None:
-        """Let the table turn so far, the firmware at work."""
+        """Let the table turn by so much while the firmware works."""
         begin = self.instrument.true_angle_rad
         self.firmware.run(
             until=lambda _: abs(self.instrument.true_angle_rad - begin) >= turns * TURN_RAD,
@@ -149,7 +151,7 @@ class Scene:
         )
 
     def to_part(self, part: float) -> None:
-        """Until the true angle's part of a turn is this."""
+        """Turn until the true angle has this part of a turn."""
         turns = self.instrument.true_angle_rad / TURN_RAD
         self.turn((part - turns) % 1.0)
 
@@ -163,19 +165,19 @@ class Scene:
         return self.last_reply
 
     def settle(self) -> None:
-        """Until the ramp is done."""
+        """Run until the ramp is done."""
         self.firmware.run(
             until=lambda _: not self.instrument.read("status.ramp_busy"), poll_clocks=POLL_CLOCKS
         )
 
     def disturb(self, turns: float, **fault: Any) -> None:
-        """A fault on the pins from now on for a part of a turn, see PinFault."""
+        """Apply a fault to the pins from now on for a part of a turn, see PinFault."""
         self.instrument.disturb(
             PinFault(self.instrument.clock, round(turns * TURN_CLOCKS), **fault)
         )
 
     def drop(self, counts: int, also_low: int = 0) -> None:
-        """Hold A and B of head 1 low from a count in which they are low, for so many counts."""
+        """Hold A and B of head 1 low for so many counts, from a count in which they are low."""
         instrument, pins = self.instrument, HEAD1_A | HEAD1_B
         period_clocks = PERIOD_COUNTS * CLOCKS_A_COUNT
         begin = instrument.clock
@@ -183,16 +185,16 @@ class Scene:
         instrument.run(2 * period_clocks)
         low = instrument.traced() & pins == 0
         falls = begin + 1 + int(np.flatnonzero(~low[:-1] & low[1:])[0])
-        # Two periods on, two clocks into the count: at both ends the pins are low.
+        # Two periods later, two clocks into the count: at both ends the pins are low.
         first = falls + 2 * period_clocks + 2
         fault = PinFault(first, counts * CLOCKS_A_COUNT, low=pins | also_low)
         instrument.disturb(fault)
 
     def recovers(self, most_turns: int = 4, *, refers: bool = False) -> None:
-        """Without a fault any more, a turn is calibrated again and the output is right again.
+        """Check that, after the fault, a turn is calibrated again and the output is right again.
 
-        ``refers``: the output is at a fault, which the operator ends, and the receiver looks for
-        its zero first.
+        With ``refers`` the output has a fault, which the operator ends, and the receiver finds its
+        zero first.
         """
         for _ in range(most_turns):
             if self.next_turn()["result"] != "refused":
@@ -213,24 +215,24 @@ class Scene:
         assert not self.faults()
 
     def knows_the_separation(self) -> None:
-        """To a count of each index: that which made the zero, and the latest."""
+        """Check the separation to a count of each index: that of the zero, and the latest."""
         assert self.last_reply["separation"] == "measured"
         off_arcsec = (self.last_reply["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
         assert abs(off_arcsec) < 2 * ARCSEC_A_COUNT
 
-    # What it tells
+    # Reports
 
     @property
     def last_reply(self) -> dict[str, Any]:
-        """The latest turn's telemetry."""
+        """Return the latest turn's telemetry."""
         return self.firmware.telemetry[-1]
 
     def reasons(self, first: int = 0) -> list[str]:
-        """Reasons of all turns from ``first`` on."""
+        """Return the reasons of all turns from ``first`` on."""
         return [reply["reason"] for reply in self.firmware.telemetry[first:]]
 
     def faults(self) -> set[str]:
-        """Flags that are set: what lights the fault LED."""
+        """Return the flags that are set, which light the fault LED."""
         found = {
             f"{head}.{name}"
             for head in ("head1", "head2")
@@ -243,28 +245,28 @@ class Scene:
 
     @property
     def coefficients(self) -> Coefficients:
-        """The active bank."""
+        """Return the active bank."""
         active = self.firmware.coefficients
         assert active is not None
         return active
 
     def bank(self) -> tuple[Any, ...]:
-        """The same, to compare."""
+        """Return the active bank in a form that can be compared."""
         active = self.coefficients
         return tuple(map(tuple, (active.phase_steps, active.phase_offsets, active.amplitudes)))
 
     # Output
 
     def record(self) -> None:
-        """Begin to judge."""
+        """Begin to record edges for the comparison."""
         self.instrument.record(every=1)
 
     def compare(self, *, slips: bool = True) -> Comparison:
-        """Judge every edge since then; without ``slips`` none is looked for, nor taken off."""
+        """Compare every edge since then; without ``slips`` none is looked for or subtracted."""
         return compare(self.instrument, self._zeros, slips)
 
     def is_clean(self) -> None:
-        """Every edge of the output since then stayed within the bound, and none was illegal."""
+        """Check that every edge since then stayed within the bound, and none was illegal."""
         found = self.compare()
         assert found.most < self.clean_bound
         assert found.illegal == 0
@@ -273,10 +275,10 @@ class Scene:
 
     @property
     def clean_bound(self) -> float:
-        """Of a calibrated output without a fault.
+        """Return the bound of a calibrated output without a fault.
 
-        Half a count of rounding; an edge of the output waits for the one before it and is seen
-        in whole clocks; five standard uncertainties of every applied order.
+        It has half a count of rounding, the wait of an edge for the one before it, whole clocks,
+        and five standard uncertainties of every applied order.
         """
         first = next(t for t in self.firmware.telemetry if t["result"] == "applied")
         estimate = 5 * sum(order[3] for order in first["harmonics"][:LANES]) / ARCSEC_A_COUNT
@@ -284,40 +286,40 @@ class Scene:
 
     @property
     def slope(self) -> float:
-        """Largest change of the correction a count: Σ n·A_n·2π / counts a turn."""
+        """Return the largest change of the correction a count: Σ n·A_n·2π / counts a turn."""
         active = self.coefficients
         amplitude = np.abs(active.amplitudes) / 2.0**11
         return float(np.sum(amplitude * (active.phase_steps / 2.0**48) * TURN_RAD))
 
     @property
     def largest_correction(self) -> float:
-        """Σ A_n."""
+        """Return Σ A_n."""
         return float(np.sum(np.abs(self.coefficients.amplitudes)) / 2.0**11)
 
     @property
     def ramp_lag(self) -> float:
-        """How far a ramp falls behind the table's error: 0 where it is the faster of the two.
+        """Return how far a ramp is behind the table's error: 0 if the ramp is faster.
 
-        A ramp begins at the correction that is and goes straight to the one that is to be. What
-        it has not yet done is too much only by what the error has changed more than the ramp.
+        A ramp goes straight from the present correction to the new one. The missing part only adds
+        an error where the table's error has changed more than the ramp.
         """
         rate = self._ramp_counts_a_clock * CLOCKS_A_COUNT
         counts = self.largest_correction / rate
         return min(max(0.0, self.slope - rate) * counts, self.largest_correction)
 
     def wrong_place(self, slip_counts: float) -> float:
-        """What the correction misses by where head 1's angle is off by a slip."""
+        """Return the correction's error where head 1's angle is off by a slip."""
         return min(self.slope * abs(slip_counts), 2 * self.largest_correction)
 
 
 def errors(track: EdgeTrack) -> NDArray[np.float64]:
-    """Position − true angle of every edge."""
+    """Return position − true angle of every edge."""
     error: NDArray[np.float64] = track.position - track.true_angle_rad * (COUNTS / TURN_RAD)
     return error
 
 
 def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.float64]) -> Any:
-    """Head 1's slip at the edge that each edge of the output comes from."""
+    """Return head 1's slip at the edge that each edge of the output comes from."""
     came = recording.output.clock - round(instrument.latency_clocks)
     place = np.searchsorted(recording.head1.clock, came, side="right") - 1
     return slip[np.clip(place, 0, slip.size - 1)]
@@ -325,7 +327,7 @@ def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.flo
 
 @dataclass(frozen=True, slots=True)
 class Zeros:
-    """Means of a clean turn: positions are counted from the power-on."""
+    """Mean errors of a clean turn: positions are counted from the power-on."""
 
     corrected: float
     head1: float
@@ -355,7 +357,7 @@ def compare(instrument: Instrument, zeros: Zeros, slips: bool) -> Comparison:
 
 
 def largest(track: EdgeTrack, error: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Largest |error| in each bin of the true angle."""
+    """Return the largest |error| in each bin of the true angle."""
     place = np.floor(track.true_angle_rad / TURN_RAD % 1.0 * BINS).astype(np.int64) % BINS
     most = np.full(BINS, -np.inf)
     np.maximum.at(most, place, np.abs(error))

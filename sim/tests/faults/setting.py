@@ -18,22 +18,22 @@ from arctrue.table import (
 COUNTS = 1 << 14
 ARCSEC_A_COUNT = 1_296_000 / COUNTS
 CLOCKS_A_COUNT = 6
-"""At the speed of the table; of the paper's 71.5 idle clocks these are enough for every fault."""
+"""Clocks a count at the speed of the table; enough for every fault, with 71.5 in the paper."""
 PERIOD_COUNTS = 4
-"""Of A and B: so many counts are lost without a trace."""
+"""Counts of a period of A and B, which can be lost without a trace."""
 TURN_RAD = 2 * np.pi
 TURN_CLOCKS = COUNTS * CLOCKS_A_COUNT
 SPEED_RAD_S = float(np.deg2rad(30.0))
 TURN_S = TURN_RAD / SPEED_RAD_S
 START_RAD = -float(np.deg2rad(35.0))
-"""Before the index of head 2, at −33°."""
+"""Start before the index of head 2, at −33°."""
 RUN_UP_S = 0.1
 
 SAMPLES = 600
 OUTPUT_SPACING_CLOCKS = 2
 MINIMUM_EDGE_SPACING_CLOCKS = 3
 RAMP_RATE = 80_000_000
-"""0.0023 count a clock: the largest correction decays in 30°, as the preset does in the paper."""
+"""Rate of 0.0023 count a clock: the largest correction decays in 30°, like the paper's preset."""
 FOLLOWING_LIMIT_COUNTS = 6
 POLL_CLOCKS = 500
 PARAMETERS: dict[str, float] = {
@@ -56,7 +56,7 @@ SEPARATION_RAD = float(np.deg2rad(33.0)) + 50 * _ARCSEC_RAD
 
 
 def table() -> RotaryTable:
-    """±1500″ are ±19 counts here."""
+    """Return a table with ±1500″, which are ±19 counts here."""
     return RotaryTable(
         heads=two_heads(separation_rad=SEPARATION_RAD),
         causes=(
@@ -72,12 +72,12 @@ def table() -> RotaryTable:
 
 
 def steady(turns: float = 30.0) -> Motion:
-    """One speed."""
+    """Return a motion at one speed."""
     return Motion.steady(SPEED_RAD_S, turns * TURN_S, ramp_s=RUN_UP_S, start_rad=START_RAD)
 
 
 def legs(*speeds_and_turns: tuple[float, float], change_s: float = 0.002) -> Motion:
-    """Speeds in units of the usual one, each for so many of the usual turns' time."""
+    """Return speeds in units of the usual one, each for so many of the usual turns' time."""
     times, speeds = [0.0], [0.0]
     for speed, turns in speeds_and_turns:
         begin = times[-1] + (RUN_UP_S if len(times) == 1 else change_s)
@@ -87,7 +87,7 @@ def legs(*speeds_and_turns: tuple[float, float], change_s: float = 0.002) -> Mot
 
 
 def true_error_counts(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """ε of head 1 at a true angle, from the geometry; its mean is not 0."""
+    """Return ε of head 1 at a true angle, from the geometry; its mean is not 0."""
     made = table()
     reading = made.reading_rad(0, TableState.at_rest(angle_rad))
     error: NDArray[np.float64] = (reading - angle_rad) / made.count_rad

@@ -1,4 +1,4 @@
-"""AXI stalls: every channel of the bus held back at random."""
+"""Tests of AXI stalls: every channel of the bus is delayed at random."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_stalls_delay_and_change_nothing(make_scene: MakeScene) -> None:
 
 
 def test_bus_slower_than_the_table(scene: Scene) -> None:
-    """Turns are dropped, each is counted; what is captured is whole."""
+    """Turns are dropped and counted; the captured ones are whole."""
     turns = len(scene.firmware.telemetry)
     scene.instrument.stall_bus(120)
     scene.turn(4.0)

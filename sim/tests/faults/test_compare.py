@@ -1,4 +1,4 @@
-"""The position compare by the console, on the gateware: when its single place is passed."""
+"""Test of the position compare by console and gateware: when its single place is passed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from sim.tests.faults.scene import Scene
 from sim.tests.faults.setting import CLOCKS_A_COUNT, COUNTS
 
 LOOK_CLOCKS = 20 * CLOCKS_A_COUNT
-"""Between two looks at the core."""
+"""Clocks between two checks of the core."""
 
 
 def corrected_angle(scene: Scene) -> int:
@@ -15,7 +15,7 @@ def corrected_angle(scene: Scene) -> int:
 
 
 def test_the_compare_is_done_where_the_console_said() -> None:
-    """A quarter of a turn ahead, corrected; the place is passed within two looks of it."""
+    """The place is a quarter of a turn ahead, corrected, and is passed within two checks of it."""
     scene = Scene()
     scene.calibrate()
     place = (corrected_angle(scene) + COUNTS // 4) % COUNTS
@@ -28,7 +28,7 @@ def test_the_compare_is_done_where_the_console_said() -> None:
     passed = (corrected_angle(scene) - place) % COUNTS
     assert passed <= 2 * LOOK_CLOCKS // CLOCKS_A_COUNT
     assert "armed no" in scene.firmware.send("compare")
-    # An interval: it goes on until it is ended.
+    # An interval continues until it is ended.
     assert scene.firmware.send(f"compare interval {COUNTS // 8}") == "ok"
     scene.turn(0.5)
     assert "armed yes" in scene.firmware.send("compare")

@@ -1,4 +1,4 @@
-"""A head that says nothing: a cable pulled, a supply gone."""
+"""Tests of a silent head: a cable is pulled, or a supply fails."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD
 
 HEAD1 = HEAD1_A | HEAD1_B | HEAD1_Z
 DEAD_TURNS = 4.75
-"""Of a whole number no index would tell: the angle is right then."""
+"""Duration in turns; after a whole number the angle would be right and no index would tell."""
 HEAD2 = HEAD2_A | HEAD2_B | HEAD2_Z
 
 
 @pytest.mark.parametrize("level", ["low", "high"])
 def test_head_2_dead(scene: Scene, level: str) -> None:
-    """The correction goes on with what is known."""
+    """The correction continues with what is known."""
     before, turns = scene.bank(), len(scene.firmware.telemetry)
     scene.disturb(3.2, **{level: HEAD2})
     scene.turn(3.0)
@@ -37,7 +37,7 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
 
 @pytest.mark.parametrize("level", ["held", "low", "high"])
 def test_head_1_dead(scene: Scene, level: str) -> None:
-    """The output is that of head 1: it stands still, and takes no step when head 1 comes back."""
+    """The output follows head 1: it stands still, and makes no step when head 1 returns."""
     before, turns = scene.bank(), len(scene.firmware.telemetry)
     if level == "held":
         scene.drop(round(DEAD_TURNS * COUNTS), also_low=HEAD1_Z)
@@ -48,7 +48,7 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     scene.turn(DEAD_TURNS - 0.5)
     dead = scene.instrument.recording()
     assert dead.head1.edges == dead.illegal == 0
-    # Z that went high was taken for an index: the correction ramps down, no more.
+    # A high Z was taken for an index: only the correction ramps down.
     assert dead.output.edges <= (scene.largest_correction if level == "high" else 0)
     assert scene.last_reply["result"] == "refused"
     assert scene.bank() == before
@@ -61,8 +61,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     assert lost.worse < scene.clean_bound + scene.wrong_place(lost.most_slip) + scene.ramp_lag
     scene.turn(1.5)
     reasons = scene.reasons(turns)
-    # Without a flag, it is the bank that is full before a turn has passed. Pulled pins give
-    # a flag where A and B change together: that depends on where the head stands just then.
+    # Without a flag the bank is full before a turn has passed. Pulled pins give a flag where A and
+    # B change together, depending on the place of the head.
     flags = {"illegal_transition", "edge_spacing", "index_error"}
     assert reasons[0] in {"bank_full"} | (set() if level == "held" else flags)
     assert "index_error" in reasons
@@ -73,7 +73,7 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
 @pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
-    """No index, no correction: the output repeats head 1. It comes back anywhere in a period."""
+    """Without index there is no correction: the output repeats head 1, which returns anywhere."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()
     scene.turn(2.0)
@@ -87,7 +87,7 @@ def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: 
     scene.instrument.disturb()
     scene.turn(0.01)
     assert scene.firmware.phase == "wait_for_index"
-    # As above, a flag depends on where the head stands when it is back.
+    # As above, a flag depends on the place of the head when it returns.
     flags = scene.faults()
     head = "head1" if pins == HEAD1 else "head2"
     reasons = {f"{head}.illegal": "illegal_transition", f"{head}.overspeed": "edge_spacing"}

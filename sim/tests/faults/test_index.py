@@ -1,4 +1,4 @@
-"""An index that is lost, and one that is none."""
+"""Tests of a lost index, and of a false one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Z_OF = {"head1": HEAD1_Z, "head2": HEAD2_Z}
 
 @pytest.mark.parametrize("head", Z_OF)
 def test_lost_index(scene: Scene, head: str) -> None:
-    """Seen at the next one, two turns after the one before; no count was lost."""
+    """It is detected at the next index, two turns after the previous one; no count was lost."""
     scene.to_part(0.7)
     first = scene.instrument.read(f"{head}.index.position")
     scene.disturb(0.5, low=Z_OF[head])
@@ -34,7 +34,7 @@ def test_lost_index(scene: Scene, head: str) -> None:
 
 @pytest.mark.parametrize("head", Z_OF)
 def test_false_index(scene: Scene, head: str) -> None:
-    """A pulse of two counts on Z in the middle of a turn: the angle stays where it was."""
+    """A pulse of two counts on Z comes in the middle of a turn: the angle stays where it was."""
     before = scene.bank()
     scene.disturb(2 / 16384, high=Z_OF[head])
     scene.turn(0.1)

@@ -1,4 +1,4 @@
-"""Counts that head 1 drops without a trace: whole periods of A and B."""
+"""Tests of counts that head 1 loses without a trace: whole periods of A and B."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SEPARATION_RAD = float(np.deg2rad(33.0))
     ("counts", "heal"), [(PERIOD_COUNTS, 0), (10 * PERIOD_COUNTS, 0), (10 * PERIOD_COUNTS, 1)]
 )
 def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
-    """Head 2 proves them at the next index; the correction is never taken off."""
+    """Head 2 proves the loss at the next index; the correction is never switched off."""
     scene = make_scene(None, {"heal": heal})
     scene.calibrate()
     scene.to_part(0.3)
@@ -22,7 +22,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     before = scene.bank()
     scene.drop(counts)
     scene.turn(0.3)
-    # Nothing tells it before the index.
+    # Nothing shows it before the index.
     assert not scene.faults()
     slipped = scene.compare()
     assert slipped.last_slip == -counts
@@ -30,7 +30,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     assert slipped.worse < scene.clean_bound + scene.wrong_place(counts)
 
     scene.record()
-    # At that index, not when the bank is full.
+    # The report comes at that index, not when the bank is full.
     fault_at = scene.instrument.clock
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     assert scene.instrument.clock - fault_at < TURN_CLOCKS
@@ -44,7 +44,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
     assert errors.illegal == 0
     assert errors.worse < scene.clean_bound + scene.wrong_place(counts) + heal * counts
     if heal:
-        # The output has them again; head 1's own count has not.
+        # The output has the counts again; head 1's own count does not.
         scene.settle()
         scene.record()
         scene.turn(1.0)
@@ -52,16 +52,16 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
         assert healed.most < scene.clean_bound
         assert healed.last_slip == -counts
         return
-    # No turn more is lost by it.
+    # No further turn is lost.
     assert scene.next_turn()["result"] != "refused"
     scene.recovers()
 
 
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
-    """After the index of its turn, and too small for a step between two samples.
+    """The slip comes after the index of its turn, and is too small for a step between two samples.
 
     The turn is used. A step s of head 1 within it is s/(π·n) in order n of the differences, and
-    1/|1 − e^{jnα}| times as much in the error (equation 6): so much worse at the most.
+    1/|1 − e^{jnα}| times as much in the error (equation 6), which is the bound.
     """
     scene = make_scene(None, {"sample_period": TURN_CLOCKS // 300})
     scene.calibrate()
@@ -79,7 +79,7 @@ def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
     used = scene.compare()
     assert used.last_slip == -PERIOD_COUNTS
     assert used.worse < scene.clean_bound + PERIOD_COUNTS * gain + scene.wrong_place(PERIOD_COUNTS)
-    # The next index tells it, and the turns after it put it right.
+    # The next index shows it, and the turns after it correct it.
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     for _ in range(6):
         scene.next_turn()

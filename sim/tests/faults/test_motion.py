@@ -1,4 +1,4 @@
-"""A table that turns back within a turn, and one that turns too fast."""
+"""Tests of a table that turns back within a turn, and of one that turns too fast."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from sim.tests.faults.setting import (
 from arctrue.table import Motion
 
 HYSTERESIS_COUNTS = 1
-"""On a reversal the output holds its first count back."""
+"""Counts that the output holds back first at a reversal."""
 
 
 def test_reversal(make_scene: MakeScene) -> None:
@@ -40,7 +40,7 @@ def test_reversal(make_scene: MakeScene) -> None:
     during = scene.compare()
     assert during.illegal == 0
     assert during.most < scene.clean_bound + HYSTERESIS_COUNTS
-    # The other way round is as good.
+    # The other direction is as good.
     assert scene.next_turn()["result"] != "refused"
     scene.settle()
     scene.record()
@@ -50,9 +50,9 @@ def test_reversal(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
-    """Nearer than allowed; faster than the output may go; more than an edge a clock.
+    """Edges are nearer than allowed, faster than the output may be, or more than one a clock.
 
-    The line drivers are released while the output is at its fault, and by nothing else.
+    The line drivers are released while the output has its fault, and by nothing else.
     """
     fast_s_turns = 0.02
     scene = make_scene(legs((1, 2.7), (speed, fast_s_turns), (1, 12.0)), {"release_sources": 4})
@@ -65,14 +65,14 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     clocks_a_count = CLOCKS_A_COUNT / speed
     assert clocks_a_count < MINIMUM_EDGE_SPACING_CLOCKS
     flags = scene.faults()
-    # Two counts in a clock are no order that the decoder knows.
+    # Two counts in a clock are no sequence that the decoder knows.
     assert ("head1.illegal" in flags) == (clocks_a_count < 1)
     assert "head1.overspeed" in flags
     assert ("cannot_keep_up" in flags) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)
     during = scene.compare()
     assert during.illegal == 0
     output_fault = clocks_a_count < OUTPUT_SPACING_CLOCKS
-    # Beyond the limit it stands and sends nothing of what comes after: no edge is later than this.
+    # Beyond the limit the output stands and ignores all later edges: no edge is later than this.
     limit = FOLLOWING_LIMIT_COUNTS if output_fault else 0
     late = (OUTPUT_SPACING_CLOCKS + 1) / clocks_a_count
     wrong = scene.wrong_place(during.most_slip)
@@ -99,7 +99,7 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
 
 
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:
-    """±15 % five times a turn: refused at equal times, and used at equal angles from then on.
+    """±15 % five times a turn are refused at equal times, and used at equal angles from then on.
 
     The bound of the clean comparison is that of a steady table.
     """

@@ -1,4 +1,4 @@
-"""Noise bursts on A and B."""
+"""Tests of noise bursts on A and B."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD
 
 BURST_TURNS = 0.03
 INVERTED = 0.02
-"""Share of the clocks."""
+"""Share of the inverted clocks."""
 
 
 def test_burst_on_head_1(scene: Scene) -> None:
@@ -23,14 +23,14 @@ def test_burst_on_head_1(scene: Scene) -> None:
     assert scene.instrument.read("interrupt_status.head1_fault") == 1
     burst = scene.compare()
     assert burst.illegal == 0
-    # Spikes come nearer than the output's edges may: it lies behind, within the limit of its flag.
+    # Spikes are nearer than the output's edges may be: it lags, within the limit of its flag.
     assert "cannot_keep_up" not in scene.faults()
     wrong = scene.wrong_place(burst.most_slip)
     assert burst.worse < scene.clean_bound + FOLLOWING_LIMIT_COUNTS + wrong
     assert burst.last_slip != 0
 
     scene.record()
-    # At the index: what was captured until then is not used.
+    # At the index: samples captured until then are not used.
     assert "zero_lost" in scene.next_turn()["alarms"]
     assert scene.bank() == before
     assert scene.instrument.read("status.compensating") == 1
@@ -40,7 +40,7 @@ def test_burst_on_head_1(scene: Scene) -> None:
 
 
 def test_burst_on_head_2(scene: Scene) -> None:
-    """The output does not depend on it."""
+    """The output does not depend on head 2."""
     before = scene.bank()
     scene.disturb(BURST_TURNS, invert=HEAD2_A | HEAD2_B, probability=INVERTED)
     scene.turn(0.2)
@@ -54,7 +54,7 @@ def test_burst_on_head_2(scene: Scene) -> None:
 
 
 def spikes(scene: Scene) -> list[PinFault]:
-    """Single clocks, too far apart to meet, on any pin in half a turn."""
+    """Return spikes of single clocks on any pin in half a turn, too far apart to meet."""
     random = np.random.default_rng(5)
     pins = (HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z)
     clocks = scene.instrument.clock + 100 * np.arange(1, 400) + random.integers(0, 60, 399)
@@ -78,7 +78,7 @@ def test_spikes_end_in_the_filter(make_scene: MakeScene, filter_length: int) -> 
         return
     assert scene.next_turn()["result"] != "refused"
     assert scene.reasons(turns)[0] in ("none", "not_better")
-    # The harness's decoder has no filter and would see slips: against the true angle alone.
+    # The harness's decoder has no filter and would see slips: compare with the true angle alone.
     during = scene.compare(slips=False)
     assert during.illegal == 0
     assert during.most < scene.clean_bound + filter_length / CLOCKS_A_COUNT

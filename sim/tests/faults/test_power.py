@@ -1,4 +1,4 @@
-"""Power off and on: the board corrects again, and nobody has typed anything."""
+"""After power off and on the board corrects again without any typed command."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from arctrue.instrument import InstrumentError
 def test_what_is_saved_corrects_again_within_a_captured_turn(
     scene: Scene, make_scene: MakeScene
 ) -> None:
-    """Another instrument, of which the flash alone is the same: banks and registers are empty."""
+    """Another instrument gets only the flash: its banks and registers are empty."""
     before = scene.bank()
     assert scene.firmware.send("save") == ""
     while not (answer := scene.firmware.step()):
@@ -29,7 +29,7 @@ def test_what_is_saved_corrects_again_within_a_captured_turn(
 
 
 def test_an_empty_flash_leaves_the_presets(make_scene: MakeScene, scene: Scene) -> None:
-    """Of another number of counts than this table; a flash of another size is refused."""
+    """The presets have another number of counts; a flash of another size is refused."""
     empty = b"\xff" * len(scene.firmware.flash)
     assert scene.firmware.flash == empty
     bare = make_scene(flash=empty)

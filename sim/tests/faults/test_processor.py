@@ -1,4 +1,4 @@
-"""A processor that hangs, is slow, begins anew, or waits for a capture that does not come."""
+"""Tests of a processor that hangs, is slow, restarts, or waits for a capture that never comes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from sim.tests.faults.setting import POLL_CLOCKS, TURN_CLOCKS
 
 
 def test_hung_for_three_turns(scene: Scene) -> None:
-    """The fabric goes on with the coefficients that it has, and drops turns."""
+    """The fabric continues with its coefficients, and drops turns."""
     before = scene.bank()
     scene.instrument.run(3 * TURN_CLOCKS)
     assert scene.instrument.read("status.capture_ready") == 1
@@ -20,7 +20,7 @@ def test_hung_for_three_turns(scene: Scene) -> None:
 
 
 def test_calculation_longer_than_a_turn(scene: Scene) -> None:
-    """The bank that it works on is not written meanwhile."""
+    """The bank in use by the calculation is not written meanwhile."""
     scene.firmware.calculation_clocks = round(2.5 * TURN_CLOCKS)
     begin = scene.instrument.clock
     scene.next_turn()
@@ -33,7 +33,7 @@ def test_calculation_longer_than_a_turn(scene: Scene) -> None:
 
 
 def test_begins_anew_after_a_fault(scene: Scene) -> None:
-    """A fault, a hang or the watchdog: the core goes on with the last coefficients."""
+    """After a fault, a hang or the watchdog the core continues with the last coefficients."""
     clean = scene.clean_bound
     position = scene.instrument.read("head1.index.position")
     scene.firmware.fault()
@@ -60,7 +60,7 @@ def test_begins_anew_after_a_fault(scene: Scene) -> None:
 
 
 def test_begins_anew(scene: Scene) -> None:
-    """Told to by the operator: uncorrected, on a ramp, until it has calibrated again."""
+    """On the operator's command it is uncorrected, on a ramp, until it has calibrated again."""
     scene.firmware.start()
     assert scene.firmware.phase == "wait_for_index"
     assert scene.firmware.coefficients is None
@@ -77,7 +77,7 @@ def test_begins_anew(scene: Scene) -> None:
 
 
 def test_capture_that_is_stuck(scene: Scene) -> None:
-    """Somebody switched it off: after four turns without a bank all begins anew."""
+    """The capture was switched off: after four turns without a bank the firmware starts again."""
     lag = scene.ramp_lag
     scene.instrument.update("control", capture_enable=0)
     scene.next_turn()

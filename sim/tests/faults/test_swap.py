@@ -1,4 +1,4 @@
-"""A swap at the worst moment: the largest step, the index, in the ramp of the one before."""
+"""Tests of a swap at the worst moment: the largest step, the index, within the previous ramp."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.correction_ramp import ramp_arcsec_s
 
 PIPELINE_CLOCKS = 40
-"""From the swap to its ramp."""
+"""Clocks from the swap to its ramp."""
 _ANGLE = np.linspace(0.0, TURN_RAD, 4096, endpoint=False)
 _ERROR = true_error_counts(_ANGLE) - MEAN_ERROR
 PLACES = {
@@ -35,7 +35,7 @@ def nothing(active: Coefficients) -> Coefficients:
 
 
 def swap(scene: Scene, bank: Coefficients) -> None:
-    """By hand, the firmware does not know."""
+    """Swap by hand, unknown to the firmware."""
     scene.instrument.write_coefficients(bank)
     scene.instrument.command("swap")
 
@@ -43,7 +43,7 @@ def swap(scene: Scene, bank: Coefficients) -> None:
 @pytest.mark.parametrize("slower", [1, 6])
 @pytest.mark.parametrize("place", PLACES)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
-    """With a ramp that is faster than the table's error changes, and with one that is not."""
+    """One ramp is faster than the change of the table's error, the other is slower."""
     scene = make_scene(None, {"ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE / slower, COUNTS)})
     scene.calibrate()
     assert (scene.ramp_lag > 0) == (slower > 1)
@@ -68,7 +68,7 @@ def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) 
 
 
 def test_swaps_in_the_ramp(scene: Scene) -> None:
-    """150 of them, all and nothing in turn, none of the ramps at its end."""
+    """150 swaps alternate between all and nothing; no ramp reaches its end."""
     good = scene.coefficients
     instrument = scene.instrument
     for number in range(150):
@@ -86,7 +86,7 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
 
 
 def test_half_a_bank_does_nothing(scene: Scene) -> None:
-    """A processor that hangs while it writes: without the swap nothing acts."""
+    """The processor hangs while it writes: without the swap nothing takes effect."""
     good = scene.coefficients
     wrong = replace(good, amplitudes=-good.amplitudes)
     half = wrong.amplitudes.size // 2
@@ -99,7 +99,7 @@ def test_half_a_bank_does_nothing(scene: Scene) -> None:
 
 
 def test_a_wrong_bank_is_seen(scene: Scene) -> None:
-    """The judge: the correction with its sign changed doubles the error."""
+    """The comparison works: the correction with its sign changed doubles the error."""
     good = scene.coefficients
     swap(scene, replace(good, amplitudes=-good.amplitudes))
     scene.instrument.run(TURN_CLOCKS)

@@ -1,4 +1,4 @@
-"""The firmware's arithmetic of a lost zero: any direction, any turn, words that wrap."""
+"""Tests of the firmware's arithmetic of a lost zero: any direction, any turn, words that wrap."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ def test_angle_at_the_last_index(counts_per_rev: int, head: int) -> None:
     core = ModelCore()
     random = np.random.default_rng(counts_per_rev + head)
     for _ in range(200):
-        # Every index is a position of 32 bits; since then up to a turn, in either direction.
+        # Every index is a position of 32 bits; the travel since then is up to a turn, in either
+        # direction.
         index = int(random.integers(0, 1 << 32))
         travel = int(random.integers(-counts_per_rev + 1, counts_per_rev))
         slip = int(random.integers(-((counts_per_rev - 1) // 2), counts_per_rev // 2 + 1))

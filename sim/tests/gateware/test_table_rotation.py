@@ -59,14 +59,14 @@ def test_rows_are_a_product() -> None:
 
 
 def test_lines_meet_their_neighbours() -> None:
-    """At an interval's end its line differs from the next line by no more than both do from cos."""
+    """At an interval's end its line differs from the next by at most the sum of both errors."""
     last = np.arange(1, 1 << ADDRESS_WIDTH, dtype=np.int32) << OFFSET_WIDTH
     step = table_rotation(last - 1) - table_rotation(last)
     assert np.abs(step).max() * 2.0**-COSINE_WIDTH <= 2 * error_bound()
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine, half a turn further exactly the negative."""
+    """A mirrored phase has the same cosine; half a turn further it has exactly the negative."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase, rotation="table")
     assert np.array_equal(lane_cosine(TURN - 1 - phase, rotation="table"), cosine)

@@ -1,4 +1,4 @@
-"""The model of the mean against its equation in exact numbers, and against what the mean is for."""
+"""Tests of the model of the mean against its equation in exact numbers, and against its purpose."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ PLACES_DEG = np.array([0.0, 33.0, 162.5, 300.5])
 
 
 def mean_angle(angles: np.ndarray, mean: MeanSet, counts: int) -> np.ndarray:
-    """θ with E = 0, counts: the carrier's whole reading less the term."""
+    """Return θ with E = 0 in counts: the carrier's whole reading less the term."""
     whole = whole_readings(angles, mean, counts)
     return whole[:, mean.carrier - 1] - weighted_mean(whole, mean, counts).term * TERM_LSB_COUNTS
 
 
 def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
-    """Σw = 1, Σw·e^{jβ} = 0 with the least Σw², rounded; the first takes what rounding leaves."""
+    """Return weights with Σw = 1, Σw·e^{jβ} = 0 and the least Σw², rounded; the first takes the
+    rest."""
     places = np.radians(places_deg)
     rows = np.array([np.ones(places.size), np.cos(places), np.sin(places)])
     words = np.rint(np.linalg.pinv(rows) @ [1.0, 0.0, 0.0] * WEIGHT_ONE).astype(int)
@@ -31,7 +32,7 @@ def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
 
 @pytest.mark.parametrize("carrier", [1, 2, 3, 4])
 def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
-    """Exactly, in fractions: the term leaves no rounding."""
+    """Fractions are exact: the term has no rounding."""
     rng = np.random.default_rng(carrier)
     mean = MeanSet((20000, 45536, -30000, 30000), (3, 1600 * 16 + 5, 15, 4097 * 16), carrier)
     true = rng.integers(2000, COUNTS - 9000, 500)
@@ -47,7 +48,7 @@ def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
 
 
 def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
-    """Readings of a turn that ends between the heads: no carrier sees a step."""
+    """The turn of the readings ends between the heads: no carrier sees a step."""
     weights, offsets = (16384,) * 4, (8, 777 * 16, 5, 16 * (COUNTS - 900) + 9)
     true = np.arange(-3000, 3000, 7)
     whole = np.array(offsets) // 16
@@ -60,10 +61,11 @@ def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
 
 
 def test_a_translation_of_the_axis_is_not_in_the_mean() -> None:
-    """Heads at 0/33/162.5/300.5°, an axis moved by 2 µm at 52 mm radius: 5.4″ of head 1 and more.
+    """Heads at 0/33/162.5/300.5° see an axis that moves by 2 µm at 52 mm radius: over 5.4″ at head
+    1.
 
-    Left: one count of rounding a head, weighted, and the rounding of the weights (2⁻¹⁷ of the
-    motion each).
+    The mean keeps one count of rounding a head, weighted, and the rounding of the weights (2⁻¹⁷ of
+    the motion each).
     """
     weights = weights_for(PLACES_DEG)
     mean = MeanSet(weights, (0,) * 4)

@@ -1,4 +1,4 @@
-"""Files as other programs write them are read, or answered with what to do."""
+"""Files in the forms of other programs are read, or answered with what to do."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _text(header: str = HEADER) -> str:
 
 
 def checked(tmp_path: Path, *words: str | Path) -> tuple[Reference, str]:
-    """The reference run of an import that gives the table's own rows."""
+    """Check that an import gives the table's own rows; return its reference run and the output."""
     done = arctrue(*words, tmp_path / "out")
     assert done.exit_code == 0, done.output
     found = read_measurement_set(tmp_path / "out").reference
@@ -154,7 +154,7 @@ def test_a_damaged_mat_file_is_a_sentence(tmp_path: Path) -> None:
     for length in range(130, len(whole), 97):
         (tmp_path / "cut.mat").write_bytes(whole[:length])
         with contextlib.suppress(MeasurementError):
-            # What was whole before the cut may be read; any other exception fails the test.
+            # A part that was whole before the cut may be read; any other exception fails the test.
             found = read_recording(tmp_path / "cut.mat", "", ReadSettings(), Choices())
             assert set(found.columns) <= {"Zeit", "Soll", "Ist"}
 

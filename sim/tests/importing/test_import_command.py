@@ -1,4 +1,4 @@
-"""arctrue import: files in foreign forms become the set that they were made of."""
+"""Tests of arctrue import: files in foreign forms become the set that they were made of."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def refused(tmp_path: Path, *words: str | Path) -> str:
 
 @pytest.fixture(scope="module")
 def real() -> MeasurementSet:
-    """One real motor encoder, up and down."""
+    """Return one real motor encoder, up and down."""
     return read_measurement_set(DATA / "moteus_motor_encoder")
 
 
@@ -134,7 +134,7 @@ def test_every_format_gives_the_same_set(
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)  # to 1e-6 ″
     assert found.direction is not None
     assert real.reference is not None
-    # The file's own directions, but for the one row where the motor stands at the turning point.
+    # The file's own directions, except the one row where the motor stands at the turning point.
     assert np.count_nonzero(found.direction != real.reference.direction) <= 1
 
 
@@ -191,7 +191,7 @@ def test_two_heads_that_wrap_become_a_capture(tmp_path: Path) -> None:
 
 
 def four_heads(tmp_path: Path) -> tuple[Path, np.ndarray]:
-    """Counts of four heads that start anew at each turn, named as in a set."""
+    """Write counts of four heads that restart at each turn, named as in a set."""
     turns = np.linspace(0.1, 3.4, 4000)
     apart = np.round(np.array([0.0, 64.3, 177.0, 257.9]) / 360.0 * (1 << 20)).astype(np.int64)
     counts = np.round(turns * (1 << 20)).astype(np.int64)[:, None] + apart
@@ -235,7 +235,7 @@ def test_the_sign_is_never_guessed(real: MeasurementSet, tmp_path: Path) -> None
     found = imported(tmp_path, tmp_path / "a.npz", "--sign", "true-reading").reference
     assert found is not None
     np.testing.assert_allclose(found.error_arcsec, error, atol=2e-6)
-    # With the reading beside it, the sign is found and said.
+    # With the reading beside it, the sign is found and reported.
     both = {"target_deg": target, "error_arcsec": -error, "head1_counts": counts}
     np.savez(tmp_path / "b.npz", **both)
     words = [tmp_path / "b.npz", "--counts-per-rev", "65536", tmp_path / "second"]

@@ -1,4 +1,4 @@
-"""A long recording does not take the machine's memory."""
+"""A long recording does not use up the machine's memory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 ROWS = 1_000_000
 MOST_BYTES_A_ROW = 1e9 / 5e6 - 30.0
-"""5 · 10⁶ rows within 1 GB, 150 MB of it the program itself."""
+"""Bytes a row: 5 · 10⁶ rows within 1 GB, of which the program itself has 150 MB."""
 _PEAK = """
 import resource, sys
 from arctrue.cli import main

@@ -1,4 +1,4 @@
-"""Columns are known by their common names, and what is not used is said with what it would give."""
+"""Columns are known by common names; the output says what an unused column would give."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def arctrue(*words: str | Path) -> Result:
 
 
 def _late_reading(path: Path, header: str) -> np.ndarray:
-    """Up and down at two speeds; the reading is DELAY_S late."""
+    """Write a set up and down at two speeds whose reading is DELAY_S late."""
     time_s = np.arange(0.0, 300.0, 0.25)
     speed = np.where(time_s < 100, 3.6, np.where(time_s < 200, -3.6, 1.8))  # °/s
     angle = np.concatenate(([0.0], np.cumsum(speed[:-1] * 0.25)))
@@ -56,7 +56,7 @@ def test_common_names_keep_the_time(tmp_path: Path, header: str) -> None:
     found = reference_of(tmp_path / "out")
     assert found.time_s is not None
     np.testing.assert_allclose(found.time_s, time_s)
-    # With the time, the effect that the delay is can be tested.
+    # With the time, the effect of the delay can be tested.
     observations = observations_of(read_measurement_set(tmp_path / "out"))
     latency = catalogue([])["latency"]()
     assert latency.missing(observations) == []
@@ -117,7 +117,7 @@ def test_unused_columns_are_listed_with_what_they_would_unlock(tmp_path: Path) -
     assert "--column NAME=COLUMN makes a column a condition" in said
     kept = read_measurement_set(tmp_path / "out").origin.notes
     assert any("not used: 1 Uhr, 4 Drehmoment, 5 Bemerkung (text)" in note for note in kept)
-    # Nothing is left over: nothing is said.
+    # If no column is unused, nothing is reported.
     (tmp_path / "b.csv").write_text(
         "time_s,target_deg,head1_deg\n" + "".join(f"{i},{i},{i + 0.01}\n" for i in range(60))
     )
@@ -135,7 +135,7 @@ def test_a_column_left_out_by_hand_is_not_suggested(tmp_path: Path) -> None:
 
 
 def _direction_files(tmp_path: Path, reversal_deg: float) -> list[Path]:
-    """A run up and a run down, each in a file of its own, with zeros 12.5° apart."""
+    """Write a run up and a run down, each in its own file, with zeros 12.5° apart."""
     up = np.arange(0.0, 361.0, 5.0)
     paths = []
     for name, angle, sign in (("up", up, 1.0), ("down", up[::-1], -1.0)):

@@ -21,7 +21,7 @@ def arctrue(*words: str | Path, said: str = "") -> Result:
 
 @pytest.fixture
 def odd_names(tmp_path: Path) -> Path:
-    """Names that no list knows, with spaces and signs of the shell."""
+    """Write a file with unknown names, with spaces and signs of the shell."""
     path = tmp_path / "a file.csv"
     rows = "".join(f"{i * 0.1:.1f};{i};{i + 0.01};{i % 3}\n" for i in range(60))
     path.write_text("tick;axis $1;axis 'two';n\n" + rows)
@@ -30,7 +30,7 @@ def odd_names(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """CliRunner's input is taken for a person at a terminal."""
+    """Treat CliRunner's input as a person at a terminal."""
     module = importlib.import_module("arctrue.cli.import_")
 
     class _Stdin:
@@ -49,12 +49,12 @@ def test_a_script_is_told_every_question_at_once(odd_names: Path, tmp_path: Path
     assert done.exit_code == 2
     for option in ("--column target=", "--column error=", "--column head1=", "--unit target=deg"):
         assert option in done.output.replace("'", ""), option
-    # Every file's first rows, with the numbers of the columns.
+    # Every file's first rows are shown, with the numbers of the columns.
     assert "first rows of a file.csv:" in done.output
     assert "1 tick  2 axis $1  3 axis 'two'  4 n" in " ".join(done.output.split("\n")).replace(
         "   ", "  "
     ).replace("   ", "  ")
-    # With all of them answered nothing is left to ask.
+    # With all of them answered no question remains.
     words = ["--column", "target=2", "--column", "head1=3", "--unit", "target=deg"]
     done = arctrue(odd_names, *words, "--unit", "head1=deg", tmp_path / "out")
     assert done.exit_code == 0, done.output

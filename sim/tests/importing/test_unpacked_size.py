@@ -1,4 +1,4 @@
-"""Small files that unpack to very much are refused before they are unpacked."""
+"""Small files that unpack to a very large size are refused before they are unpacked."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from arctrue.importing.readers import unpacked_size
 from arctrue.measurement import MeasurementError
 
 SMALLER = 1_000_000
-"""Bytes that these tests set as the limit."""
+"""Limit in bytes that these tests set."""
 ROWS = 200_000
 
 
@@ -30,7 +30,7 @@ def _archive(path: Path) -> None:
 
 
 def _archive_of_untrue_headers(path: Path) -> None:
-    """The header of the array tells more rows than there are."""
+    """Write an array whose header states more rows than it has."""
     array = io.BytesIO()
     np.lib.format.write_array_header_1_0(
         array, {"descr": "<f8", "fortran_order": False, "shape": (10**15,)}
@@ -61,17 +61,17 @@ def _array_in_gzip(path: Path) -> None:
 
 
 def _rows_that_grow(path: Path) -> None:
-    """Two bytes a number in the file, eight in memory."""
+    """Write numbers of two bytes in the file, eight in memory."""
     path.write_bytes(gzip.compress(b"0,0\n" * (SMALLER // 8)))
 
 
 def _wide_text_in_gzip(path: Path) -> None:
-    """One long text, and as much memory for each other one."""
+    """Write one long text, which needs as much memory for each other one."""
     path.write_bytes(gzip.compress(b"0,a\n" * 1000 + b"0," + b"a" * 2000 + b"\n"))
 
 
 def _objects_in_gzip(path: Path) -> None:
-    """Three bytes an object in the file."""
+    """Write objects of three bytes in the file."""
     path.write_bytes(gzip.compress(b"{}\n" * (SMALLER // 4)))
 
 
@@ -104,7 +104,7 @@ def _mat_73(path: Path) -> None:
 def _hdf5(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
-        # No value was ever written: the file holds the shape alone.
+        # No value was ever written: the file has only the shape.
         file.create_dataset("a", shape=(ROWS,), dtype="f8", chunks=(1000,))
 
 

@@ -1,4 +1,4 @@
-"""The one instrument that the tests build."""
+"""Sizes of the one instrument that the tests build."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The pins beside the table, from pin to console: probe, sync input, trigger and position compare.
+"""Tests from pin to console of probe, sync input, trigger and position compare beside the table.
 
 The bench decodes head 1's pins by itself and corrects the count by equation (9) in double
-precision. Core and firmware are given pins and lines of the console, nothing else.
+precision. Core and firmware only get pins and lines of the console.
 """
 
 from __future__ import annotations
@@ -36,24 +36,29 @@ PULSE_CLOCKS = 3
 SAMPLES = 600
 TRACED_CLOCKS = 12 * TURN_CLOCKS
 START_RAD = -float(np.deg2rad(50.0))
-"""The table makes 2° to 3° while the firmware sets the core up; the index of head 2 at −33° comes
-after that, so that the noted pins hold the first index of both heads, the zero of turn_position
-(header of index_zero)."""
+"""Start angle, so that the recorded pins have the first index of both heads.
+
+The table moves by 2° to 3° while the firmware sets the core up; the index of head 2 at −33° comes
+after that. The first index is the zero of turn_position (header of index_zero).
+"""
 
 SAMPLE_AFTER_EDGE = -1
-"""The sample has head 1's pins of the clock before the edge: the strobe comes 4 clocks after its
-pin, the turn position 5 (headers of pulse_input and quadrature_decoder)."""
+"""Clocks from the edge to the sample's pins of head 1, those of the clock before the edge.
+
+The strobe comes 4 clocks after its pin, the turn position 5 (headers of pulse_input and
+quadrature_decoder).
+"""
 NOTED = 1
-"""Pins are noted with the inputs of a clock and the outputs after its edge."""
+"""Clocks between the recorded inputs and outputs: inputs of a clock, outputs after its edge."""
 TRIGGER_AFTER_EDGE = 4 + 1 + 1 - NOTED
-"""pulse_input, sample_trigger, pulse_output."""
+"""Clocks of pulse_input, sample_trigger and pulse_output."""
 COMPARE_AFTER_PINS = 5 + 29 + 2 + 1 - NOTED
-"""Decoder, pipeline, position_compare, pulse_output."""
+"""Clocks of decoder, pipeline, position_compare and pulse_output."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pins:
-    """What the bench reads from the pins, from ``first_clock`` on."""
+    """The bench's reading of the pins, from ``first_clock`` on."""
 
     first_clock: int
     levels: NDArray[np.uint16]
@@ -61,18 +66,18 @@ class Pins:
     """Counts of head 1 and 2 after their index, shape (2, n)."""
 
     def of(self, clock: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Columns of ``turn_position``."""
+        """Return columns of ``turn_position``."""
         return self.turn_position[:, clock - self.first_clock]
 
     def rises(self, pin: int, since: int) -> NDArray[np.int64]:
-        """Clocks in which ``pin`` rises, from one on."""
+        """Return the clocks in which ``pin`` rises, from ``since`` on."""
         level = self.levels & pin != 0
         clocks = np.flatnonzero(level[1:] & ~level[:-1]) + 1 + self.first_clock
         return clocks[clocks >= since]
 
 
 class Beside(Scene):
-    """A calibrated scene whose pins are noted from the beginning."""
+    """A calibrated scene whose pins are recorded from the beginning."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -102,7 +107,7 @@ class Beside(Scene):
 
 
 class ConsoleOfTheFirmware:
-    """What :class:`arctrue.device.console.Console` has on a serial port, for its reader."""
+    """The interface of :class:`arctrue.device.console.Console` on a serial port, for its reader."""
 
     port = "the firmware on the compiled core"
 
@@ -116,7 +121,7 @@ class ConsoleOfTheFirmware:
 
 
 def corrected(turn_position: NDArray[np.int64], bank: Coefficients) -> NDArray[np.float64]:
-    """Equation (9) over many turns, counts after the index."""
+    """Return equation (9) over many turns, in counts after the index."""
     return turn_position - error_of_words_counts(bank, turn_position % COUNTS)
 
 
@@ -128,7 +133,7 @@ def scene() -> Iterator[Beside]:
 
 
 def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
-    """To the count that equation (9) has in double precision, at the very clock of the pin."""
+    """The angle is that of equation (9) in double precision to a count, at the clock of the pin."""
     instrument, bank = scene.instrument, scene.coefficients
     bound = correction_bound_counts(bank)
     draw = np.random.default_rng(5)
@@ -153,7 +158,7 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
     # A clock later the worst of them is another count: the bench would see it.
     later = corrected(scene.pins().of(clocks + 1)[0], bank)
     assert np.abs((told - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
-    # Positions and times are those of the same edges, from origins of their own.
+    # Positions and times are those of the same edges, with different origins.
     positions = np.array([latch.position_counts for latch in latches])
     assert np.abs(np.diff(positions) - np.diff(wanted)).max() <= 2 * bound
     clock_hz = instrument.read("clock_hz")
@@ -162,7 +167,7 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
 
 
 def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
-    """A turn of them: each sample has both heads' counts of its edge, and a trigger pulse."""
+    """A turn of edges: each sample has both heads' counts of its edge, and a trigger pulse."""
     instrument, firmware = scene.instrument, scene.firmware
     for line in ("trigger width 2", "sync capture 1"):
         assert firmware.send(line) == "ok"
@@ -194,7 +199,7 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
 
 
 def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
-    """Every place once, at the clock at which the corrected count comes to it."""
+    """Every place gives one pulse, at the clock at which the corrected count reaches it."""
     instrument, bank = scene.instrument, scene.coefficients
     interval, first = COUNTS // 32, 77
     begin = instrument.clock

@@ -1,4 +1,4 @@
-"""What is said when a tool is missing, and that nothing is built twice."""
+"""A missing tool is named, and nothing is built twice."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.instrument.build import building, compile_all, digest
 
 
 def test_missing_tools_are_named_at_once(tmp_path: Path) -> None:
-    """All of them in one message, without a traceback; PATH holds nothing."""
+    """One message names all missing tools, without a traceback; PATH is empty."""
     done = subprocess.run(
         [sys.executable, "-m", "arctrue.instrument", "--lanes", "3"],
         cwd=ROOT,

@@ -1,4 +1,4 @@
-"""Registers by name, errors of the bus, stalls, interrupts: against the register map's promises."""
+"""Tests of registers by name, bus errors, stalls and interrupts against the register map."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_refused_accesses_are_errors(instrument: Instrument) -> None:
 
 
 def test_time_goes_on_during_an_access(instrument: Instrument) -> None:
-    """The core's own count of clocks against the harness's."""
+    """The core's own count of clocks agrees with the harness's."""
     first = instrument.snapshot().time
     begin = instrument.clock
     second = instrument.snapshot().time
@@ -107,7 +107,7 @@ def test_two_instruments_side_by_side() -> None:
 
 
 def test_libraries_of_two_sizes_share_no_name() -> None:
-    """Else the C++ of the first one loaded would serve the second too."""
+    """Otherwise the C++ of the first loaded library would serve the second too."""
     listed = subprocess.run(
         ["nm", "-D", "--defined-only", build(LANES, DEPTH)],
         capture_output=True,

@@ -1,4 +1,5 @@
-"""Readings between the knots against the table's own geometry; the noise against its statistics."""
+"""Tests of readings between the knots against the table's geometry, and of the noise's
+statistics."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ TABLE = RotaryTable(
 
 
 def between(curve: np.ndarray, knot: int, clock: np.ndarray) -> np.ndarray:
-    """The cubic through four knots by numpy's polynomials, from clock 0 of the piece on."""
+    """Return the cubic through four knots from numpy's polynomials, from clock 0 of the piece
+    on."""
     interval = clock // knot
     values = []
     for place, at in zip(interval.tolist(), (clock / knot - interval).tolist(), strict=True):
@@ -57,7 +59,7 @@ def test_cubic_between_knots_is_the_table(first: int) -> None:
 
 
 def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
-    """Subdivision error at 16 counts a line: knots 16 counts apart would not see it."""
+    """Subdivision error at 16 counts a line: knots 16 counts apart would miss it."""
     lines = COUNTS // 16
     distortion = SignalDistortion(head=0, lines=lines, cosine_offset=0.3)
     table = replace(TABLE, causes=(*TABLE.causes, distortion))
@@ -67,7 +69,7 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
     assert knot < smooth
     clock = np.arange(1, 2000, 7)
     off = between(head1, knot, clock) - exact(table, 0, 20_000 + clock)
-    # At one knot a clock the knots are the clocks: nothing is left to the cubic.
+    # With one knot a clock the knots are the clocks: the cubic has nothing to interpolate.
     assert np.abs(off).max() < INTERPOLATION_TOLERANCE_COUNTS
 
 
@@ -117,7 +119,7 @@ def test_noise_of_a_long_run_never_repeats_and_has_no_seams() -> None:
     found = np.corrcoef(pieces)
     # Independent pieces of 2,000 independent readings: five standard deviations of 1/√2000.
     assert np.abs(found - np.eye(6)).max() < 5 / np.sqrt(2000)
-    # Any order of the questions, and a fresh start, give the same.
+    # Any order of the queries, and a fresh start, give the same.
     again = ReadingNoise(rms_rad=rms, correlation_s=step_s, seed=4)
     np.testing.assert_array_equal(read(again, time_s + 5 * knots * step_s), pieces[5])
     np.testing.assert_array_equal(read(noise, time_s), pieces[0])

@@ -1,4 +1,4 @@
-"""The device with four heads of which one fails while the table turns: calibrated, loaded, told.
+"""Test of a device with four heads, calibrated and loaded, of which one fails while turning.
 
 Table, firmware and gateware are those of test_four_heads.py; the core is built with FAILOVER.
 """
@@ -20,7 +20,7 @@ from arctrue.studies.heads.shown import BALLS
 HEAD = 3
 SLIP_COUNTS = 4000
 STEP_COUNTS = 200
-"""The table makes a third of a turn within the 2¹⁷ clocks over which a step is compared.
+"""Limit of a step for a table that makes a third of a turn in the 2¹⁷ clocks of a comparison.
 
 Eccentricity of 142″ then changes a difference of two heads by 58 counts to either side. The preset
 of 32 counts is for 90°/s at 100 MHz.
@@ -43,7 +43,7 @@ def device() -> Iterator[HeadsDevice]:
 
 
 def alarm_of(device: HeadsDevice, first: int) -> dict[str, Any]:
-    """The first line of telemetry from ``first`` on that has the alarm of a head."""
+    """Return the first line of telemetry from ``first`` on that has the alarm of a head."""
     return next(
         line for line in device.firmware.telemetry[first:] if "head_left_out" in line["alarms"]
     )
@@ -61,7 +61,7 @@ def back_in(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
-    """Head 3's pins stay low for a turn: three heads go on, the balls stay out of the output."""
+    """Head 3's pins stay low for a turn: three heads continue, the balls stay out of the output."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     turn_clocks = round(SETTINGS.counts_per_rev * 1.15)
@@ -86,7 +86,7 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> None:
-    """A and B of head 3 count on by themselves; three heads go on, and it comes back."""
+    """A and B of head 3 count on by themselves; three heads continue, and head 3 returns."""
     firmware, instrument = device.firmware, device.instrument
     first = len(firmware.telemetry)
     begin = instrument.clock + 100

@@ -1,4 +1,4 @@
-"""The device with four heads: capture, calibration of the mean, load, and what fresh turns show.
+"""Tests of the device with four heads: capture, calibration of the mean, load, fresh turns.
 
 The table has 2¹⁸ counts a turn, 4.94″ each, so that a turn is simulated in seconds.
 """
@@ -38,12 +38,15 @@ SETTINGS = RevolutionSettings(
     lines=256, lanes=4, samples=1600, orders=8, noise_arcsec=0.0, clocks_per_count=1.15
 )
 HUB = DiscEccentricity(2e-6, 1.1)
-"""The disc's centre moves by 2 µm against the axis: 7.6″ at its radius, once a turn."""
+"""Motion of the disc's centre by 2 µm against the axis: 7.6″ at its radius, once a turn."""
 AXIS = (BALLS, RadialMotion(3, 0.05e-6 + 0j))
 LINE_ARCSEC = 0.25
-"""Of a fitted amplitude: readings are rounded to counts of 4.94″, 1.43″ RMS. The mean of four has
-half of it, and as the heads' differences drift by 58 counts a turn, some 60 roundings a turn are
-independent: 0.71″ × √(2/60) = 0.13″. Twice that. docs/heads.md has 2²⁴ counts: 0.004″."""
+"""Tolerance of a fitted amplitude.
+
+Readings are rounded to counts of 4.94″, 1.43″ RMS. The mean of four has half of it, and as the
+heads' differences drift by 58 counts a turn, some 60 roundings a turn are independent: 0.71″ ×
+√(2/60) = 0.13″. Twice that. docs/heads.md has 2²⁴ counts: 0.004″.
+"""
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +57,7 @@ def device() -> Iterator[HeadsDevice]:
 
 @pytest.mark.slow
 def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: Path) -> None:
-    """The way of docs/heads.md on the device itself, its counts 64 times coarser."""
+    """The steps of docs/heads.md run on the device itself, with counts 64 times coarser."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     hub_arcsec = np.degrees(2e-6 / DISC_RADIUS_M) * 3600.0
     device.turn_before(*AXIS)
@@ -76,7 +79,7 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
     assert device.load(coefficients) == "load active"
     mean = device.accepted_turn()
     assert (mean["mean_of_heads"], mean["carrier"], mean["result"]) == (4, 1, "kept")
-    # The largest place's error: the calibration's of 1,600 counts of 5″, twice.
+    # Largest error of a place: that of the calibration with 1,600 counts of 5″, twice.
     assert mean["mean_off_arcsec"] < 0.5
     assert mean["alarms"] == []
     assert "active_arcsec" in first
@@ -103,7 +106,8 @@ def test_capture_calibrate_load_and_fresh_turns(device: HeadsDevice, tmp_path: P
 
 @pytest.mark.slow
 def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
-    """No host: the firmware fits, weighs, writes and swaps; fresh turns against the true angle."""
+    """Without a host the firmware fits, weighs, writes and swaps; the true angle judges fresh
+    turns."""
     balls_arcsec = np.degrees(0.25e-6 / DISC_RADIUS_M) * 3600.0
     device.calibrate_alone()
     device.firmware.send("forget")
@@ -112,8 +116,8 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
     assert (first["result"], first["mean_of_heads"], first["carrier"]) == ("applied", 4, 1)
     # Its own standard uncertainty, which is that of the mounting and the index marks.
     assert first["places_deg"] == pytest.approx(PLACES_DEG, abs=20.0 / 3600.0)
-    # A ball pass of 4.37 a turn is in each head; the axis' own order 3 is 0.19″ in one direction,
-    # and the balls leak 0.95″ / (pi · 1.37) into it.
+    # Each head has a ball pass of 4.37 a turn; the axis' own order 3 is 0.19″ in one direction, and
+    # the balls leak 0.95″ / (pi · 1.37) into it.
     assert first["axis_forward_arcsec"][2] == pytest.approx(0.19, abs=0.25)
     assert first["residual_arcsec"] < 1.6, "the parity has the rounding of one reading, 1.43″"
     next_turn = device.accepted_turn()
@@ -125,7 +129,7 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
         assert abs(mean.line(order)) < LINE_ARCSEC, order
     assert abs(head1.line(1)) > 100.0
 
-    # Saved and confirmed by a turn after the power was off, with the same words.
+    # The set is saved and, after power off, confirmed by a turn with the same words.
     records = re.compile(r"saved_record (\d+)")
     before = records.findall(device.firmware.send("status"))
     device.firmware.send("save")
@@ -143,7 +147,8 @@ def test_the_device_calibrates_the_mean_alone(device: HeadsDevice) -> None:
 
 
 def mean_of(**changes: Any) -> Coefficients:
-    """A mean of four heads at PLACES_DEG, with no lane but one; ``changes`` of its words."""
+    """Return a mean of four heads at PLACES_DEG with a single lane; ``changes`` replace its
+    words."""
     counts = SETTINGS.counts_per_rev
     offsets = tuple(round(place / 360.0 * counts * 16) for place in PLACES_DEG)
     mean = MeanSet((14634, 16406, 18396, 16100), offsets)
@@ -153,7 +158,7 @@ def mean_of(**changes: Any) -> Coefficients:
 
 @pytest.mark.slow
 def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
-    """A head 0.1 degrees off by a turn; three heads, other delays and a wrong sum at once."""
+    """A head is 0.1 degrees off; three heads, other delays and a wrong sum are refused at once."""
     device.turn_before(*AXIS)
     device.accepted_turn()
     offsets = list(mean_of().extension.mean.offsets)  # type: ignore[union-attr]
@@ -175,7 +180,7 @@ def test_a_mean_of_other_heads_is_refused(device: HeadsDevice) -> None:
 
 @pytest.mark.slow
 def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
-    """An illegal transition: the counter on the console, and the drivers by choice."""
+    """An illegal transition appears in the console's counter and, by choice, at the drivers."""
     device.firmware.send("set release_sources 128")
     device.turn_before(*AXIS)
     device.accepted_turn()
@@ -201,7 +206,7 @@ def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
     ],
 )
 def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
-    """``arctrue hidden EFFECT --heads 4``: head 1 shows it whole, the mean nothing of it."""
+    """With ``arctrue hidden EFFECT --heads 4`` head 1 shows it whole, the mean nothing of it."""
     file = tmp_path / "found.json"
     size = ["--lines", "1024", "--interpolation", "256", "--samples", "1600", "--lanes", "4"]
     done = CliRunner().invoke(main, ["hidden", name, "--heads", "4", *size, "--json", str(file)])

@@ -1,4 +1,5 @@
-"""Lanes that follow direction and speed, from the pins of a moving table to the output's edges."""
+"""Tests of lanes that follow direction and speed, from a moving table's pins to the output's
+edges."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ WINDOW = 0x2100
 
 
 class Script:
-    """A table that goes at given speeds for given times; its reading is late, or wound up."""
+    """A table with given speeds for given times; its reading is late, or has a wind-up."""
 
     counts_per_rev = COUNTS
     index_width_counts = 1
@@ -35,7 +36,8 @@ class Script:
         half_reversal: float = 0.0,
         width: float = 1.0,
     ) -> None:
-        """``legs``: clocks and counts a clock. ``half_reversal`` and ``width``: counts."""
+        """Set the course up; ``legs`` are clocks and counts a clock, reversal and width are in
+        counts."""
         speed = np.concatenate([np.full(clocks // KNOT, pace) for clocks, pace in legs])
         self.clocks = speed.size * KNOT
         self.place = np.concatenate([[0.0], np.cumsum(speed * KNOT)]) - 3000.5
@@ -48,7 +50,7 @@ class Script:
         self.reading = reading + half_reversal * winding
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[NDArray[np.float64], ...]]:  # type: ignore[override]
-        """As Curves."""
+        """Return a piece like Curves."""
         intervals = max(1, min(clocks, self.clocks - first_clock) // KNOT)
         at = np.clip(first_clock // KNOT + np.arange(-1, intervals + 2), 0, self.place.size - 1)
         turn = 2.0 * np.pi / COUNTS
@@ -62,7 +64,7 @@ def modulated() -> Iterator[Instrument]:
 
 
 def order_0(counts: float, modulator: str | None) -> Coefficients:
-    """One lane of order 0 that follows a condition; None: that is steady."""
+    """Return one lane of order 0 that follows a condition, or a steady lane for None."""
     phase = 0.0 if counts > 0 else np.pi
     bank = Coefficients.from_harmonics([0], [abs(counts)], [phase], COUNTS, LANES)
     if modulator is None:
@@ -74,7 +76,7 @@ def order_0(counts: float, modulator: str | None) -> Coefficients:
 def run(
     instrument: Instrument, script: Script, bank: Coefficients, **words: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], float]:
-    """Clock of every edge of the output, its error in counts as of the old angle, and that age."""
+    """Return clock and error (counts, of the old angle) of every output edge, and that age."""
     instrument.attach_curves(script)  # type: ignore[arg-type]
     instrument.reset()
     instrument.write("counts_per_rev", COUNTS)
@@ -105,7 +107,8 @@ PACES = (0.3, 0.15)
 
 
 def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
-    """Mean error of the output against the angle *now*, at each speed of PACES, counts."""
+    """Return the mean error of the output against the present angle, at each speed of PACES,
+    counts."""
     legs = [(120_000, PACES[0]), (200_000, PACES[1])]
     script = Script(legs, late_clocks=LATE)
     age = LATE + instrument.latency_clocks
@@ -120,15 +123,15 @@ def speed_errors(instrument: Instrument, modulator: str | None) -> list[float]:
     found = []
     for first, last, pace in ((80e3, 119e3, PACES[0]), (200e3, 319e3, PACES[1])):
         chosen = (clock - start > first) & (clock - start < last)
-        # The recording compares with the angle of the output's own age before.
+        # The recording compares with the angle at the output's own age before.
         found.append(float(np.mean(error[chosen])) - pace * latency)
     return found
 
 
 def test_latency_is_taken_away_at_two_speeds(modulated: Instrument) -> None:
-    """Order 0 × speed takes out the reading's age and the pipeline's; a steady lane does not.
+    """Order 0 × speed removes the age of reading and pipeline; a steady lane does not.
 
-    Bound: half a count for each of the roundings of reading and output.
+    The bound is half a count for each of the roundings of reading and output.
     """
     first, second = speed_errors(modulated, "speed")
     # The zero of the output is that of the index: both speeds share it.
@@ -147,7 +150,8 @@ WIDTH = 700.0
 
 
 def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
-    """Error of every edge after the direction is known, up, down and in the reversals, counts."""
+    """Return the error of every edge after the direction is known, also in the reversals,
+    counts."""
     pace = 0.1
     legs = [(90_000, pace)]
     for way in (-4000.0, 900.0, -500.0, 3000.0):
@@ -165,11 +169,11 @@ def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
-    """Settled and through each reversal; without its direction the lane leaves all of it.
+    """It is removed at rest and in each reversal; without its direction the lane leaves all of it.
 
-    Bound: a count of roundings, and the delay: two counts of dead zone, the whole count in
-    which the place moves, and two sweeps and a
-    division of 20 clocks at 0.1 count a clock, times the slope B / 2 / W of the wind-up.
+    The bound is a count of roundings, plus the delay times the slope B / 2 / W of the wind-up: two
+    counts of dead zone, the whole count in which the place moves, and two sweeps and a division of
+    20 clocks at 0.1 count a clock.
     """
     slope = HALF_REVERSAL / WIDTH
     bound = 1.0 + slope * (2.0 + 1.0 + 0.1 * (2 * SWEEP_CLOCKS + 20))
@@ -180,7 +184,8 @@ def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
 
 
 def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) -> None:
-    """Tremble within the dead zone changes nothing, and the output makes no edge at standstill."""
+    """A tremble within the dead zone changes nothing, and the output makes no edge at
+    standstill."""
     legs = [(90_000, 0.1), *[(40, 0.05), (40, -0.05)] * 100, (3000, 0.0)]
     run(
         modulated,
@@ -194,9 +199,9 @@ def test_the_direction_stands_while_the_table_trembles(modulated: Instrument) ->
 
 
 def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
-    """From 0.5 to -0.25 of 20 counts: the output goes over by 15, by the slew and without a step.
+    """From 0.5 to -0.25 of 20 counts the output moves by 15, by the slew and without a step.
 
-    Bound: half a count each for the roundings of reading and output; an edge at a time.
+    The bound is half a count each for the roundings of reading and output; an edge at a time.
     """
     pace, size = 0.1, 20.0
     modulated.attach_curves(Script([(200_000, pace)]))  # type: ignore[arg-type]
@@ -233,7 +238,7 @@ def test_the_console_moves_what_follows_a_word(modulated: Instrument) -> None:
 
 
 def test_every_word_of_the_window(modulated: Instrument) -> None:
-    """Words 0 to 5 are written, 6 to 8 read only, the rest is refused; the lane reads back."""
+    """Words 0 to 5 are written, 6 to 8 read only, all others refused; the lane reads back."""
     assert modulated.read("capability.modulators") == 1
     for word in range(16):
         for is_write in (False, True):

@@ -1,4 +1,4 @@
-"""The pins that the instrument makes, against edges solved for one by one; its own decoder."""
+"""Tests of the instrument's pins against edges solved one by one, and of its own decoder."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from arctrue.table import (
 
 COUNTS = 4096
 CLOCK_HZ = 1e6
-# An edge solved for to 1e-7 counts, and the cubic between knots within 1e-3 counts, may fall on
-# two sides of a clock: at about 1 count in 4 clocks that happens once in some thousand edges.
+# An edge solved to 1e-7 counts, and the cubic between knots within 1e-3 counts, may be on two sides
+# of a clock: at about 1 count in 4 clocks that happens once in some thousand edges.
 MOST_EDGES_A_CLOCK_OFF = 20
 
 
@@ -73,7 +73,7 @@ def test_pins_of_a_table(instrument: Instrument) -> None:
     off = np.flatnonzero(pins != wanted)
     assert np.count_nonzero(np.diff(wanted)) > 10_000
     assert off.size <= MOST_EDGES_A_CLOCK_OFF
-    # Each of them for one clock only.
+    # Each of them is off for one clock only.
     assert np.all(np.diff(off) > 1)
 
 
@@ -95,7 +95,7 @@ def test_true_angle_and_end(instrument: Instrument) -> None:
 
 
 def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
-    """Uncorrected, the core repeats head 1; the recorder against decode_quadrature."""
+    """Uncorrected, the core repeats head 1; the recorder agrees with decode_quadrature."""
     motion = there_and_back()
     instrument.attach(table(), motion)
     instrument.reset()

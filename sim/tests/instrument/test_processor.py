@@ -1,4 +1,5 @@
-"""The firmware on the instrument's bus: parameters, console, errors, and a bank in its hands."""
+"""Tests of the firmware on the instrument's bus: parameters, console, errors, and a captured
+bank."""
 
 from __future__ import annotations
 
@@ -42,7 +43,7 @@ def test_refused_parameters_say_why(instrument: Instrument) -> None:
 
 
 def test_an_error_of_the_bus_reaches_python(instrument: Instrument) -> None:
-    """The C code cannot see it: the first one is kept and told after the step."""
+    """The C code cannot see it: the first error is kept and reported after the step."""
     firmware = set_up(instrument.firmware, SETTINGS)
     for address in (0x20000, 0x3FFFC):
         instrument.library.firmware_bus_read(firmware._bus, address)
@@ -68,7 +69,7 @@ def test_what_it_writes_is_what_the_core_holds(instrument: Instrument) -> None:
     assert bank is not None
     held = instrument.read_words(COEFFICIENTS_ADDRESS, 4 * LANES)
     assert held == coefficient_words(bank)
-    # Order 1 is the eccentricity of 144″: 2·A of equation (9) is what the lane holds.
+    # Order 1 is the eccentricity of 144″: the lane holds 2·A of equation (9).
     amplitude = np.abs(bank.amplitudes).max() / 2**11 * SETTINGS.arcsec_per_count
     assert amplitude == pytest.approx(144.07, abs=0.5)
 

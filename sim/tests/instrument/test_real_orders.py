@@ -1,4 +1,5 @@
-"""Lanes of real orders over many turns, from the pins of a moving table to the output's edges."""
+"""Tests of lanes of real orders over many turns, from a moving table's pins to the output's
+edges."""
 
 from __future__ import annotations
 
@@ -15,20 +16,20 @@ from arctrue.instrument import Instrument
 COUNTS = 1 << 15
 KNOT = 8
 PACE = 0.8
-"""Counts a clock."""
+"""Speed in counts a clock."""
 LEAD = 3000.5
 """Counts from the start to the index."""
 TURN_RAD = 2.0 * np.pi
 ORDERS = np.array([0.5, 71.4, 70.4, 72.4])
-"""A belt, and a gear with its side lines."""
+"""Orders of a belt, and of a gear with its side lines."""
 AMPLITUDES = np.array([10.0, 3.0, 1.0, 1.0])
-"""Counts. The sum is so flat that the error at the reading is that at the angle to 0.4 count."""
+"""Amplitudes in counts; the sum is so flat that errors at reading and angle agree to 0.4 count."""
 PHASES = np.array([0.7, -2.0, 1.1, 0.3])
 SHOWN_TURNS = 2
 
 
 def lines_counts(place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Error of the reading at places in counts, over any number of turns."""
+    """Return the error of the reading at places in counts, over any number of turns."""
     phase = np.multiply.outer(place, ORDERS) * (TURN_RAD / COUNTS) + PHASES
     return np.asarray(np.cos(phase) @ AMPLITUDES)
 
@@ -45,7 +46,7 @@ class ThereAndBack:
         self.clocks = self.top_clock + int(down * COUNTS / PACE)
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[NDArray[np.float64], ...]]:  # type: ignore[override]
-        """As Curves."""
+        """Return a piece like Curves."""
         intervals = max(1, min(clocks, self.clocks - first_clock) // KNOT)
         clock = first_clock + KNOT * np.arange(-1.0, intervals + 2)
         clock = np.clip(clock, 0.0, float(self.clocks))
@@ -66,7 +67,8 @@ def bank(on: bool) -> Coefficients:
 
 
 def amplitudes_left(instrument: Instrument, end_turns: float) -> NDArray[np.float64]:
-    """Of each line in the output, counts, over two turns up to there."""
+    """Return the amplitude of each line in the output, counts, over two turns up to
+    ``end_turns``."""
     way = 1.0 if end_turns * TURN_RAD > instrument.true_angle_rad else -1.0
     instrument.run_until(true_angle_rad=(end_turns - way * (SHOWN_TURNS + 0.1)) * TURN_RAD)
     instrument.record(every=1, turns=float(SHOWN_TURNS))
@@ -82,7 +84,8 @@ def amplitudes_left(instrument: Instrument, end_turns: float) -> NDArray[np.floa
 def run(
     instrument: Instrument, coefficients: Coefficients, up: int, down: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lines left after so many turns forwards, and after so many back from there, counts."""
+    """Return the lines left after so many turns forwards, and after so many back from there,
+    counts."""
     instrument.attach_curves(ThereAndBack(up + 0.5, down + 0.5))  # type: ignore[arg-type]
     instrument.reset()
     instrument.write("counts_per_rev", COUNTS)
@@ -107,16 +110,17 @@ def run(
 
 
 def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> None:
-    """Back over the index, into turns of negative number; and all of it with the lanes off."""
+    """The table goes back over the index, into negative turns; also with the lanes off."""
     for found in run(built, bank(on=True), 6, 9):
         assert found.max() < 0.5, found
     for found in run(built, bank(on=False), 4, 4):
-        # A fit over two turns tells the lines of the gear from each other to a twentieth.
+        # A fit over two turns separates the lines of the gear to a twentieth.
         assert found == pytest.approx(AMPLITUDES, rel=0.05)
 
 
 @pytest.mark.large
 def test_lines_are_gone_after_a_thousand_turns(built: Instrument) -> None:
-    """No drift: a thousand turns later as well as after a few, and a thousand back."""
+    """There is no drift: a thousand turns later it is as good as after a few, and a thousand
+    back."""
     for found in run(built, bank(on=True), 1000, 1000):
         assert found.max() < 0.5, found

@@ -1,4 +1,4 @@
-"""A further measurement is what a diagnosis asked for, or what it lacks is said."""
+"""A further measurement is the requested one, or its lack is reported."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def first_run(measured: MeasurementSet) -> MeasurementSet:
 
 
 def last_part(kind: str) -> MeasurementSet:
-    """The further measurement alone, as the simulation of the physical table makes it."""
+    """Return the further measurement alone, from the simulation of the physical table."""
     made = simulate_set([], short(), seed=1, further=[kind]).measurement
     capture, reference = made.capture, made.reference
     assert capture is not None
@@ -51,7 +51,7 @@ def test_every_measurement_that_is_asked_for_is_known() -> None:
 
 @pytest.mark.parametrize("kind", FURTHER)
 def test_what_was_asked_for_is_recognised(kind: str, plain: MeasurementSet) -> None:
-    """Against the simulation, which makes each of them by its own constants."""
+    """The simulation makes each of them with its own constants."""
     assert came(kind, plain, last_part(kind)).faults == []
 
 
@@ -164,7 +164,7 @@ def test_join_takes_what_was_asked_for_and_refuses_the_rest(tmp_path: Path) -> N
 
 
 def test_the_commands_can_be_typed(tmp_path: Path) -> None:
-    """Each is a command that there is, with options that it has."""
+    """Each is an existing command with existing options."""
     for kind in KINDS:
         for line in commands(kind, tmp_path / "my set"):
             words = line.split()

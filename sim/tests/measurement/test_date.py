@@ -1,4 +1,4 @@
-"""Tests how the date of a measurement set is read, written, refused and joined."""
+"""Test how the date of a measurement set is read, written, refused and joined."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Descriptions of other people name no file outside the set, and no nesting breaks a reader."""
+"""Foreign descriptions name no file outside the set, and deep nesting breaks no reader."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reader and writer of measurement sets: what is read, what is refused, and with which words."""
+"""Tests of reader and writer of measurement sets: contents, refusals and their words."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_values_types_and_64_bits(tmp_path: Path) -> None:
     read = read_measurement_set(write(tmp_path, reference=REFERENCE))
     assert read.capture is not None
     assert read.capture.head2_counts.dtype == np.int64
-    # 2⁵³ + 1 is what a float would lose.
+    # A float would lose 2⁵³ + 1.
     assert read.capture.head2_counts.tolist() == [20, 1420, 9007199254740993, 9007199254742393]
     assert read.capture.temperature_c.tolist() == [20.0, 20.0, 20.5, 20.5]
     assert read.reference is not None

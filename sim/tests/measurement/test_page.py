@@ -1,4 +1,4 @@
-"""docs/measurement-set.md: its keys and columns are the reader's, its example is a set."""
+"""Tests of docs/measurement-set.md: its keys and columns are the reader's, its example is a set."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def test_every_key_of_the_reader_and_no_other() -> None:
         keys = set(get_type_hints(declared)) - set(SECTIONS)
         given = content if section == "" else content[section]
         own = {key for key, value in given.items() if not isinstance(value, dict)}
-        # The number of faces may stand with the table or with the reference, and the places of
-        # three or four heads in place of the separation of two.
+        # The number of faces may be with the table or with the reference, and the places of three
+        # or four heads replace the separation of two.
         elsewhere = {"faces", "head_places_deg"} if section == "table" else set()
         assert own == keys - elsewhere, section
     assert "# head_places_deg = [0.0, " in block("toml")
@@ -64,7 +64,7 @@ def test_the_example_is_calibrated(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     exec(compile(block("python"), str(PAGE), "exec"), {})
     found = calibrate(read_measurement_set(tmp_path / "my_table"))
     amplitude, u = found.estimate.amplitude_arcsec, found.estimate.u_amplitude_arcsec
-    # The example's 30″; whole counts are the only noise, and u has it.
+    # The example's 30″; whole counts are the only noise, which u includes.
     assert amplitude[0] == pytest.approx(30.0, abs=5.0 * u[0])
     assert u[0] < 0.1
     # As a function of the reading an error a·cos θ has a second order, a²/2 (docs/errata.md).

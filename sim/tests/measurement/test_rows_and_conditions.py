@@ -1,4 +1,4 @@
-"""Columns a row may have beside the measured ones: uncertainty, mask, conditions; and mask.csv."""
+"""Tests of further columns a row may have: uncertainty, mask, conditions; and of mask.csv."""
 
 from __future__ import annotations
 

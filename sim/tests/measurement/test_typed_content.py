@@ -1,4 +1,5 @@
-"""A sentence for whatever does not fit its declaration: key, expected, found, a near name."""
+"""A content that does not fit its declaration gets a sentence: key, expected, found, a near
+name."""
 
 from __future__ import annotations
 
@@ -183,6 +184,6 @@ def test_any_content_is_converted_or_gives_one_sentence(content: dict[str, Any])
     assert key
     assert "\n" not in said
     assert "expected" in said or "there are" in said
-    # The key that is named is wrong alone, too.
+    # The named key is also wrong alone.
     with pytest.raises(ContentError):
         typed({"schema": 1, key[0]: content[key[0]]}, File)

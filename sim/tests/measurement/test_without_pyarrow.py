@@ -1,4 +1,4 @@
-"""Sets are read and written without pyarrow as with it: same numbers, same text, same errors."""
+"""Sets read and written without pyarrow are the same: numbers, text and errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Counts that start anew at each turn and errors a whole turn off are recognised and told."""
+"""Counts that restart at each turn and errors a whole turn off are recognised and reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Allan deviation beside the published figures of NIST SP 1065, and beside its laws."""
+"""Tests of the Allan deviation against the published figures of NIST SP 1065, and its laws."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PUBLISHED = (2.922319e-01, 9.159953e-02, 3.241343e-02)
 
 
 def nist_points() -> np.ndarray:
-    """The generator that SP 1065 gives for its 1000 points."""
+    """Return the 1000 points of the generator in SP 1065."""
     state, points = 1234567890, []
     for _ in range(1000):
         points.append(state / 2147483647)
@@ -28,7 +28,7 @@ def test_the_published_figures() -> None:
 
 
 def test_a_drift_rises_with_the_length() -> None:
-    """A drift of D a reading: D·m/√2, exactly."""
+    """A drift of D a reading gives exactly D·m/√2."""
     deviation, _ = overlapping_allan_deviation(0.3 * np.arange(100.0), LENGTHS[:2])
     np.testing.assert_allclose(deviation, 0.3 * np.array([1, 10]) / np.sqrt(2), rtol=1e-12)
 

@@ -1,4 +1,4 @@
-"""The uncertainty budget against the GUM's example and against what its lines stand for."""
+"""Tests of the uncertainty budget against the GUM's example and the meaning of its lines."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def _run(*words: object) -> Result:
 
 
 def test_the_end_gauge_of_the_gum() -> None:
-    """JCGM 100:2008, H.1, table H.1: nm; u = 32, effective degrees of freedom 16 (17 unrounded)."""
+    """JCGM 100:2008, H.1, table H.1 in nm: u = 32, effective degrees of freedom 16 (17
+    unrounded)."""
     lines = [(25.0, 18), (9.7, 25.6), (2.9, 50), (16.6, 2)]
     made = Budget(
         "",
@@ -61,7 +62,7 @@ def test_the_sensitivity_to_the_head_separation() -> None:
 
 
 def test_two_heads_against_the_disc(tmp_path: Path) -> None:
-    """What is left of the disc's own error is within U, and the lines are those of the set."""
+    """The rest of the disc's own error is within U, and the lines are those of the set."""
     made = measurement_set(runs=2, turns=2)
     made = replace(made, table=replace(made.table, index_detection_arcsec=2.0))
     calibration = calibrate(made)

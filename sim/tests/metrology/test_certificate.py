@@ -1,4 +1,4 @@
-"""Certificates: uncertainty against Monte Carlo, PTB's Schematron, and what is refused."""
+"""Tests of certificates: uncertainty against Monte Carlo, PTB's Schematron, and refusals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.workbench.small_sets import measurement_set
 Float = NDArray[np.float64]
 
 SURE = 1e-3
-"""Probability that a right program fails one of the counted tests."""
+"""Probability that a correct program fails one of the counted tests."""
 ANGLES = np.arange(0.0, 360.0, 30.0)
 NOISE, U_REFERENCE = 0.2, 0.1
 COUNTS = 1 << 24
@@ -64,7 +64,7 @@ def true_error(angle: Float) -> Float:
 
 
 def reference_set(random: np.random.Generator) -> MeasurementSet:
-    """Ten turns of 24 faces, with an error of the reference that stays and one that does not."""
+    """Make ten turns of 24 faces, with a constant and a random error of the reference."""
     target = np.tile(np.arange(24) * 15.0, 10)
     error = true_error(np.radians(target)) + NOISE * random.standard_normal(240)
     error = error + U_REFERENCE * random.standard_normal()
@@ -93,7 +93,7 @@ def test_the_uncertainty_of_the_fit_is_that_of_monte_carlo() -> None:
     ratio = float(np.mean(off**2)) / float(stated)
     assert stats.chi2.ppf(SURE, freedom) / freedom <= ratio
     assert ratio <= stats.chi2.ppf(1.0 - SURE, freedom) / freedom
-    # The constant of the reference is part of U; U holds 95 % or more then.
+    # The constant of the reference is part of U, so that U covers 95 % or more.
     constant = U_REFERENCE * random.standard_normal((number, 1))
     half = 0.5 * 360.0 * 3600.0 / COUNTS
     counts = random.uniform(-half, half, (number, 2)).sum(axis=1)[:, None]
@@ -119,7 +119,7 @@ def test_u_is_the_root_of_the_sum_of_squares() -> None:
 
 
 def test_the_sensitivity_to_the_head_separation_is_that_of_the_equation() -> None:
-    """∂ε/∂α = −Re Σ Eₙ·jn·e^{jnα}/(e^{jnα} − 1)·e^{jnθ}, from E = D/(e^{jnα} − 1)."""
+    """∂ε/∂α = −Re Σ Eₙ·jn·e^{jnα}/(e^{jnα} − 1)·e^{jnθ} follows from E = D/(e^{jnα} − 1)."""
     amplitude = 90.0
     made = measurement_set(
         lambda disc, *_: amplitude * np.cos(disc + 0.4), seed=1, runs=1, turns=2, reference=False
@@ -289,7 +289,7 @@ SI_SCHEMA = """<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema"
 
 
 def test_a_schema_of_the_user_decides(place: Path, tmp_path: Path) -> None:
-    """With the schema that it imports from another server in the same folder."""
+    """The schema that it imports from another server is in the same folder."""
     pytest.importorskip("xmlschema")
     (tmp_path / "SI_Format.xsd").write_text(SI_SCHEMA, encoding="utf-8")
     words = ["set", "--details", "details.toml", "--out", "certificate.xml", "--model", "m.toml"]

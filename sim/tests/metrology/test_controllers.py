@@ -1,11 +1,12 @@
-"""Tables of other controllers against models of their interpolation, written once more.
+"""Tests of other controllers' tables against models of their interpolation, written here again.
 
 The models follow the controllers' own sources step by step, one angle at a time: LinuxCNC's
 compute_screw_comp (src/emc/motion/control.c) and the sign of type 0 (docs, ini-config: "actual
 position"), ecmc's ecmcLookupTable::getValue and ecmcEncoder, moteus' MotorPosition::lerp,
-SimpleFOC's CalibratedSensor::getSensorAngle. Where the source is closed the manual is followed:
-Beckhoff TF5200 (compensation value = actual − nominal, taken off the command), Siemens Extended
-Functions K3 (added to the actual position: a positive value drives the axis the negative way).
+SimpleFOC's CalibratedSensor::getSensorAngle. For closed sources the models follow the manual:
+Beckhoff TF5200 (compensation value = actual − nominal, subtracted from the command), Siemens
+Extended Functions K3 (added to the actual position: a positive value drives the axis the negative
+way).
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def _correction() -> Correction:
 
 
 def _linuxcnc(text: str, angle_deg: float, way: int) -> float:
-    """What is added to a command, ″."""
+    """Return the value added to a command, ″."""
     rows = [[float(cell) for cell in line.split()] for line in text.splitlines()]
     entry = 0
     while entry + 1 < len(rows) - 1 and angle_deg >= rows[entry + 1][0]:
@@ -57,7 +58,7 @@ def _linuxcnc(text: str, angle_deg: float, way: int) -> float:
 
 
 def _ecmc(text: str, angle_deg: float, way: int) -> float:
-    """What is taken off a reading, ″."""
+    """Return the value subtracted from a reading, ″."""
     rows = []
     for line in text.replace(",", " ").splitlines():
         if line and not line.startswith(("#", "PREC=")):
@@ -76,7 +77,7 @@ def _ecmc(text: str, angle_deg: float, way: int) -> float:
 
 
 def _moteus(text: str, angle_deg: float, way: int) -> float:
-    """What is taken off a reading, ″."""
+    """Return the value subtracted from a reading, ″."""
     config = dict(line.split()[2:] for line in text.splitlines())
     size = sum("table." in key for key in config)
     base = "motor_position.sources.0.compensation_"
@@ -92,7 +93,7 @@ def _moteus(text: str, angle_deg: float, way: int) -> float:
 
 
 def _csv(text: str, angle_deg: float, way: int) -> float:
-    """What is taken off a reading, ″."""
+    """Return the value subtracted from a reading, ″."""
     header, *lines = text.splitlines()
     assert header == "reading_deg,forward_arcsec,reverse_arcsec"
     rows = [tuple(map(float, line.split(","))) for line in lines]
@@ -103,7 +104,7 @@ def _csv(text: str, angle_deg: float, way: int) -> float:
 
 
 def _siemens(text: str, angle_deg: float, way: int) -> float:
-    """What is taken off a reading, ″."""
+    """Return the value subtracted from a reading, ″."""
     points: dict[int, float] = {}
     parameter: dict[str, float] = {}
     for line in text.splitlines():
@@ -124,7 +125,7 @@ def _siemens(text: str, angle_deg: float, way: int) -> float:
 
 
 def _twincat(text: str, angle_deg: float, way: int) -> float:
-    """What is added to a command, ″."""
+    """Return the value added to a command, ″."""
     kept = [line.split() for line in text.splitlines() if not line.startswith("#")]
     entry = {key: int(value) for key, value in kept}
     assert entry["kw.ssfk.bilateral"] == entry["kw.ssfk.modulo"] == entry["kw.ssfk.unit"] == 1
@@ -138,7 +139,7 @@ def _twincat(text: str, angle_deg: float, way: int) -> float:
 
 
 def _simplefoc(text: str, angle_deg: float, way: int) -> float:
-    """What is taken off a reading, ″."""
+    """Return the value subtracted from a reading, ″."""
     size = int(re.search(r"float calibrationLut\[(\d+)\] = {", text)[1])  # type: ignore[index]
     table = [float(value) for value in re.findall(r"(\S+)f,", text)]
     assert len(table) == size
@@ -160,14 +161,14 @@ CONTROLLERS: dict[str, Callable[[str, float, int], float]] = {
     "simplefoc": _simplefoc,
 }
 OF_A_WORM = ("onstep",)
-"""Formats that hold harmonics of a worm only; they have tests of their own below."""
+"""Formats that only hold harmonics of a worm; they have their own tests below."""
 OF_THE_TURN = tuple(name for name in FORMATS if name not in OF_A_WORM)
 OF_THE_COMMAND = ("linuxcnc", "twincat")
 """Controllers that change the command; the servo brings the reading to the sum."""
 
 
 def _left(name: str, text: str, angle_deg: float, way: int) -> float:
-    """Angle that the controller believes in less the true angle, ″."""
+    """Return the controller's angle less the true angle, ″."""
     changed = CONTROLLERS[name](text, angle_deg, way)
     if name in OF_THE_COMMAND:
         reading = math.radians(angle_deg) + changed * ARCSEC_RAD
@@ -176,7 +177,8 @@ def _left(name: str, text: str, angle_deg: float, way: int) -> float:
 
 
 def _chord(points: int) -> float:
-    """Most that straight lines between ``points`` exact rows leave: h²/8 · largest |g″|."""
+    """Return the largest error of straight lines between ``points`` exact rows: h²/8 · largest
+    |g″|."""
     step = 2.0 * math.pi / points
     return step**2 / 8.0 * sum(a * n**2 for n, (a, _) in DISC.items())
 
@@ -204,7 +206,7 @@ def test_a_table_in_whole_units_of_twincat_divides_the_turn() -> None:
 
 
 def test_simplefoc_in_single_precision_loses_what_its_class_says() -> None:
-    """The library's own floats: raw − offset differs by less than two units in the last place."""
+    """In the library's own floats raw − offset differs by less than two units in the last place."""
     text = FORMATS["simplefoc"].text(_correction(), 200, "")
     table = np.array(re.findall(r"(\S+)f,", text), dtype=np.float32)
     raw = np.radians(np.linspace(0.0, 359.9, 977)).astype(np.float32)
@@ -227,7 +229,7 @@ def test_limits_of_the_controllers() -> None:
 
 
 def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
-    """No second head: 24 stations of a reference instrument."""
+    """The set has no second head, but 24 stations of a reference instrument."""
     made = measurement_set(cycles=5, runs=1, turns=1)
     table = replace(made.table, counts_per_rev=None, head_separation_deg=None)
     write_measurement_set(tmp_path / "set", replace(made, table=table, capture=None))
@@ -242,7 +244,7 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
         told = json.loads((tmp_path / "e.json").read_text())
         assert told["format"] == name
         assert f"leaves at most {told['left_arcsec']['largest']:.3f}″" in answer.output
-        # Against the disc itself, which no part of the package made.
+        # Compare with the disc itself, which no part of the package made.
         for angle_deg in np.arange(0.0, 360.0, 7.3).tolist():
             angle = math.radians(angle_deg)
             error = float(paper_error(np.array(angle), np.array(20.0), 0.0))
@@ -254,7 +256,7 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
 
 
 def test_stations_that_leave_a_gap_are_refused(tmp_path: Path) -> None:
-    """24 stations hold no order above 11: in 20 orders, 5 and 19 would share what 5 has."""
+    """24 stations resolve no order above 11: of 20 orders, 5 and 19 would share the error of 5."""
     made = measurement_set(cycles=2, runs=1, turns=1)
     assert made.reference is not None
     half = made.reference.where(made.reference.target_deg < 180.0)
@@ -304,7 +306,8 @@ WORM = {180: (8.6, 0.7), 360: (1.9, -1.1)}
 
 
 def _onstep_steps(text: str, turns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Motor steps at tenths of a sidereal second, and times, as Pec::poll of OnStepX moves them."""
+    """Return motor steps at tenths of a sidereal second as Pec::poll of OnStepX moves, and
+    times."""
     buffer = [0] * WORM_S
     *writes, keep = text.split()
     assert keep == ":$QZ!#", "the table is written to the controller's memory"

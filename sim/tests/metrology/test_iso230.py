@@ -1,4 +1,4 @@
-"""Figures of ISO 230-2 against published ones and a computation of their own."""
+"""Tests of figures of ISO 230-2 against published ones and against a computation here."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_the_published_example_is_found_again() -> None:
 
 
 def _direct(made: MeasurementSet) -> dict[str, float]:
-    """The definitions of clause 3 row by row, with the standard library."""
+    """Return the figures by the definitions of clause 3, row by row, from the standard library."""
     run = made.reference
     assert run is not None
     assert run.direction is not None
@@ -94,7 +94,7 @@ def test_a_run_of_the_table_against_the_definitions() -> None:
     figures = found.figures()
     for name, value in _direct(made).items():
         assert figures[name] == pytest.approx(value, abs=1e-9), name
-    # Of the disc's error alone, with the sign of a deviation: reading too large, table too short.
+    # The disc's error alone, with the sign of a deviation: reading too large, table too short.
     assert figures["B̄"] == pytest.approx(-2.0, abs=4 * 0.15 / np.sqrt(12 * 24))
     truth = paper_error(np.radians(found.target_deg), np.full(24, 20.0), 0.0)
     assert np.abs(found.mean_arcsec + truth).max() < 5 * 0.15 / np.sqrt(12)
@@ -128,8 +128,8 @@ def test_what_the_run_lacks_is_said_and_the_rest_is_given() -> None:
 def test_uncertainties_by_random_numbers() -> None:
     """Many runs with the stated errors scatter as the formulas of the ranges say.
 
-    Two far apart extremes, so that the targets of the range do not change; 5 % is three standard
-    errors of a standard deviation of 2000 draws.
+    The two extremes are far apart, so that the targets of the range do not change; 5 % is three
+    standard errors of a standard deviation of 2000 draws.
     """
     random = np.random.default_rng(3)
     device, drift, runs, draws = 0.3, 0.2, 5, 2000
@@ -172,7 +172,7 @@ def test_the_command_gives_figures_before_and_after_a_model(tmp_path: Path) -> N
     data = json.loads((tmp_path / "f.json").read_text())
     before, after = (data[key]["over_the_turn_arcsec"] for key in ("measured", "corrected"))
     assert before["M"] > 150.0
-    # What is left is scatter: 0.15″ a reading, 12 readings a mean, 24 targets.
+    # Only scatter remains: 0.15″ a reading, 12 readings a mean, 24 targets.
     assert after["M"] < 6 * 0.15 / np.sqrt(12) + 0.1
     assert after["B"] < 6 * 0.15 / np.sqrt(3)
     assert after["R↑"] == pytest.approx(before["R↑"], abs=0.05)

@@ -1,4 +1,4 @@
-"""Changes and forecasts of a size over time, against brute force and simulated truth."""
+"""Tests of changes and forecasts of a size over time, against brute force and simulated truth."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Float = NDArray[np.float64]
 
 WEEK = 7.0
 SURE = 1e-3
-"""Probability that a right program fails one of the counted tests."""
+"""Probability that a correct program fails one of the counted tests."""
 
 
 def a_series(values: Float, u: float = 0.03, name: str = "effect.size") -> Series:
@@ -63,7 +63,7 @@ def test_the_scatter_between_sets_solves_its_equation() -> None:
 
 
 def test_false_findings_are_as_frequent_as_stated() -> None:
-    """Several parameters of one machine, unequal u, and a scatter that u does not state."""
+    """The machine has several parameters, unequal u, and a scatter that u does not include."""
     random, number, rate = np.random.default_rng(3), 400, 2.0
     false = 0
     for _ in range(number):
@@ -96,7 +96,7 @@ def test_a_step_and_a_drift_are_found_with_date_and_size(parts: int) -> None:
         held_day += change.earliest_day - WEEK <= day <= change.latest_day + WEEK
         held_size += abs(change.size - 0.5) < 3.0 * change.u
     assert held_day >= stats.binom.ppf(SURE, number, 0.95)
-    # The size follows from the likeliest course, of which there are several: three u hold 90 %.
+    # The size follows from the likeliest course of several: three u cover 90 %.
     assert held_size >= stats.binom.ppf(SURE, number, 0.9)
 
 
@@ -129,7 +129,7 @@ def test_parameters_without_uncertainty_have_no_series() -> None:
 
 
 def test_the_interval_of_a_forecast_holds_the_day() -> None:
-    """A drift at a constant rate: size 0.2″ until day 140, then 1″ at day 420."""
+    """A drift has a constant rate: size 0.2″ until day 140, then 1″ at day 420."""
     random, number, held = np.random.default_rng(6), 60, 0
     days = np.arange(40) * WEEK
     for _ in range(number):

@@ -1,4 +1,4 @@
-"""The watch on trends: false alarms at their stated rate, drifts told with their size."""
+"""Tests of the watch on trends: false alarms at their stated rate, drifts with their size."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ RNG_SEED = 5
 
 
 def told(values: np.ndarray) -> list[list[float]]:
-    """Orders 1, 2, … as the telemetry has them; the phase is that of cos(nθ + φ)."""
+    """Return orders 1, 2, … as the telemetry has them; the phase is that of cos(nθ + φ)."""
     return [[n + 1, float(abs(v)), float(-np.angle(v)), 0.1, 1] for n, v in enumerate(values)]
 
 
 def test_noise_alone_alarms_as_often_as_stated() -> None:
-    """5 % of lines are asked for; 250 lines: the 99.9 % range of the binomial distribution."""
+    """5 % of the lines may alarm; 250 lines have the 99.9 % range of the binomial distribution."""
     rng = np.random.default_rng(RNG_SEED)
     lines, alarms = 250, 0
     for _ in range(lines):
@@ -29,7 +29,7 @@ def test_noise_alone_alarms_as_often_as_stated() -> None:
 
 
 def test_a_drift_is_told_with_its_size() -> None:
-    """Order 2 moves by 0.01″ and −0.02″ a turn, noise of a turn 0.1″."""
+    """Order 2 moves by 0.01″ and −0.02″ a turn, with noise of 0.1″ a turn."""
     rng = np.random.default_rng(RNG_SEED)
     watch, found = TrendWatch(), []
     for turn in range(128):
@@ -65,7 +65,7 @@ def test_refused_and_repeated_turns_are_passed_over_and_a_new_start_begins_anew(
     assert steady_drift(watch, range(1, 8)) == []
     assert watch.add(7, told(np.array([99.0]))) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
-    # The device counts from 1 again: no line goes across its start.
+    # The device counts from 1 again: no line crosses its start.
     assert steady_drift(watch, range(1, 8)) == []
     assert len(steady_drift(watch, range(8, 9))) == 1
 

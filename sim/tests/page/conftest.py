@@ -1,4 +1,4 @@
-"""A browser, and a tab whose errors fail the test."""
+"""Fixtures with a browser, and with a tab whose errors fail the test."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from sim.tests.page.browser import arguments
 from tests.page.in_browser import PATIENCE_MS, PROGRAM
 
 EXPECTED = ("422", "ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE", "ERR_CONNECTION_RESET")
-"""What the browser itself says of an answer that refuses, and of a server that has ended."""
+"""The browser itself reports these for an answer that refuses, and for a server that has ended."""
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    """The system's Chromium."""
+    """Start the system's Chromium."""
     with sync_playwright() as playwright:
         found = playwright.chromium.launch(executable_path=PROGRAM, args=arguments())
         yield found
@@ -25,7 +25,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
-    """A tab; whatever the browser reports as an error fails the test."""
+    """Open a tab. Whatever the browser reports as an error fails the test."""
     context = browser.new_context(viewport={"width": 1500, "height": 1000}, color_scheme="light")
     context.set_default_timeout(PATIENCE_MS)
     found = context.new_page()

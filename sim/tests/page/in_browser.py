@@ -1,4 +1,4 @@
-"""What the tests of the page in a browser share."""
+"""Settings and checks that the tests of the page in a browser share."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sim.tests.page.browser import INSTALL, chromium
 
 PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
 PATIENCE_MS = 240_000
-"""Longer than anything takes on a busy machine; nothing here is timed."""
+"""The timeout is longer than anything takes on a busy machine. Nothing here is timed."""
 expect.set_options(timeout=PATIENCE_MS)
 PROGRAM = chromium()
 needs_browser = pytest.mark.skipif(
@@ -19,11 +19,11 @@ needs_browser = pytest.mark.skipif(
 
 
 def picture(page: Page, name: str, *, whole: bool = True) -> None:
-    """A screenshot for people to look at, in build/page."""
+    """Save a screenshot for people to look at in build/page."""
     PICTURES.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=PICTURES / f"{name}.png", full_page=whole)
 
 
 def all_drawn(page: Page) -> None:
-    """Every figure has been drawn, none with a message in its place."""
+    """Expect that every figure has been drawn and none shows a message instead."""
     expect(page.locator(".plot:not([data-drawn])")).to_have_count(0)

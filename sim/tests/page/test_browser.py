@@ -1,4 +1,4 @@
-"""The page in a real browser: the whole story, a bad upload, cancel, two tabs, a phone.
+"""Tests of the page in a real browser: the whole story, a bad upload, cancel, two tabs, a phone.
 
 Screenshots stay in build/page for people to look at.
 """
@@ -21,12 +21,13 @@ from tests.page.in_browser import all_drawn, needs_browser, picture
 from tests.workbench.small_sets import measurement_set, paper_error
 
 HIDDEN = "high_order_graduation"
-"""One run of 18,000 samples is enough to name it."""
+"""The effect is large enough to be named from one run of 18,000 samples."""
 SEED = next(seed for seed in range(1000) if hidden_effect(seed, EXPERIMENTS["lean"]()) == HIDDEN)
-"""A longer catalogue draws other effects: the first seed that hides this one."""
+"""The seed is searched for, because a longer catalogue draws other effects. It is the first that
+hides this one."""
 
 HEADER_PX = 56
-"""Of 844: a header that stays must leave the phone's screen to what is read."""
+"""The phone's screen has 844 pixels. A header that stays must leave most of it to the text."""
 
 pytestmark = needs_browser
 
@@ -39,7 +40,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def rms_on_the_ladder(page: Page) -> list[float]:
-    """RMS of the capture at each step."""
+    """Return the RMS of the capture at each step."""
     rows = page.locator("#ladder tbody tr", has_text="capture").all()
     return [float(row.locator("td").nth(4).inner_text().removesuffix("″")) for row in rows]
 
@@ -72,7 +73,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     page.get_by_role("textbox", name="Seed").fill(str(SEED))
     page.get_by_role("button", name="Generate").click()
 
-    # The set and its misfit are there at once; the ranking follows, with progress.
+    # The set and its misfit are there at once. The ranking follows and shows its progress.
     page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
     start = page.url
     expect(page.locator("#set")).to_contain_text("18,000")
@@ -89,7 +90,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     )
     expect(page.locator("#plot-finding .main-svg").first).to_be_visible()
 
-    # Add it: the error falls.
+    # Adding the effect makes the error fall.
     named.get_by_role("button").click()
     page.wait_for_url(re.compile(r"/2/"))
     # The new ranking, which takes seconds at the least, is cancelled at once.
@@ -98,13 +99,13 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#rank")).to_be_visible()
     all_drawn(page)
     before, after = rms_on_the_ladder(page)
-    # It comes down to the noise of the repeats, which is known to a few percent.
+    # The error falls to the noise of the repeats, which is known to a few percent.
     last = page.locator("#ladder tbody tr", has_text="capture").last.locator("td").last
     floor = float(last.inner_text().removesuffix("″"))
     assert after < 1.05 * floor < 1.2 * floor < before
     picture(page, "added")
 
-    # A second tab on the first step goes its own way.
+    # A second tab that starts from the first step does not change this one.
     other = page.context.new_page()
     other.goto(start)
     other.locator("#ladder select").first.select_option("timing_skew")
@@ -117,7 +118,7 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#ladder tbody")).not_to_contain_text("timing skew")
     other.close()
 
-    # Undo is an address, and so is back.
+    # Undo is a link to an address, and the browser's back button works too.
     page.locator("#undo").click()
     page.wait_for_url(start)
     assert rms_on_the_ladder(page) == [before]
@@ -125,12 +126,12 @@ def test_the_whole_story(server: str, page: Page) -> None:
     page.wait_for_url(re.compile(r"/2/"))
     assert rms_on_the_ladder(page) == [before, after]
 
-    # At the end, the truth.
+    # At the end the page reveals the truth.
     page.locator("#reveal").click()
     expect(page.locator("#truth")).to_contain_text(HIDDEN.replace("_", " "))
     assert name == HIDDEN
 
-    # By the keyboard alone: dark, and the other unit.
+    # The keyboard alone is enough to choose the dark colours and the other unit.
     page.locator("#theme").focus()
     page.keyboard.press("Enter")
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
@@ -168,7 +169,8 @@ def test_a_server_that_ended_is_said_and_nothing_counts(page: Page, tmp_path: Pa
     expect(page.locator("#counting, #ranking progress")).to_have_count(0)
     expect(page.locator("#doing")).to_have_text("The server does not answer.")
     picture(page, "server_gone", whole=False)
-    # The words of the command line are taken by the program; the page goes on.
+    # The program understands the words of the command line that the page shows, and the page goes
+    # on.
     with page_server(tmp_path / "sets", state, http_port=port):
         expect(page.locator("#gone")).to_be_hidden()
         page.wait_for_selector("main[data-state=done]")
@@ -220,7 +222,7 @@ def test_a_bad_upload_says_why_beside_it(server: str, page: Page, tmp_path: Path
     expect(problem).to_contain_text("capture.csv, row 2, column head1_counts")
     picture(page, "bad_upload")
 
-    # Too large: nothing is sent.
+    # The file is too large, and the page sends nothing.
     (tmp_path / "huge.csv").write_bytes(bytes(1_000_001))
     address = page.url
     page.get_by_label("Files").set_input_files(tmp_path / "huge.csv")

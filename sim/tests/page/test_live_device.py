@@ -1,6 +1,6 @@
-"""The page of a running device in a real browser, and its captures.
+"""Tests of the page of a running device in a real browser, and of its captures.
 
-Drift, heat and a fault come from replayed telemetry, the captures from the compiled firmware.
+Drift, heat and a fault come from replayed telemetry. The captures come from the compiled firmware.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ U = 0.02
 
 @pytest.fixture(autouse=True)
 def run_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A folder of its own for the daemon's announcement."""
+    """Give the daemon's announcement a folder of its own."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
 
 
@@ -39,7 +39,7 @@ def replay() -> Replay:
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
     made = Device()
-    os.close(made.far)  # the daemon is another program
+    os.close(made.far)  # The daemon is another program.
     with made.running(monkeypatch):
         yield made
 
@@ -75,7 +75,7 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
             page.wait_for_timeout(50)
         main = page.locator("main")
         expect(main).to_have_attribute("data-turn", "30")
-        # The present coefficients began with turn 10: the 9 arcseconds before it do not count.
+        # The present coefficients began with turn 10, so the 9 arcseconds before it do not count.
         expect(page.locator("#since")).to_contain_text("Since turn 10 ")
         changed = page.locator("#changed tbody tr", has_text="changed")
         expect(changed).to_have_count(2)
@@ -90,17 +90,17 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
             ["order 1", "order 2", "order 5"]
         )
         picture(page, "device")
-        # Before it order 1 was 9 arcseconds larger; 1 of them came back since.
+        # Before turn 10, order 1 was 9 arcseconds larger. 1 of them has come back since.
         page.get_by_label("since").select_option("first")
         expect(page.locator("#since")).to_contain_text("Since turn 0 ")
         expect(changed.nth(1)).to_contain_text("order 18.000″0.028″")
         page.get_by_label("since").select_option("calibration")
         expect(changed.nth(1)).to_contain_text("order 11.000″0.028″")
-        # A refused turn has no orders: those of the turn before it stay.
+        # A refused turn has no orders. The page keeps those of the turn before it.
         replay.turn(31, swaps=1, result="refused", reason="noise", harmonics=[])
         expect(main).to_have_attribute("data-turn", "31")
         expect(changed).to_have_count(2)
-        # Its alarm is over.
+        # The alarm of that turn is over.
         expect(page.locator("#alarm-list")).to_have_text("none")
         ask(announcement(replay.port), "life", alarms={"hysteresis.a": "ALARM: <b>it</b> passes."})
         expect(page.locator("#machine-alarms li")).to_have_text("ALARM: <b>it</b> passes.")
@@ -109,7 +109,7 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
         page.set_viewport_size({"width": 390, "height": 844})
         wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")
         assert wide <= 0
-        page.wait_for_timeout(3_000)  # for the picture alone: the charts are drawn each second
+        page.wait_for_timeout(3_000)  # The charts are drawn once a second.
         picture(page, "device_phone_dark")
         running.process.kill()
         expect(page.locator("#lost")).to_contain_text("no daemon runs")

@@ -1,7 +1,7 @@
-"""Markup in titles, names and contents of files is shown as text, in the page and in its reports.
+"""Tests that markup in titles, names and contents of files is shown as text, in page and reports.
 
-The marks are elements that a browser would make of them: one that can be found, and one that
-leads to another page.
+A browser would make two elements of the marks. One can be found on the page, and one leads to
+another page.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ MARK = "<i data-evil>x</i>"
 LEADS_AWAY = '<meta http-equiv="refresh" content="0;url=data:,gone">'
 EVIL = f"""'"><svg data-evil onload="document.title='evil'"></svg>{MARK}&lt;{LEADS_AWAY}"""
 FOLDER = "<i data-evil>x<meta http-equiv=refresh content=0;url=data:,gone>\"'&amp;"
-"""A folder's name has no slash."""
+"""The name of a folder can hold no slash."""
 COLUMN = "%{meta.words}<b data-evil>warm</b><a href='http://evil.example'>hub"
-"""plotly.js knows b and a in its texts, and puts what "meta" holds in place of its name."""
+"""plotly.js interprets b and a in its texts, and replaces a name by what "meta" holds."""
 LOOKS_MS = 700
-"""A page that led away would be gone: its refresh waits 0 s."""
+"""The markup refreshes after 0 s, so a page that it led away would be gone by then."""
 
 
 def evil_set() -> MeasurementSet:
@@ -48,7 +48,8 @@ def evil_set() -> MeasurementSet:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Sets whose title, folder, column and fault hold markup, and an effect whose texts do."""
+    """Write sets with markup in title, folder, column and fault, and an effect with markup in its
+    texts."""
     made = tmp_path_factory.mktemp("markup")
     write_measurement_set(made / "sets" / FOLDER, evil_set())
     broken = made / "sets" / f"broken {FOLDER}"
@@ -73,7 +74,7 @@ def server(folder: Path) -> Iterator[str]:
 
 
 def harmless(page: Page) -> None:
-    """No element was made of the marks, no link of them, and the page is still there."""
+    """Expect that the marks became no element and no link, and that the page is still there."""
     address = page.url
     page.wait_for_timeout(LOOKS_MS)
     assert page.url == address
@@ -107,7 +108,7 @@ def test_the_page_shows_markup_as_text(server: str, page: Page, tmp_path: Path) 
     expect(page.locator("#plot-residual_against .xtitle").first).to_have_text(COLUMN)
     picture(page, "markup")
 
-    # A model file whose history and table hold it; an effect that no catalogue has.
+    # The model file has markup in its history and table, and an effect that no catalogue has.
     model = page.request.get(f"{page.url.split('?')[0]}model.toml").text()
     harm = tmp_path / "model.toml"
     harm.write_text(
@@ -145,7 +146,8 @@ def test_files_that_are_dropped_in_are_named_as_text(
 
 
 def test_addresses_that_are_not_there_are_shown_as_text(server: str, page: Page) -> None:
-    # A browser shows what is no error of the page's own scripts on its console: not with request.
+    # The browser prints a missing page on its console, which fails a test. A plain request does
+    # not.
     for address in (f"/s/{MARK}/1/", f"/{MARK}", f"/s/0123456789abcdef/1/figure/{MARK}.json"):
         answer = page.request.get(server + address)
         assert answer.status == 404
@@ -175,7 +177,7 @@ def test_a_printed_report_shows_markup_as_text(page: Page, tmp_path: Path) -> No
     page.goto(html.as_uri())
     harmless(page)
     expect(page.locator("h1")).to_have_text(EVIL)
-    # Markdown lets HTML through.
+    # Markdown would let HTML through.
     assert "<" not in markdown
     linked = Document("[x](http://evil.example)", [], [])
     assert "](" not in write_document(linked, tmp_path, "linked")[0].read_text(encoding="utf-8")

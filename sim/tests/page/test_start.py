@@ -1,4 +1,4 @@
-"""The first page: what it opens, and what it refuses in a sentence beside the cause."""
+"""Tests of what the first page opens, and of the sentence with which it refuses the rest."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_BYTES = 1_000_000
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Two sets, one of them broken, and a stranger's set outside."""
+    """Write two sets, one of them broken, and a stranger's set outside the folder."""
     write_measurement_set(tmp_path / "sets" / "good", measurement_set(runs=1, cycles=1, turns=1))
     broken = tmp_path / "sets" / "broken"
     broken.mkdir()
@@ -41,7 +41,7 @@ def client(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 
 
 def problem(html: str, part: str) -> str:
-    """The sentence beside a part of the first page."""
+    """Return the sentence beside a part of the first page."""
     section = html[html.index(f'id="{part}"') :].split("</section>")[0]
     return " ".join(re.findall(r'class="problem"[^>]*>([^<]*)', section)).strip()
 
@@ -104,14 +104,14 @@ def test_a_bad_upload_says_why_beside_it(
     html = answer.get_data(as_text=True)
     assert answer.status_code == 422
     assert said in problem(html, "dropin")
-    # Nothing of the server's own folders is told, and nothing of the try stays.
+    # The page tells nothing of the server's own folders, and nothing of the attempt stays.
     assert str(tmp_path / "state") not in html
     assert list((tmp_path / "state").iterdir()) == []
     assert not list(tmp_path.parent.glob("evil.csv*"))
 
 
 def test_objects_in_a_numpy_file_are_not_made(client: FlaskClient) -> None:
-    """A pickle runs code when it is read."""
+    """Reading a pickle would run code."""
 
     class Trap:
         def __reduce__(self) -> tuple[object, tuple[str]]:
@@ -161,12 +161,12 @@ def test_what_a_recording_leaves_open_is_asked_until_it_is_a_set(
     known = {"--unit target": "deg", "--unit error": "arcsec", "--sign": "reading-true"}
     html = answer.get_data(as_text=True)
     assert answer.status_code == 422
-    # All questions on one screen, with the first rows.
+    # All questions stand on one screen, together with the first rows.
     assert re.findall(r'<(?:select|input) name="answer:([^"]+)"', html) == list(known)
     assert "<th>1 target</th><th>2 error</th>" in html
     assert "<td>15</td><td>0.966</td>" in html
     kept = re.findall(r'name="kept" value="([^"]+)"', html)[0]
-    # An answer that is missing is asked again; those that were given are kept.
+    # The page asks again for an answer that is missing, and keeps those that were given.
     first = {"answer:--unit target": "deg", "answer:--sign": "reading-true", "kept": kept}
     html = client.post("/drop", data=first).get_data(as_text=True)
     assert re.findall(r'<select name="answer:([^"]+)"', html) == ["--unit error"]
@@ -210,7 +210,7 @@ def test_another_page_cannot_use_the_server(client: FlaskClient) -> None:
     for headers in ({"Origin": "http://evil.example"}, {"Sec-Fetch-Site": "cross-site"}):
         answer = client.post("/open", data={"set": "good"}, headers=headers)
         assert answer.status_code == 403
-    # A name that an attacker lets point to 127.0.0.1.
+    # An attacker can let such a name point to 127.0.0.1.
     assert client.get("/", headers={"Host": "evil.example"}).status_code == 403
 
 

@@ -1,4 +1,5 @@
-"""Steps of a model: kept on the server, each with its address; tabs do not meet."""
+"""Tests that the server keeps the steps of a model, each with its address, and that tabs stay
+apart."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ from tests.workbench.small_sets import measurement_set, paper_error
 EFFECT = "hysteresis"
 FOLLOWS_NONE = "follows none of the conditions"
 START = Jobs.start
-"""Before a fixture replaces it."""
+"""The method is kept here before a fixture replaces it."""
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +44,7 @@ def settings(tmp_path_factory: pytest.TempPathFactory) -> PageSettings:
 
 @pytest.fixture(scope="module")
 def client(settings: PageSettings) -> Iterator[FlaskClient]:
-    """Of a page that ranks nothing by itself."""
+    """Return the client of a page that ranks nothing by itself."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Jobs, "start", lambda *_: None)
         with make_page(settings).app.test_client() as made:
@@ -52,18 +53,18 @@ def client(settings: PageSettings) -> Iterator[FlaskClient]:
 
 @pytest.fixture(scope="module")
 def opened(client: FlaskClient) -> str:
-    """Address of the first step of a session that many tests use."""
+    """Return the address of the first step of a session that many tests use."""
     return str(client.post("/open", data={"set": "one"}).location)
 
 
 @pytest.fixture
 def first(client: FlaskClient) -> str:
-    """Address of the first step of a new session."""
+    """Return the address of the first step of a new session."""
     return str(client.post("/open", data={"set": "one"}).location)
 
 
 def names(client: FlaskClient, address: str, tmp_path: Path) -> list[str]:
-    """Effects of the model of a step."""
+    """Return the names of the effects in the model of a step."""
     file = tmp_path / "downloaded.toml"
     file.write_bytes(client.get(f"{address}model.toml").data)
     return read_model(file).names()
@@ -147,7 +148,7 @@ def test_a_bad_model_file_says_why(
 
 
 def test_a_model_file_brings_no_code(client: FlaskClient, opened: str, tmp_path: Path) -> None:
-    """Effect files are code: only those of a folder of the command line are run."""
+    """Effect files are code. Only those in a folder from the command line are run."""
     trap = tmp_path / "effects"
     trap.mkdir()
     (trap / "trap.py").write_text(
@@ -220,7 +221,10 @@ def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> No
 
 @pytest.fixture(scope="module")
 def rankings(settings: PageSettings, client: FlaskClient, opened: str) -> list[Ranking]:
-    """What a job writes of the first step: partly, then whole. The model lacks something."""
+    """Return what a job writes for the first step, first the part and then the whole ranking.
+
+    The model lacks an effect.
+    """
     session = Sessions(settings.state)[opened.split("/")[2]]
     analysis = analyse_opened(session.opened, session.model(1), built_in())
     found: list[Ranking] = []
@@ -244,7 +248,8 @@ def test_what_is_not_judged_yet_is_not_denied(
     assert FOLLOWS_NONE not in where
     assert "diagnosis will show" in where
 
-    # Judged: nothing beyond chance, then a share that is shown, and too small for a sentence.
+    # The ranking now judges the conditions. First none has more than chance. Then one has a share
+    # that is shown, but is too small for a sentence.
     quiet = [{**item, "share": 0.0} for item in whole["regressors"]]
     session.write_ranking(1, {**whole, "findings": [], "regressors": quiet})
     assert f"{FOLLOWS_NONE} below:" in section(client.get(first).text, "where")
@@ -270,13 +275,13 @@ def test_a_set_that_is_opened_again_is_not_ranked_again(
     before.write_ranking(1, rankings[1])
     again, _ = open_it()
     assert again.ranking(1) == rankings[1]
-    # The same model by another way; and another model.
+    # The same model is reached in another way, and then another model.
     client.post(f"{address}add", data={"effect": EFFECT})
     client.post(f"/s/{before.name}/2/drop", data={"effect": EFFECT})
     assert before.ranking(2) is None
     assert before.ranking(3) == rankings[1]
 
-    # Another mask, another byte of the set, other code of an effect: another ranking.
+    # Another mask, another byte of the set or other code of an effect needs another ranking.
     (folder / "mask.csv").write_text("capture_row,mask\n5,1\n", "utf-8")
     assert open_it()[0].ranking(1) is None
     (folder / "mask.csv").unlink()

@@ -1,4 +1,4 @@
-"""A folder of Python packages that holds what a list of requirements asks for, and nothing else."""
+"""Builds a folder with the Python packages that a list of requirements asks for, and no others."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from packaging.utils import canonicalize_name
 
 
 def required(requirements: Iterable[str]) -> dict[str, Distribution]:
-    """The installed distributions that the requirements ask for, directly or not, by name.
+    """Return, by name, the installed distributions that the requirements ask for, directly or not.
 
     Raises importlib.metadata.PackageNotFoundError for one that is not installed here, and
     AssertionError for one of another version.

@@ -1,4 +1,5 @@
-"""The tables of docs/architecture.md and the rules of pyproject.toml name what exists."""
+"""Tests that the tables of docs/architecture.md and the rules of pyproject.toml name what
+exists."""
 
 from __future__ import annotations
 
@@ -10,10 +11,11 @@ from pathlib import Path
 from arctrue.base.source_tree import ROOT
 
 PACKAGE = ROOT / "sim" / "arctrue"
-# Packages whose parts have rows of their own.
+# These packages have a row for each of their parts.
 DIVIDED = ("workbench", "studies")
 CONFIGURATION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# From the command line down to the units; whoever is in one layer imports only those below.
+# The layers go from the command line down to the units. A module imports only from layers below its
+# own.
 LAYERS, LAYERS_OF_WORKBENCH = (
     [[name.strip().removeprefix("arctrue.") for name in layer.split("|")] for layer in found]
     for found in (
@@ -23,7 +25,7 @@ LAYERS, LAYERS_OF_WORKBENCH = (
 
 
 def rows() -> list[list[str]]:
-    """The first column of the table of the Python package."""
+    """Return the names in the first column of the table of the Python package."""
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     table = text.split("The Python package `sim/arctrue`")[1].split("\n## ")[0]
     cells = re.findall(r"^\| (`[^|]*) \|", table, re.MULTILINE)
@@ -31,7 +33,7 @@ def rows() -> list[list[str]]:
 
 
 def parts(folder: Path) -> set[str]:
-    """Modules and packages directly in ``folder``."""
+    """Return the modules and packages directly in ``folder``."""
     found = {path.stem for path in folder.glob("*.py")} - {"__init__"}
     return found | {path.parent.name for path in folder.glob("*/__init__.py")}
 
@@ -51,7 +53,7 @@ def test_the_table_names_nothing_else() -> None:
 
 
 def depth(name: str) -> int:
-    """The layer of one entry, from the top."""
+    """Return the number of the layer of one entry, counted from the top."""
     (found,) = [place for place, layer in enumerate(LAYERS) if name.split("/")[0] in layer]
     return found
 

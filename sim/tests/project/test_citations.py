@@ -1,4 +1,4 @@
-"""Every equation, section, figure and table of the paper that the tree cites is there."""
+"""Tests that the paper has every equation, section, figure and table that the tree cites."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[3]
 FOLDERS = ("rtl", "tb", "sim", "firmware", "formal", "scripts", "docs")
 ENDINGS = {".vhd", ".rdl", ".py", ".c", ".h", ".cpp", ".sv", ".md", ".j2", ".toml"}
 
-# What Shao, Zhu, Huang, Xue and Zhu (2025) has, read from the paper.
+# These are the numbers in Shao, Zhu, Huang, Xue and Zhu (2025), read from the paper.
 PAPER = {
     "equation": {*map(str, range(1, 18)), *(f"A.{n}" for n in range(1, 6))},
     "figure": {
@@ -31,7 +31,7 @@ OTHER_SOURCES = (
     "table 4 K warmer",
     "Table 7, Monday",
 )
-"""Citations of other documents, and what only looks like one."""
+"""These texts cite other documents, or only look like a citation."""
 
 NUMBER = r"\(?(?:A\. ?)?\d{1,2}(?:\.\d+)?(?: ?[ab]\b)?\)?"
 WORDS = {
@@ -49,7 +49,7 @@ CITATION = {
 
 
 def plain(text: str) -> str:
-    """Text without line breaks and the marks of comments, of the paper alone."""
+    """Return the text without line breaks, marks of comments and citations of other documents."""
     joined = " ".join(re.sub(r"^\s*(?:--|//|/?\*|#)+ ?", "", line) for line in text.splitlines())
     joined = re.sub(r"\s+", " ", joined)
     for other in OTHER_SOURCES:
@@ -58,7 +58,7 @@ def plain(text: str) -> str:
 
 
 def citations(text: str) -> Iterator[tuple[str, str]]:
-    """Kind and number of everything that the text cites; both ends of "to" and "–"."""
+    """Yield kind and number of every citation in the text. A range yields both of its ends."""
     for kind, pattern in CITATION.items():
         for found in pattern.finditer(text):
             for number in re.findall(NUMBER, found[1]):
@@ -101,7 +101,8 @@ def test_every_citation_is_in_the_paper() -> None:
 
 
 PLACES = {
-    # Section 2.2 has b and the iterations, 3.3 the circuit, the appendix the bounds; (9) has A_n.
+    # Section 2.2 has b and the iterations, section 3.3 the circuit, the appendix the bounds, and
+    # (9) A_n.
     "rtl/formats/number_formats_pkg.vhd": [
         "sections 2.2 and 3.3 and appendix",
         "A_n of equation (9)",
@@ -114,15 +115,15 @@ PLACES = {
     "rtl/phase/phase_unit.vhd": ["Figure 8 and section 3.3"],
     "rtl/harmonic/harmonic_unit.vhd": ["Figure 9 and section 3.3"],
     "rtl/compensation/error_compensation.vhd": ["equation (8), θ_com = R − ε(R)"],
-    # The reading is R = θ + ε(θ) in (2); (1) defines the deviation of the table.
+    # Equation (2) gives the reading as R = θ + ε(θ), and (1) defines the deviation of the table.
     "rtl/encoder_source/encoder_source.vhd": ["ε of equation (2)"],
     "rtl/encoder_source/encoder_source_head.vhd": ["R = θ + ε(θ), equation (2)"],
-    # The cosines of ε are (9).
+    # The cosines of ε are those of equation (9).
     "sim/arctrue/workbench/effects/catalogue/graduation_harmonics.py": ["(4), (5) and (9)"],
     "sim/arctrue/workbench/effects/base.py": ["equation (9)"],
     "sim/arctrue/calibration/transfer_function.py": ["equation (6)"],
 }
-"""What the paper says there is what the file is about."""
+"""At each of these places the paper says what the file is about."""
 
 
 @pytest.mark.parametrize("name", PLACES)

@@ -1,4 +1,4 @@
-"""What the pages claim of the diagnosis is shown, or is not claimed."""
+"""Tests that the pages claim nothing of the diagnosis that is not shown."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_what_cannot_be_shown_is_not_said() -> None:
 
 
 def _former_figures(text: str) -> list[str]:
-    """The figures of an earlier commit in ``text``, with the brackets that they stand in."""
+    """Return the figures of an earlier commit in ``text``, with their brackets."""
     return re.findall(r"\([\d.,]+ (?:[^()]*? )?before\b[^()]*\)", " ".join(text.split()))
 
 
@@ -58,7 +58,7 @@ def test_former_figures_are_found() -> None:
 
 
 def test_a_figure_of_before_carries_the_commit_that_makes_it() -> None:
-    """What this tree cannot make again says where it can be made."""
+    """A figure that this tree cannot make again names the commit that can."""
     for path in [*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"]:
         for said in _former_figures(path.read_text(encoding="utf-8")):
             assert re.search(r"`[0-9a-f]{7}(~1)?`", said), f"{path}: {said}"

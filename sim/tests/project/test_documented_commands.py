@@ -1,4 +1,4 @@
-"""Every command of the documents is run by a test, or listed here with where it is run, and why."""
+"""Tests that every command of the documents is run, or is listed here with its place and reason."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 FOLLOWED = {"tutorial.md", "first-own-table.md", "own-effect.md", "real-data.md"}
-"""Pages of which test_tutorial.py runs every command and compares what it prints."""
+"""test_tutorial.py runs every command of these pages and compares the output."""
 BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
@@ -48,7 +48,8 @@ ELSEWHERE = {
     "arctrue serve": ("it serves until it is stopped", "sim/tests/page/test_browser.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
 }
-"""Commands of the documents that are run by another test: why not here, and by which."""
+"""Another test runs these commands. Each entry says why they are not run here, and which test it
+is."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "scripts/tests/device_build"),
     "compare-lanes": ("minutes; its parts there", "scripts/tests/synth/test_compare_lanes.py"),
@@ -71,11 +72,13 @@ TARGETS = {
     "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
     "verify-bitstream": ("needs a routed chip; its parts there", "scripts/tests/device_build"),
 }
-"""Targets of make in the documents: why they are not run here, and what tests them."""
+"""These are the targets of make in the documents. Each entry says why it is not run here, and what
+tests it."""
 
 
 def lines_of(page: Path) -> Iterator[str]:
-    """The lines of its blocks of commands, those with a \\ at their end joined."""
+    """Yield the lines of a page's blocks of commands. Lines that end in \\ are joined with the
+    next."""
     for block in BLOCK.finditer(page.read_text(encoding="utf-8")):
         if block["language"] in ("sh", "console", ""):
             text = re.sub(r"\\\n\s*", "", block["text"])
@@ -83,7 +86,7 @@ def lines_of(page: Path) -> Iterator[str]:
 
 
 def documented(program: str) -> list[tuple[str, str]]:
-    """Page and command, without remarks, of every call of a program."""
+    """Return page and command, without remarks, of every call of a program."""
     found = []
     for page in PAGES:
         for line in lines_of(page):
@@ -109,7 +112,7 @@ def test_the_commands_are_found() -> None:
 
 @pytest.mark.parametrize(("page", "line"), COMMANDS, ids=lambda item: item)
 def test_a_documented_command_has_these_words_and_options(page: str, line: str) -> None:
-    """By the parser of the command itself, wherever it is run."""
+    """The parser of the command itself checks the line, wherever the command is run."""
     if "diganose" in line:
         pytest.skip("the example of a wrong name: it is run below")
     words = shlex.split(line)[1:]
@@ -139,7 +142,7 @@ def test_targets_of_the_documents_are_tested_or_listed() -> None:
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sets and files that the documents name, small ones."""
+    """Write small versions of the sets and files that the documents name."""
     folder = tmp_path_factory.mktemp("documented")
     made = simulate_set([], short(), seed=1).measurement
     assert made.capture is not None
@@ -157,18 +160,19 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 CODES = {"arctrue diganose my_table": 2}
-"""Exit codes other than 0: the example of a wrong name."""
+"""Exit codes other than 0. The only one is that of the example of a wrong name."""
 INSTEAD = {"EFFECT": "hysteresis"}
 
 
 def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Word by word as they are printed, on small sets; a placeholder stands for one of them."""
+    """Each command runs word by word as printed, on small sets. A small set also replaces a
+    placeholder."""
     monkeypatch.chdir(place)
     monkeypatch.setattr(_loaded_set.console, "width", 100)
     for page, line in HERE:
         words = [INSTEAD.get(word, word) for word in shlex.split(line)[1:]]
         if words[0] == "add":
-            # README's model is a new one.
+            # README makes a new model.
             (place / "model.toml").unlink(missing_ok=True)
         if words[0] == "import":
             words[words.index("my_table")] = "imported"
@@ -210,7 +214,7 @@ PICTURES = {
     "tutorial_stranger.png": "scripts/make_workbench_pictures.py",
     "warming_recalibrated.svg": "docs/scenarios.md",
 }
-"""What makes each picture: a script, or the command that stands beside it on a page."""
+"""Maps each picture to the script that makes it, or to the page that shows its command."""
 
 
 DRAWINGS = "sim/arctrue/report/paper_drawings.py"

@@ -1,4 +1,4 @@
-"""A full disk names the file, keeps the old one, and leaves nothing half-written."""
+"""Tests that a full disk names the file, keeps the old one, and leaves nothing half-written."""
 
 from __future__ import annotations
 
@@ -32,12 +32,13 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.model.model_file import write_model
 
 ROOM_BYTES = 64
-"""As on a disk with so much room: every file of these writers is longer."""
+"""The disk has this much room left. Every file of these writers is longer."""
 
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """No file grows beyond ROOM_BYTES: the system's own limit, so that all libraries meet it."""
+    """Let no file grow beyond ROOM_BYTES. The limit is the system's own, so it applies to all
+    libraries."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM_BYTES, hard))
     try:
@@ -178,7 +179,8 @@ APPENDED = {
     "studies/demo/run.py",
     "studies/campaign/store.py",
 }
-"""Logs of other programs, the lock of a build, results line by line: they grow while those run."""
+"""These files grow while a program runs. They are logs of other programs, the lock of a build, and
+results written line by line."""
 
 
 def test_every_writer_of_the_package_writes_whole_files() -> None:
@@ -196,7 +198,7 @@ def test_every_writer_of_the_package_writes_whole_files() -> None:
                 node.func.attr == "open" and any(str(mode)[:1] in "wax" for mode in modes if mode)
             )
             if writes and ast.unparse(node.func) == "pdf.savefig":
-                continue  # a page of a PDF, which is itself written to `unfinished`
+                continue  # This is a page of a PDF, which is itself written to `unfinished`.
             if writes:
                 target = ast.unparse(
                     node.args[0] if node.func.attr == "savefig" else node.func.value

@@ -1,4 +1,5 @@
-"""Modules depend on each other one way: none imports itself through others."""
+"""Tests that modules depend on each other in one direction, so that none imports itself through
+others."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ def _modules() -> dict[str, Path]:
 
 
 def _imported(file: Path, modules: dict[str, Path]) -> set[str]:
-    """What is imported when the module is: not within a function, not for its types alone."""
+    """Return what is imported together with the module, not in a function or only for types."""
     found = set()
     for node in ast.parse(file.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Import):
@@ -36,12 +37,12 @@ def test_no_module_imports_itself_through_others() -> None:
     modules = _modules()
     assert len(modules) > 300
     graph = {name: _imported(file, modules) - {name} for name, file in modules.items()}
-    # Raises CycleError, which names the circle.
+    # It raises CycleError, which names the circle.
     TopologicalSorter(graph).prepare()
 
 
 def test_nothing_in_sim_imports_the_scripts_or_the_test_benches() -> None:
-    """What they share with the package or its tests stands in sim."""
+    """What scripts and test benches share with the package or its tests is kept in sim."""
     found = [
         f"{file.relative_to(SIM)}:{node.lineno}"
         for file in SIM.rglob("*.py")
@@ -59,7 +60,7 @@ def _names(node: ast.AST) -> list[str]:
 
 
 def test_no_circle_of_the_workbench_hides_in_a_function() -> None:
-    """A module of the workbench imports at its top what it needs of the package."""
+    """A module of the workbench imports everything it needs from the package at its top."""
     hidden = [
         f"{file.relative_to(PACKAGE)}: {inner.module}"
         for file in (PACKAGE / "workbench").rglob("*.py")

@@ -1,4 +1,4 @@
-"""The install scripts leave tools alone that are there; nothing is fetched here."""
+"""Tests that the install scripts keep the tools that are already there. Nothing is fetched here."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import pytest
 
 from arctrue.base.source_tree import ROOT
 
-# More than a pipe holds: who reads only the first line of it must not take that for a failure.
+# This is more than a pipe holds. A script that reads only the first line must not take that for a
+# failure.
 TALKATIVE = """#!/bin/sh
 case "$*" in
     *--synth*) echo "module probe" ;;
@@ -28,7 +29,7 @@ TOOLS = {
 
 
 def tree(folder: Path, script: str) -> Path:
-    """The script in a tree of its own, with stand-ins for the tools that it unpacks."""
+    """Return the script in a tree of its own, with stand-ins for the tools that it unpacks."""
     (folder / "scripts").mkdir()
     for name in (script, "debian_packages.sh"):
         shutil.copy(ROOT / "scripts" / name, folder / "scripts")
@@ -44,7 +45,7 @@ def tree(folder: Path, script: str) -> Path:
 
 
 def started(script: Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Without a mirror that answers."""
+    """Run the script without a mirror that answers."""
     environment = {"PATH": "/usr/bin:/bin", "DEBIAN_MIRROR": f"file://{folder}/no-such-mirror"}
     return subprocess.run(
         [script], env=environment, capture_output=True, text=True, check=False, cwd=folder

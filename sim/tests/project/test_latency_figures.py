@@ -1,4 +1,4 @@
-"""Latencies in the documents equal those of the number formats and of the units' models."""
+"""Tests that latencies in the documents equal those of the number formats and the units' models."""
 
 from __future__ import annotations
 

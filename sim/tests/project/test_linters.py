@@ -1,4 +1,4 @@
-"""The linters of `make lint` are those that requirements.lock pins, not the system's."""
+"""Tests that `make lint` uses the linters that requirements.lock pins, not the system's."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.base.source_tree import ROOT
 
 
 def check_firmware(path: str, *options: str) -> subprocess.CompletedProcess[str]:
-    """``make check`` of the firmware, with ``path`` before the PATH of this process."""
+    """Run ``make check`` of the firmware with ``path`` before the PATH of this process."""
     return subprocess.run(
         ["make", "-C", "firmware", "check", *options],
         cwd=ROOT,

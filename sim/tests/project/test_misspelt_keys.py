@@ -1,7 +1,7 @@
-"""A misspelt key of any file that people write is refused or told, never passed over.
+"""Tests that a misspelt key of any file that people write is refused or reported, never ignored.
 
-Every key of a whole file is misspelt in turn. What is expected follows from the files alone: the
-sentence names the file, the key as it was written, and the key that was meant.
+Every key of a whole file is misspelt in turn. The expected sentence follows from the files alone.
+It names the file, the key as it was written, and the key that was meant.
 """
 
 from __future__ import annotations
@@ -144,7 +144,8 @@ command = "arctrue import"
 program = "arctrue 0.1.0"
 """
 NAMED_BY_THE_EFFECT = ("amplitude", "frequency")
-"""Not keys of the format: a fitted parameter and a search parameter; the effect knows them."""
+"""These are no keys of the format. They are a fitted parameter and a search parameter, which the
+effect knows."""
 
 
 def _wrong(key: str) -> str:
@@ -152,7 +153,7 @@ def _wrong(key: str) -> str:
 
 
 def _misspelt(content: Any) -> Iterator[tuple[str, Any]]:
-    """Each key of the content, and a copy in which one letter of it is doubled."""
+    """Yield each key of the content, with a copy in which one letter of it is doubled."""
     if isinstance(content, list):
         for place, item in enumerate(content):
             for key, changed in _misspelt(item):
@@ -171,7 +172,10 @@ def _misspelt(content: Any) -> Iterator[tuple[str, Any]]:
 def _refusal(
     read: Callable[[Path], object], error: type[Exception], file: str
 ) -> Callable[[Path, str], str]:
-    """What ``read`` says of a text in a file of this name; empty where it takes it."""
+    """Return a function that gives the message of ``read`` for a text in a file of this name.
+
+    The message is empty where the text is accepted.
+    """
 
     def said(folder: Path, text: str) -> str:
         path = folder / file
@@ -186,7 +190,7 @@ def _refusal(
 
 
 def _measurement(folder: Path, text: str) -> str:
-    """A set with an unknown key is read, with a warning."""
+    """Read a set with an unknown key, which gives a warning."""
     (folder / "reference.csv").write_text("target_deg,error_arcsec\n0.0,0.0\n15.0,1.0\n")
     warnings: list[str] = []
     refused = _refusal(
@@ -217,5 +221,5 @@ def test_every_misspelt_key_is_told(tmp_path: Path, kind: str) -> None:
     for key, content in keys:
         said, wrong = said_of(tmp_path, tomli_w.dumps(content)), _wrong(key)
         assert str(tmp_path) in said, key
-        # A key that has to be there is missed first.
+        # The message for a required key says first that it is missing.
         assert f"{key}: is missing" in said or (wrong in said and key in said), (key, said)

@@ -1,4 +1,4 @@
-"""Every public name says what its arguments are: numpydoc's sections, read from the docstrings."""
+"""Tests that every public name describes its arguments in numpydoc's sections of its docstring."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ PACKAGES = (
     "arctrue.table.instruments",
     "arctrue.metrology.controllers",
 )
-"""Their ``__all__`` is read."""
+"""The test reads ``__all__`` of these packages."""
 SECTION = re.compile(r"^(\w[\w ]*)\n(-{3,})$", re.MULTILINE)
 ARRAYS = ("NDArray", "ArrayLike", "Float]", "Integer")
 
 
 def sections(text: str) -> dict[str, str]:
-    """The words below each underlined heading."""
+    """Return the text below each underlined heading."""
     found = list(SECTION.finditer(text))
     if not found:
         return {}
@@ -49,7 +49,7 @@ def sections(text: str) -> dict[str, str]:
 
 
 def entries(words: str) -> dict[str, str]:
-    """Names of a section with what is said of each; ``a, b : int`` are two."""
+    """Return the names of a section with the text of each. ``a, b : int`` are two names."""
     found: dict[str, str] = {}
     for part in re.split(r"\n(?=\S)", words.strip("\n")):
         head, _, _ = part.partition("\n")
@@ -59,7 +59,7 @@ def entries(words: str) -> dict[str, str]:
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    """Functions and classes of the packages, and the public methods of the classes."""
+    """Yield functions and classes of the packages, and the public methods of the classes."""
     for package in PACKAGES:
         module = importlib.import_module(package)
         for name in module.__all__:
@@ -76,7 +76,7 @@ def public() -> Iterator[tuple[str, Any]]:
 
 
 def raised(function: Any) -> bool:
-    """True where the function's own body raises."""
+    """Return True where the function's own body raises."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     body = tree.body[0]
     assert isinstance(body, ast.FunctionDef)
@@ -88,7 +88,7 @@ def raised(function: Any) -> bool:
 
 
 def inline(kind: type) -> dict[str, str]:
-    """What stands as a text below each field of a class, as Sphinx reads it too."""
+    """Return the text below each field of a class, which Sphinx reads too."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
     assert isinstance(tree, ast.ClassDef)
     return {
@@ -102,7 +102,7 @@ def inline(kind: type) -> dict[str, str]:
 
 
 def faults(what: Any) -> list[str]:
-    """What the docstring does not say."""
+    """Return what the docstring lacks."""
     text = inspect.getdoc(what) or ""
     found = (
         [] if re.match(r"[A-Z`].*[.:]$", text.partition("\n")[0]) else ["no summary in one line"]
@@ -163,7 +163,7 @@ def test_an_example_gives_what_it_says(what: Any) -> None:
 
 
 def test_every_package_with_public_names_is_read() -> None:
-    """arctrue.api has the names of arctrue."""
+    """The public names of arctrue.api are those of arctrue."""
     root = Path(arctrue.__file__).parent
     named = {
         ".".join(("arctrue", *path.parent.relative_to(root).parts))

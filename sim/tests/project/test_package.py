@@ -1,7 +1,7 @@
-"""The package as a stranger installs it: a wheel that works where no source tree is.
+"""Tests of the package as a stranger installs it, from a wheel that needs no source tree.
 
-Without a network: the build sees what pyproject.toml names as its requirements and nothing else,
-as pip's isolated build does, and the program sees only its declared dependencies.
+The tests need no network. The build sees only the requirements that pyproject.toml names, as in
+pip's isolated build. The program sees only its declared dependencies.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from arctrue.base.extras import EXTRA_OF
 
 ROOT = Path(__file__).resolve().parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-# Of the files that git does not keep: .gitignore.
+# These are files that .gitignore keeps out of git.
 MADE = shutil.ignore_patterns(
     *(".git", ".venv", "build", "generated", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis")
 )
@@ -32,7 +32,7 @@ BAD_INPUT = 2
 
 
 def build(hook: str, tree: Path, out: Path, packages: Path) -> Path:
-    """What a hook of the build system (PEP 517) makes of a source tree."""
+    """Return what a hook of the build system (PEP 517) makes of a source tree."""
     out.mkdir(parents=True, exist_ok=True)
     program = f"from setuptools import build_meta; print('made', build_meta.{hook}({str(out)!r}))"
     done = subprocess.run(
@@ -56,7 +56,7 @@ def build_packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """As it is after ``git clone``: nothing is generated yet."""
+    """Copy the tree as it is after ``git clone``, with nothing generated."""
     return Path(shutil.copytree(ROOT, tmp_path_factory.mktemp("clone") / "arctrue", ignore=MADE))
 
 
@@ -121,7 +121,7 @@ def test_the_source_distribution_makes_the_same_wheel(
 def test_wheel_and_source_distribution_can_be_published(
     wheel: Path, source_distribution: Path, tmp_path: Path
 ) -> None:
-    """``twine check --strict``: metadata, and a description that the index can show."""
+    """``twine check --strict`` checks the metadata and that the index can show the description."""
     words = [sys.executable, "-m", "twine", "--no-color", "check", "--strict"]
     words += [str(wheel), str(source_distribution)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
@@ -151,7 +151,7 @@ def test_an_editable_install_generates_in_the_tree(
 
 @dataclass
 class Installed:
-    """An environment that holds the wheel and its declared dependencies, and an empty folder."""
+    """An environment with the wheel and its declared dependencies, and an empty folder."""
 
     environment: Path
     folder: Path
@@ -179,12 +179,12 @@ EXTRAS = PROJECT["project"]["optional-dependencies"]
 CORE = PROJECT["project"]["dependencies"]
 ALL = [line for name, lines in EXTRAS.items() if name not in ("all", "dev") for line in lines]
 MOST_MB = 260
-"""Of the core as it is installed: numpy and scipy are 215 of them."""
+"""The limit for the installed core in MB. numpy and scipy take 215 of them."""
 MOST_IMPORT_S = 0.1
 
 
 def install(wheel: Path, folder: Path, requirements: list[str]) -> Installed:
-    """The wheel in an empty environment that sees these packages and no others."""
+    """Install the wheel in an empty environment that sees these packages and no others."""
     environment = folder / "environment"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True)
     python = environment / "bin" / "python"
@@ -200,13 +200,13 @@ def install(wheel: Path, folder: Path, requirements: list[str]) -> Installed:
 
 @pytest.fixture(scope="module")
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    """With every extra, ``arctrue[all]``."""
+    """Install the wheel with every extra, ``arctrue[all]``."""
     return install(wheel, tmp_path_factory.mktemp("stranger"), CORE + ALL)
 
 
 @pytest.fixture(scope="module")
 def core(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    """Without any extra."""
+    """Install the wheel without any extra."""
     return install(wheel, tmp_path_factory.mktemp("core"), CORE)
 
 
@@ -215,7 +215,7 @@ def test_all_has_every_extra() -> None:
     named = line.partition("[")[2].rstrip("]").split(",")
     assert sorted(named) == sorted(EXTRAS.keys() - {"all", "dev"})
     packages = {Requirement(text).name for text in ALL}
-    # What is imported with another name than it is installed with.
+    # These packages are imported with another name than they are installed with.
     other = {"pyserial": "serial", "scikit-learn": "sklearn", "ophyd-async": "ophyd_async"}
     assert {other.get(name, name) for name in packages} == EXTRA_OF.keys()
     for package, extra in EXTRA_OF.items():
@@ -224,7 +224,8 @@ def test_all_has_every_extra() -> None:
 
 
 def test_the_core_is_small(wheel: Path) -> None:
-    """Every file that is installed with it, and the wheel's own, in MB of 10⁶ bytes."""
+    """Counts every file that is installed with the core, and the wheel's own, in MB of 10⁶
+    bytes."""
     files = [
         Path(str(found.locate_file(file)))
         for found in required(CORE).values()
@@ -237,7 +238,7 @@ def test_the_core_is_small(wheel: Path) -> None:
 
 
 def test_the_import_is_fast(core: Installed) -> None:
-    """Of five starts the fastest: what else runs on this machine is not measured."""
+    """The fastest of five starts counts, so that other programs on this machine do not matter."""
     program = (
         "import time; start = time.perf_counter(); import arctrue;"
         "print(time.perf_counter() - start)"
@@ -269,7 +270,8 @@ for needs in (found.plot, lambda: at.Dataset.from_hdf5("none.h5"), table):
 
 
 def test_the_library_works_in_the_core(core: Installed) -> None:
-    """From arrays to a written set and a fit; what an extra brings is said with its command."""
+    """The core goes from arrays to a written set and a fit. A missing extra is named with its
+    command."""
     said = core.run("python", "-c", IN_THE_CORE).splitlines()
     assert said == [
         "2.0 True",
@@ -315,7 +317,7 @@ def test_every_command_of_the_core_is_listed(core: Installed) -> None:
     assert "serve" in core.arctrue("--help")
 
 
-# In one process: every start imports numpy and matplotlib anew.
+# All run in one process, because every start imports numpy and matplotlib anew.
 EVERY_HELP = """
 import arctrue
 from arctrue.cli import main

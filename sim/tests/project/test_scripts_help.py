@@ -1,4 +1,5 @@
-"""``python -m MODULE --help`` describes every option of a module, and does nothing else."""
+"""Tests that ``python -m MODULE --help`` describes every option of a module and does nothing
+else."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ CHANGES = {"os.mkdir", "os.remove", "os.rename", "os.rmdir", "subprocess.Popen"}
 
 
 class Watch:
-    """Notes, by an audit hook, the files that are changed and the programs that are started."""
+    """Records, by an audit hook, the files that are changed and the programs that are started."""
 
     def __init__(self) -> None:
         self.on = False
@@ -42,7 +43,7 @@ class Watch:
 
 @pytest.fixture(scope="module")
 def watch() -> Watch:
-    """One: an audit hook cannot be taken away again."""
+    """Make the one watch of the module, because an audit hook cannot be removed."""
     return Watch()
 
 

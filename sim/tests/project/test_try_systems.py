@@ -1,4 +1,5 @@
-"""scripts/try_systems.sh with stand-ins for what needs root: what it runs, records and says."""
+"""Tests of what scripts/try_systems.sh runs, records and says, with stand-ins for what needs
+root."""
 
 from __future__ import annotations
 
@@ -17,13 +18,13 @@ ROOT = Path(__file__).resolve().parents[3]
 BAD_INPUT = 2
 SYSTEMS = {"debian12": "Debian 12", "debian13": "Debian 13", "ubuntu2404": "Ubuntu 24.04"}
 
-# What debootstrap leaves; its words go to a file.
+# This is what debootstrap leaves. Its words go to a file.
 DEBOOTSTRAP = """
 echo "$@" >> "$SAID"
 for word; do case $word in */systems/*[0-9]) root=$word;; esac; done
 mkdir -p "$root/etc/apt/apt.conf.d" "$root/usr/local/share/ca-certificates" "$root/root"
 """
-# Words: the root, then sh -c PROGRAM sh PLACE, then the command.
+# The words are the root, then sh -c PROGRAM sh PLACE, then the command.
 CHROOT = """
 root=$1
 shift 6
@@ -43,7 +44,7 @@ esac
 
 @dataclass
 class Machine:
-    """A tree of one commit, and a PATH in which nothing changes this machine."""
+    """A tree of one commit, and a PATH in which no command changes this machine."""
 
     tree: Path
     commands: Path
@@ -168,7 +169,7 @@ def test_a_set_up_that_fails_is_told(machine: Machine) -> None:
     assert done.returncode == 1
     assert "Debian 13: the set-up FAILED" in done.stderr
     assert "demo" not in done.stderr.split("FAILED")[0]
-    # Packages may be half installed.
+    # Packages may be half installed, so the system is made anew.
     machine.command("chroot", CHROOT)
     assert machine("debian13", "demo").returncode == 0
     assert machine.said().count("trixie") == 2, "the system was not made anew"
@@ -190,7 +191,7 @@ def test_it_ends_at_once_when_it_is_told_to(machine: Machine, tmp_path: Path) ->
             assert script.poll() is None
             time.sleep(0.02)
         script.terminate()
-        # It waits no longer for the command, which takes ten minutes.
+        # The script waits no longer for the command, which takes ten minutes.
         assert script.wait(timeout=300) == 128 + signal.SIGTERM
     finally:
         # The stand-in has no namespace that ends with its first process.

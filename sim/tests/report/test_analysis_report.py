@@ -1,4 +1,4 @@
-"""``arctrue report``: one file that needs no other, with every figure beside it."""
+"""Tests that ``arctrue report`` writes one file that needs no other, and every figure beside it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from arctrue.report.display import FIGURES
 from tests.workbench.small_sets import measurement_set, paper_error
 
 MOST_BYTES = 5_000_000
-"""What issue 14 allows for a file that is mailed."""
+"""Issue 14 allows this much for a file that is mailed."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The picture of the benchmark's page."""
+"""Tests of the picture on the benchmark's page."""
 
 from __future__ import annotations
 

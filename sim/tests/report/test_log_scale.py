@@ -1,4 +1,4 @@
-"""Labels of logarithmic axes are numbers, not the source of matplotlib's mathematics."""
+"""Tests that labels of logarithmic axes are numbers, not the source of matplotlib's mathematics."""
 
 import re
 from pathlib import Path

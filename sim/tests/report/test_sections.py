@@ -1,4 +1,4 @@
-"""What the page says in words."""
+"""Tests of the sentences on the page."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_evidence_says_how_rare_it_is(p_value: float, said: str) -> None:
 
 
 def test_angles_are_told_in_the_unit_of_the_reader() -> None:
-    # 1″ is 4.848 µrad.
+    # An arcsecond is 4.848 µrad.
     assert angle_text(DisplaySettings(), -1.0) == "−1.000″"
     assert angle_text(DisplaySettings(unit="urad"), -1.0) == "−4.85 µrad"
     assert angle_text(DisplaySettings(), None) == angle_text(DisplaySettings(), float("nan")) == "–"

@@ -1,4 +1,4 @@
-"""Names of ticks have room: none runs into another, and none over the end of the axis."""
+"""Tests that names of ticks run neither into each other nor over the end of the axis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Count edges against brute-force sampling, and the wires A, B and Z against the paper."""
+"""Tests of count edges against brute-force sampling, and of wires A, B and Z against the paper."""
 
 from pathlib import Path
 
@@ -44,7 +44,7 @@ def test_edges_are_where_a_dense_scan_finds_them(rounding: str, head: int) -> No
     changes = np.flatnonzero(np.diff(counts))
     assert edges.first_count == counts[0]
     np.testing.assert_array_equal(edges.count, counts[changes + 1])
-    # each edge lies between the two scan points that show the change
+    # Each edge lies between the two scan points that show the change.
     assert np.all(edges.time_s >= time_s[changes] - 1e-12)
     assert np.all(edges.time_s <= time_s[changes + 1] + 1e-12)
     assert np.all(np.abs(np.diff(edges.count)) <= 1)
@@ -67,7 +67,7 @@ def test_noise_moves_edges_by_its_size_and_never_past_each_other() -> None:
     np.testing.assert_array_equal(clean.count, edges.count)
     assert np.all(np.diff(edges.time_s) >= 0)
     moved = (edges.true_angle_rad - clean.true_angle_rad) / quiet.count_rad
-    # standard deviation of 4,500 draws: 1 % standard error, 5 of them allowed
+    # The standard deviation of 4,500 draws has a standard error of 1 %. Five of them are allowed.
     assert moved.std() == pytest.approx(0.05, rel=0.05)
     assert abs(moved.mean()) < 0.05 * 5 / np.sqrt(moved.size)
 
@@ -123,7 +123,7 @@ def test_played_pins_decode_to_the_counts_of_both_heads() -> None:
             np.searchsorted(events.clock, clock, side="right")
         ]
         expected = table.counts(number, REVERSING.state(clock / clock_hz))
-        # an edge exactly at a clock may fall either way within the solver's tolerance
+        # An edge exactly at a clock may fall on either side within the solver's tolerance.
         assert np.count_nonzero(shown != expected) <= 1
 
 

@@ -1,4 +1,4 @@
-"""Tables of three and four heads: what each sees, and the sets that are measured with them."""
+"""Tests of what each head of a table with three or four sees, and of sets measured with them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from arctrue.table.causes.radial_motion import RadialMotion
 
 PLACES = np.deg2rad(HEAD_PLACES_DEG[4])
 SECOND_ORDER = 2.0
-"""(shift/R)²: what the formula for a small shift leaves out, with a factor to spare."""
+"""The formula for a small shift leaves out (shift/R)². The factor here leaves room."""
 
 
 def test_every_head_sees_the_axis_by_its_own_place_and_radius() -> None:
@@ -28,7 +28,7 @@ def test_every_head_sees_the_axis_by_its_own_place_and_radius() -> None:
     moved = shift * np.exp(2j * angle) + 0.5 * shift * np.exp(-2j * angle)
     for head, (place, radius) in enumerate(zip(PLACES, radii, strict=True)):
         seen = table.reading_rad(head, TableState.at_rest(angle)) - angle
-        # Counted from its own mark a head at p shows p more; the angle of its ray is within ± π.
+        # Counted from its own mark, a head at p shows p more. The angle of its ray is within ± π.
         seen -= 2.0 * np.pi * np.round((seen - place) / (2.0 * np.pi)) + place
         expected = np.imag(moved * np.exp(1j * place)) / radius
         assert np.max(np.abs(seen - expected)) < SECOND_ORDER * (abs(1.5 * shift) / radius) ** 2
@@ -57,7 +57,8 @@ def test_a_simulated_set_is_calibrated_to_the_table_it_came_from(heads: int) -> 
     angle = np.linspace(0.0, 6.28, 500)
     reading = made.table.reading_rad(0, TableState.at_rest(angle))
     left = (reading - angle) * 206265.0 - found.on_disc().under_head(0, reading)
-    # 54,000 samples of 0.1″ in 24 coefficients, gains below 1.3: 0.003″; four of these.
+    # 54,000 samples of 0.1″ in 24 coefficients with gains below 1.3 give 0.003″. Four of these are
+    # allowed.
     assert np.std(left) < 4 * 1.3 * 0.1 * np.sqrt(24 / 18_000)
 
 
@@ -67,7 +68,7 @@ def test_two_heads_are_drawn_as_they_were() -> None:
     assert len(two.measurement.capture.heads) == 2
     assert two.measurement.table.head_places_deg is None
     assert "heads" not in two.truth
-    # The counts of the revision before further heads were added, same seed.
+    # These counts are from the revision before further heads were added, with the same seed.
     assert two.measurement.capture.head2_counts[[0, 9_000, -1]].tolist() == [
         2472221, 27635524, 52801067
     ]  # fmt: skip

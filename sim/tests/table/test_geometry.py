@@ -1,4 +1,4 @@
-"""The rays of the table against triangles, a series, and the convention of the signs."""
+"""Tests of the rays of the table against triangles, a series, and the convention of the signs."""
 
 import numpy as np
 import pytest
@@ -27,8 +27,9 @@ def eccentric(offset_m: float, direction_rad: float = 0.7) -> RotaryTable:
 
 @pytest.mark.parametrize("offset_m", [1e-6, 40e-6, 5e-3])
 def test_eccentric_reading_follows_the_law_of_sines(offset_m: float) -> None:
-    # Triangle axis, disc centre, head: two sides and the angle at the axis give the angle at the
-    # head, by which the ray from the disc centre differs from the one from the axis.
+    # In the triangle of axis, disc centre and head, two sides and the angle at the axis give the
+    # angle at the head. The ray from the disc centre differs by that angle from the ray from the
+    # axis.
     table = eccentric(offset_m)
     for head, stator in ((0, 0.0), (1, -HEAD_SEPARATION_RAD)):
         at_axis = ANGLES + 0.7 - stator
@@ -44,12 +45,12 @@ def test_small_angle_formula_holds_to_its_own_order(offset_m: float) -> None:
     ratio = offset_m / DISC_RADIUS_M
     error = eccentric(offset_m).reading_rad(0, STATE) - ANGLES
     missing = np.abs(error - ratio * np.sin(ANGLES + 0.7)).max()
-    # Next term of the series is (e/R)²/2·sin 2x: it must be there, and nothing larger.
+    # The next term of the series is (e/R)²/2·sin 2x. It must be there, and nothing larger.
     assert missing == pytest.approx(ratio**2 / 2, rel=2 * ratio + 1e-4)
 
 
 def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> None:
-    """docs/architecture.md, "Head geometry": head 2 reads the disc α ahead, also in the mean."""
+    """By docs/architecture.md, "Head geometry", head 2 reads the disc α ahead, also in the mean."""
     theta = np.linspace(-1.0, 1.0, 20_001)
     table = RotaryTable(two_heads(), (GraduationBump(50 * ARCSEC, 0.2, 0.01),))
     plain = RotaryTable(two_heads())
@@ -65,7 +66,7 @@ def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> Non
 
 
 def test_second_order_is_the_known_one() -> None:
-    # 30 µm: (a²/2) = 0.032″ of the second order (slip 5 of the paper is of that size).
+    # For 30 µm, a²/2 is 0.032″ of the second order. Slip 5 of the paper is of that size.
     ratio = 30e-6 / DISC_RADIUS_M
     turn = np.arange(4096) * (2 * np.pi / 4096)
     table = eccentric(30e-6, 0.0)
@@ -75,7 +76,7 @@ def test_second_order_is_the_known_one() -> None:
 
 
 def test_both_heads_see_one_error_function_alpha_apart() -> None:
-    # R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α): so R₂(θ) is R₁(θ + α).
+    # R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α), so R₂(θ) is R₁(θ + α).
     table = RotaryTable(
         two_heads(),
         (
@@ -92,7 +93,8 @@ def test_both_heads_see_one_error_function_alpha_apart() -> None:
 
 
 def test_head_separation_is_the_mean_over_true_angle_not_over_reading() -> None:
-    # method: averaged over uniform reading it is off by (a²/2)·sin α, 0.017″ for 30 µm.
+    # Averaged over uniform reading, the separation is off by (a²/2)·sin α, which is 0.017″ for 30
+    # µm.
     table = eccentric(30e-6)
     turn = np.arange(3600) * (2 * np.pi / 3600)
     state = TableState.at_rest(turn)
@@ -121,7 +123,7 @@ def test_axis_that_moves_is_seen_by_head_one_across_its_ray_only() -> None:
     tiny = 1e-9
     assert change(1j * tiny, 0) == pytest.approx(tiny / DISC_RADIUS_M, rel=1e-6)
     assert change(tiny, 0) == pytest.approx(0, abs=1e-14)
-    # δ₂₁ sees x·sin α + y·(cos α − 1)
+    # The separation δ₂₁ sees x·sin α + y·(cos α − 1).
     alpha = HEAD_SEPARATION_RAD
     both = change(tiny * (1 + 1j), 1) - alpha - change(tiny * (1 + 1j), 0)
     expected = tiny / DISC_RADIUS_M * (np.sin(alpha) + np.cos(alpha) - 1)
@@ -137,7 +139,7 @@ def test_index_of_each_head_is_the_mark_on_the_disc() -> None:
         index_mark_rad=mark,
     )
     for head in (0, 1):
-        # Let the disc angle under the head be the mark: the count there is 0 by definition.
+        # The disc angle under the head is the mark, where the count is 0 by definition.
         angle = np.array([mark + table.heads[head].angle_rad])
         for _ in range(20):
             angle += mark - table.disc_angle_rad(head, TableState.at_rest(angle))

@@ -1,4 +1,4 @@
-"""Noise in the time domain against closed forms; causes that a consumer does not have."""
+"""Tests of noise in the time domain against closed forms, and of causes that a consumer lacks."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from arctrue.table.temperature import TemperatureCourse
 
 DRAWS = 4000
 SCATTER = 6 * np.sqrt(2 / DRAWS)
-"""Six standard errors of a variance of 1, of DRAWS draws."""
+"""This is six standard errors of a variance of 1 from DRAWS draws."""
 
 
 def rows(number: int, period_s: float = 0.01) -> Conditions:
@@ -84,8 +84,9 @@ def test_left_out_rows_keep_the_sign_of_the_correlation() -> None:
 
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 1.5])
 def test_power_law_has_its_slope_between_its_corner_frequencies(exponent: float) -> None:
-    # Inside the corners 1/(2π·300 s) and 1/(2π·0.1 ms), below folding; the slope over 40 draws
-    # of 80 lines scatters by 0.01; 0.05 leaves room for the ripple of the sum.
+    # The frequencies lie inside the corners 1/(2π·300 s) and 1/(2π·0.1 ms), below folding. The
+    # slope over 40 draws of 80 lines scatters by 0.01, and 0.05 leaves room for the ripple of the
+    # sum.
     noise = PowerLawNoise(1.0, exponent).head_noise(0, rows(8192, 1e-3))
     random = np.random.default_rng(3)
     spectra = [periodogram(noise.draw(random), 1000.0, "hann")[1] for _ in range(40)]
@@ -97,7 +98,7 @@ def test_power_law_has_its_slope_between_its_corner_frequencies(exponent: float)
 
 
 def test_noise_does_not_come_round_at_the_end_of_a_run() -> None:
-    # A draw made of a Fourier series joins end to beginning: their correlation would be 0.99.
+    # A draw made of a Fourier series joins the end to the beginning, with a correlation of 0.99.
     noise = RelaxingNoise(1.0, 1.0).head_noise(0, rows(3000))
     random = np.random.default_rng(2)
     ends = np.array([noise.draw(random)[[0, -1]] for _ in range(400)])
@@ -118,14 +119,14 @@ def test_a_spectrum_without_a_variance_is_refused() -> None:
 
 def test_outliers_strike_as_many_rows_as_they_say() -> None:
     struck = Outliers(0.02, 1.0).struck_rad(0, rows(20_000), np.random.default_rng(1))
-    # Binomial: 6 standard deviations of 400 are 119.
+    # Of a binomial of 400, 6 standard deviations are 119.
     assert abs(np.count_nonzero(struck) - 400) < 120
 
 
 def test_gaps_leave_out_their_share_and_no_end_of_a_run() -> None:
     state = rows(40_000)
     kept = TimeGaps(0.1, 20.0).kept_rows(state, np.random.default_rng(1))
-    # Stretches overlap: 1 − exp(−0.1) of the rows, of about 200 stretches.
+    # About 200 stretches overlap, so they take 1 − exp(−0.1) of the rows.
     assert np.mean(~kept) == pytest.approx(1 - np.exp(-0.1), abs=6 * 0.1 / np.sqrt(200) * 2)
     assert kept[[0, 19_999, 20_000, -1]].all()
 

@@ -1,4 +1,4 @@
-"""A cause is one file: the registry finds it, and refuses two that cannot be told apart."""
+"""Tests that the registry finds a cause in its one file, and refuses two that look the same."""
 
 from __future__ import annotations
 
