@@ -71,7 +71,18 @@ class TableFormat(ABC):
         return self
 
     def part_of(self, correction: Correction) -> Correction:
-        """Return the part of a correction that the table can hold: all of it, in most formats."""
+        """Return the part of a correction that the table can hold: all of it, in most formats.
+
+        Parameters
+        ----------
+        correction : Correction
+            The whole correction of the model.
+
+        Returns
+        -------
+        Correction
+            What the table holds; its ``left_out`` lists the remainder.
+        """
         return correction
 
     @abstractmethod
