@@ -24,8 +24,9 @@ SIGNED = {
     ("simulate", "sizes"),
     ("calibrate", "runs"),
     ("certificate", "temperature"),
+    ("load", "turn"),
 }
-"""Options that may be negative: angles, °C, clocks, sizes of causes and numbers of runs."""
+"""Options that may be negative: angles, °C, clocks, sizes of causes, numbers of runs and turns."""
 
 
 def _numeric() -> Iterator[tuple[click.Context, str, click.Parameter]]:

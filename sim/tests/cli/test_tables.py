@@ -138,6 +138,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     from arctrue.cli import demo, hidden, paper, revolution, run
 
     scale = SimpleNamespace(
+        heads=2,
         counts_per_rev=1 << 24,
         arcsec_per_count=0.0772,
         lanes=32,
@@ -186,7 +187,9 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         noise_arcsec={"reference": 1234.5678},
     )
     found = SimpleNamespace(
-        case=SimpleNamespace(title="something", judged_order=1, local_table=False),
+        case=SimpleNamespace(
+            title="something", judged_order=1, local_table=False, real_orders=False
+        ),
         diagnosed=SimpleNamespace(ladder=[step], effect_file=None),
         settings=SimpleNamespace(revolution=scale),
         raw=curve(),

@@ -71,8 +71,10 @@ def _all_at_once(searched: Solution) -> Solution:
 
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
-    """In one block both are the same sum; otherwise the correlation is cut at the end of a
-    block."""
+    """In one block both are the same sum; otherwise the correlation is cut at the end of a block.
+
+    The cut moves a coefficient by a small part of its standard uncertainty, a tenth at most.
+    """
     searched = fit([_base()], _observations(LIMIT))
     whole = _all_at_once(searched)
     with pytest.MonkeyPatch.context() as patch:
@@ -85,7 +87,7 @@ def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
     assert figures.rows == expected.rows == ROWS
     assert figures.rms_arcsec == pytest.approx(expected.rms_arcsec, rel=1e-4)
     sigma = np.sqrt(np.diag(whole.covariance))
-    share = 1e-6 if block_rows > ROWS else 0.05
+    share = 1e-6 if block_rows > ROWS else 0.1
     np.testing.assert_array_less(np.abs(streamed.coefficients - whole.coefficients), share * sigma)
     np.testing.assert_allclose(np.sqrt(np.diag(streamed.covariance)), sigma, rtol=0.01)
     # The part has a quarter of the rows: twice the uncertainty.

@@ -59,10 +59,12 @@ Reason = Literal[
     "over_speed",
     "inconsistent_heads",
     "heads_exchanged",
+    "heads_elsewhere",
     "singular",
     "not_converged",
     "not_finite",
     "amplitude",
+    "no_mean",
     "noise",
     "not_better",
 ]

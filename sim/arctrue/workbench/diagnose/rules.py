@@ -591,13 +591,15 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     if not left.undescribed_arcsec:
         return True
     # The first may take nothing in a channel whose small rest is no known noise; what only the
-    # offsets of the runs show takes nothing in its own.
+    # offsets of the runs show takes nothing in its own. Slow noise may have stood for the first
+    # before it was added: the fall of the RMS counts it all the same.
     of_the_runs = _of_the_runs(case)
     return any(
         after**2
         > OF_THE_SAME_KIND
         * max(
             case.survey.channels[channel].excess_arcsec ** 2 - after**2,
+            _fall_of_square(case, channel),
             0.0,
             *(
                 moved**2
@@ -607,6 +609,14 @@ def _unknown_within(left: Decision, case: Case) -> bool:
         )
         for channel, after in left.undescribed_arcsec.items()
     )
+
+
+def _fall_of_square(case: Case, channel: str) -> float:
+    """Mean square that the best effect removes from the residual of a channel, arcsec²."""
+    if case.with_best is None:
+        return 0.0
+    before, after = case.survey.channels[channel], case.with_best.survey.channels[channel]
+    return before.residual_rms_arcsec**2 - after.residual_rms_arcsec**2
 
 
 def _largest(item: Candidate) -> float:

@@ -23,8 +23,10 @@ RUNS = "noise that wanders from run to run is mistaken for offsets of the runs"
 UNEVEN = "a variation with position prevents the name"
 SILENT = "the diagnosis does not search or accept a step, chirp or reversal that the oracle sees"
 SECOND = "a wrong second name: slow noise of the reference is mistaken for a drift"
+DRIFT = "slow noise that continues from run to run explains a drift as well"
 PART = "the strongest harmonics of a square wave are named one by one"
 NOT_YET = {
+    3817957510845828: DRIFT,
     455630514088429: SUBDIVISION,
     4974768497768843: SUBDIVISION,
     5049276984816593: OSCILLATION,
