@@ -211,4 +211,4 @@ def test_a_bound_of_hardly_known_noise_says_so() -> None:
             covers=replace(found.covers, smallest=sizes),
         )
         words = " ".join(sentences(said))
-        assert ("beside reference_drift is known so little" in words) == stated
+        assert ("is known so poorly for reference_drift" in words) == stated
