@@ -17,6 +17,7 @@ from arctrue.generated.number_formats import (
     PAIR_WIDTH,
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
+    TURN_NUMBER_WIDTH,
 )
 
 Stimulus = dict[str, list[int]]
@@ -299,6 +300,10 @@ def coefficient_memory(random: np.random.Generator, apart: int = 60) -> Stimulus
         "slot": [0] * clocks,
         "swap": np.eye(apart, dtype=int)[random.integers(0, 11, clocks // apart)].ravel().tolist(),
         "sweep_step": (np.arange(clocks) % SWEEP_CLOCKS).tolist(),
+        "write_turn_step": [0] * clocks,
+        "read_turn_step": random.integers(0, 2, clocks).tolist(),
+        "turn": held(bits(random, TURN_NUMBER_WIDTH, clocks // 500 + 1), 500)[:clocks],
+        "turn_select": held(bits(random, 2, clocks // 500 + 1), 500)[:clocks],
         **{
             name: held(bits(random, 18, clocks // 100 + 1), 100)[:clocks]
             for name in ("direction", "speed", "word_a", "word_b")
@@ -316,6 +321,19 @@ def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
 def modulated_coefficient_memory(random: np.random.Generator) -> Stimulus:
     """Return inputs where a swap waits for a whole sweep, and a write for the swap."""
     return coefficient_memory(random, 3 * SWEEP_CLOCKS)
+
+
+def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:
+    """Return inputs that also write turn steps, each long after the write before it."""
+    stimulus = coefficient_memory(random, 400)
+    write = np.array(stimulus["write_enable"])
+    of_turn_step = random.random(write.size) < 0.4
+    return {
+        **stimulus,
+        "write_enable": (write * ~of_turn_step).tolist(),
+        "write_turn_step": (write * of_turn_step).tolist(),
+        "write_address": [word % (2 * LANES) for word in stimulus["write_address"]],
+    }
 
 
 def table_conditions(random: np.random.Generator) -> Stimulus:
@@ -346,6 +364,12 @@ CASES = (
         "coefficient_memory",
         {"LANES": LANES, "MODULATORS": "true"},
         modulated_coefficient_memory,
+        300,
+    ),
+    Case(
+        "coefficient_memory",
+        {"LANES": LANES, "REAL_ORDERS": "true"},
+        real_order_coefficient_memory,
         300,
     ),
     Case("phase_unit", {"LANES": LANES}, phase_unit, 10),
