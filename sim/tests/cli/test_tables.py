@@ -201,7 +201,9 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         fresh_capture_arcsec={"without": 1.0, "with": 0.5},
         reversal_arcsec=None,
         judged_arcsec=lambda: {"paper": HUGE, "unit_left_out": HUGE, "corrected": HUGE},
-        export=SimpleNamespace(left_out=[], followed=["order 12: the temperature"], local=[], real=[]),
+        export=SimpleNamespace(
+            left_out=[], followed=["order 12: the temperature"], local=[], real=[]
+        ),
         clocks=1,
         simulating_s=1.0,
         workbench_s=1.0,
