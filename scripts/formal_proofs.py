@@ -264,7 +264,7 @@ FAILOVER = (
                 "  swap_out <= wants;\n",
             ),
             Break(
-                "a set that was refused is told to be loaded",
+                "the status says that a refused set was loaded",
                 "when (now = ASK_SWAP and may_activate = '1') or now = WAIT_FOR_SWAP else\n",
                 "when now = HAND_OVER or now = ASK_SWAP or now = WAIT_FOR_SWAP else\n",
             ),

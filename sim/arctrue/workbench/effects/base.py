@@ -447,11 +447,11 @@ class Effect(ABC):
         return None
 
     def told(self, nonlinear: Nonlinear, observations: Observations) -> str:
-        """Say in a sentence what this set shows about the found form; empty: nothing more."""
+        """Describe what the data show about the effect; empty if there is nothing to add."""
         return ""
 
     def seen(self, parameters: Mapping[str, Parameter]) -> str:
-        """Describe the fitted values in a sentence; empty: :meth:`told` contains everything."""
+        """Describe the fitted values in a sentence; empty if :meth:`told` contains them."""
         return ""
 
     def derived(
