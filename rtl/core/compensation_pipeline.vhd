@@ -4,8 +4,7 @@
 --
 -- Computes the compensated reading of equations (8) and (9) from the reading of the reference head.
 -- It consists of coefficient_memory, phase_unit, harmonic_unit, the delay_line for the reading, and
--- error_compensation with the correction_ramp (section 3.3 and figure 7 of the
--- paper).
+-- error_compensation with the correction_ramp. Section 3.3 and figure 7 of the paper describe it.
 --
 -- **Latency.** 29 clocks from `angle` and `position` to all outputs, one angle per clock: phase 5,
 -- harmonics 20, compensation 4 (Table 1 of the paper). The delay line is 25 clocks, as long as

@@ -59,7 +59,7 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     }
 
     diagnosed = _run("diagnose", warm_set, "--json", tmp_path / "d.json")
-    assert "–: was not added." in diagnosed.output
+    assert "–: not calculated." in diagnosed.output
     assert diagnosed.exit_code == 0, diagnosed.output
     data = _json(tmp_path / "d.json")
     assert data["schema"] == 2
