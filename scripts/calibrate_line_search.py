@@ -2,10 +2,11 @@
 
 N logs (--logs) of each kind of noise in sim/tests/workbench/noisy_logs.py, which has none of the
 search's own kernels. Prints how many show a line, a step, or residuals that are not white. With
---short it seeks steps in stations and in logs of few rows, beside 20 orders that are fitted. With
---oscillator it prints what each place that passes all other tests gains beside an oscillator at its
-frequency, in noise and in logs with one line: the threshold OSCILLATOR_GAIN of
-arctrue.workbench.inference.forward.search lies above what noise reaches.
+--short it searches steps in stations and in logs of few rows, with 20 orders in the model. With
+--orders it searches lines in logs with up to 20 orders in the model. With --oscillator it prints
+what each place that passes all other tests gains over an oscillator at its frequency, in noise and
+in logs with one line: the threshold OSCILLATOR_GAIN of arctrue.workbench.inference.forward.search
+lies above what noise reaches.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from itertools import product
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -78,6 +80,35 @@ def steps_of(record: Record) -> int:
     return len(search_steps(record, none, noise_beside(record, none)))
 
 
+ORDER_ROWS, ORDERS = (150, 300, 600), (0, 6, 20)
+"""Rows of a log over 0.95 turns, and orders of its model."""
+
+
+def log_with_orders(kind: str, rows: int, orders: int, number: int) -> Record:
+    """Return a log of noise over an hour, with orders in the model."""
+    random = np.random.default_rng((SEED, list(NULLS).index(kind), number, rows))
+    time_s = clock(random, rows, 3600.0 / rows, CLOCKS[number % len(CLOCKS)])
+    waves = np.outer(np.arange(rows) * (0.95 * 2.0 * np.pi / rows), np.arange(1, orders + 1))
+    columns = np.hstack([np.cos(waves), np.sin(waves)])
+    error = NULLS[kind](random, time_s)
+    return record_of(time_s, time_s, np.zeros(rows, dtype=np.int64), error, columns, in_time=True)
+
+
+def orders_main(logs: int, kinds: str) -> int:
+    """Print how many logs of noise show a line when orders are in the model."""
+    every = total = 0
+    for rows, orders in product(ORDER_ROWS, ORDERS):
+        own = 0
+        for kind in (kind for kind in NULLS if kinds in kind):
+            found = [search_lines(log_with_orders(kind, rows, orders, at)) for at in range(logs)]
+            own += sum(bool(item.lines) for item in found)
+            total += logs
+        every += own
+        print(f"{rows} rows, {orders} orders: {own} with a line", flush=True)
+    print(f"{total} logs: {every} with a line")
+    return 0
+
+
 def short_main(logs: int, kinds: str) -> int:
     """Print how many short sets of noise show a step."""
     every = total = 0
@@ -115,7 +146,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--oscillator", action="store_true", help="print gains beside an oscillator, threshold 0"
     )
     parser.add_argument("--short", action="store_true", help="steps in stations and short logs")
+    parser.add_argument(
+        "--orders", action="store_true", help="lines in logs with orders in the model"
+    )
     given = parser.parse_args(arguments)
+    if given.orders:
+        return orders_main(given.logs, given.kinds)
     if given.short:
         return short_main(given.logs, given.kinds)
     lines = steps = not_white = logs = 0

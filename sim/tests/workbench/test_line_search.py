@@ -88,6 +88,29 @@ def test_noise_shows_no_line(kind: str) -> None:
     assert _periods(search_lines(_record(time_s, NULLS[kind](random, time_s)))) == []
 
 
+@pytest.mark.parametrize(
+    ("kind", "rows", "orders", "number"),
+    [
+        ("walk, t with 3 degrees", 600, 20, 7),
+        ("smooth 1/f^3", 600, 20, 6),
+        ("moving mean of 12", 600, 20, 0),
+        ("walk, t with 2 degrees", 300, 6, 0),
+        ("smooth 1/f^3", 300, 6, 6),
+    ],
+)
+def test_noise_shows_no_line_next_to_the_orders_of_the_model(
+    kind: str, rows: int, orders: int, number: int
+) -> None:
+    """The log covers 0.95 turns; the model's orders have taken the noise of lower frequencies."""
+    random = np.random.default_rng((777, list(NULLS).index(kind), number, rows))
+    time_s = clock(random, rows, HOUR_S / rows, ("even", "jitter", "pause")[number % 3])
+    error = NULLS[kind](random, time_s)
+    waves = np.outer(np.arange(rows) * (0.95 * 2.0 * np.pi / rows), np.arange(1, orders + 1))
+    columns = np.hstack([np.cos(waves), np.sin(waves)])
+    record = record_of(time_s, time_s, np.zeros(rows, dtype=np.int64), error, columns, in_time=True)
+    assert search_lines(record).lines == ()
+
+
 def test_a_long_log_takes_seconds() -> None:
     """The log has 72,000 rows in an hour: issue 26 asks for at most 10 s of processor time."""
     random = np.random.default_rng(5)

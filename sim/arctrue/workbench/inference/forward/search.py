@@ -60,6 +60,11 @@ PREDICTED_SHARE = 0.5
 """Share of a line's own error that the other blocks must predict."""
 NOT_WHITE = 1e-4
 """p of Ljung and Box below which the noise gets an oscillator of its own before a line is named."""
+BELOW, NEXT_TO_THE_MODEL = 3, 3.0
+"""Fewest ordinates below a line that the model leaves, and the multiple of the needed gain that a
+line with fewer must reach. Directly above the orders of a model the remainder of slow noise looks
+like a line: without this, 9 of 192 logs of 150 rows and six orders show one, with 2 times the
+needed gain at most (``python -m scripts.calibrate_line_search --orders``)."""
 COLUMNS_TOGETHER = 400
 """Largest number of columns of one product, for memory alone."""
 
@@ -230,6 +235,10 @@ class Level:
         """Return the factor by which a gain at a rate is divided."""
         return float(np.interp(record.on_the_clock(rate), self.frequency, self.excess))
 
+    def below(self, record: Record, rate: float) -> int:
+        """Return the number of shown ordinates at lower frequencies than a rate."""
+        return int(np.count_nonzero(self.frequency < record.on_the_clock(rate)))
+
 
 def level_of(rows: Rows, noise: KernelNoise) -> Level:
     """Measure the local level of the noise, for shapes of a spectrum that its parts cannot follow.
@@ -239,13 +248,30 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
     """
     left = _whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
+    # A model of many orders takes the power of their frequencies: their ordinates show no noise.
+    shown = _shares_shown(rows) > HALF_SHOWN
+    shown = shown if np.count_nonzero(shown) >= 3 else np.ones(power.size, dtype=bool)
+    power = power[shown]
     wide = min(NEIGHBOURS, power.size // 2 * 2 - 1)
     edges = np.pad(power, wide // 2, mode="reflect")
     middle = np.median(np.lib.stride_tricks.sliding_window_view(edges, wide), axis=-1)
-    frequency = np.arange(1, power.size + 1) / (left.size * rows.step)
+    frequency = np.arange(1, shown.size + 1)[shown] / (left.size * rows.step)
     return Level(frequency, np.maximum(middle / np.log(2.0), 1.0))
 
 
+def _shares_shown(rows: Rows) -> Float:
+    """Return the share of each ordinate of a periodogram that the columns of the rows leave.
+
+    Shape (rows // 2,). The columns need not be orthonormal.
+    """
+    columns = orthonormal([rows.values[:, 1:]])
+    taken = np.sum(np.abs(np.fft.rfft(columns, axis=0)[1:]) ** 2, axis=1) / columns.shape[0]
+    # Normalised cosine and sine of one ordinate give half a unit each: together 1.
+    return np.asarray(1.0 - np.minimum(taken, 1.0))
+
+
+HALF_SHOWN = 0.5
+"""Least share of an ordinate that the columns of the model must leave for a level of the noise."""
 NEIGHBOURS = 41
 """Number of ordinates; their median scatters by a sixth (1/√41)."""
 
@@ -463,6 +489,9 @@ def _judged(
     if record.whole_orders_only:
         # Neighbouring orders cannot be separated on one turn, so that neither test applies.
         return tried
+    needed = NEXT_TO_THE_MODEL * _needed(record, tried.rate, tried.gain)
+    if tried.gain < needed and level.below(record, tried.rate) < BELOW:
+        return replace(tried, why=f"gains {tried.gain:.1f} of {needed:.1f} next to the model")
     rate, line = tried.rate, record.line_columns(tried.rate)
     found = coherence(record, line, others, tried.fit.noise, periods_in(record, rate))
     tried = replace(tried, coherence=found)
