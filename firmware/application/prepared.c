@@ -78,9 +78,13 @@ static uint32_t prepared_windows(uint32_t sets) {
 }
 
 void prepared_take_over(struct application *application) {
+    prepared_hold(application, application->load.without.whole);
+}
+
+void prepared_hold(struct application *application, uint32_t sets) {
     struct prepared *prepared = &application->prepared;
-    prepared->sets = application->load.without.whole;
-    if (prepared->sets != 0) {
+    prepared->sets = sets;
+    if (sets != 0) {
         prepared->crc = core_prepared_sum(&application->core, prepared_windows(prepared->sets),
                                           application->configuration.lanes);
     }

@@ -21,6 +21,8 @@ enum load_answer application_load_without_lane(struct application *application, 
 
 /* Assigns the received sets to the mean that is now loaded; none, if there were none. */
 void prepared_take_over(struct application *application);
+/* Notes the heads for whose absence the gateware now holds a set, and the check sum of their words. */
+void prepared_hold(struct application *application, uint32_t sets);
 /* Notes that no prepared set belongs to the active coefficients. */
 void prepared_forget(struct application *application);
 /* Switches the failover on if the gateware still holds the sets of the active mean, otherwise off. */
