@@ -284,6 +284,8 @@ void core_write_prepared(const struct core_access *core, uint32_t set,
 /* Writes one lane of a prepared set. */
 void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
                               const struct lane *lane, uint32_t counts_per_rev);
+/* Reads the words of a prepared set, of `set->lanes` lanes, for `set->counts_per_rev`. */
+void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set);
 /* CRC-32 of the words of the prepared sets whose bits are set, as they are read. */
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; counted like a swap. */

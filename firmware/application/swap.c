@@ -17,8 +17,11 @@ static uint32_t swap_sets(const struct application *application) {
     if (application->prepared.has_made) {
         return application->prepared.made;
     }
-    if (application->candidate.mean.heads < 3 || application->candidate_origin == OF_SAVED) {
+    if (application->candidate.mean.heads < 3) {
         return 0;
+    }
+    if (application->candidate_origin == OF_SAVED) {
+        return prepared_saved(application);
     }
     return application->candidate_origin == OF_LOAD ? application->load.without.whole
                                                     : application->prepared.sets;
@@ -63,6 +66,9 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
     if (application->configuration.has_failover && application->candidate.mean.heads > 2) {
         core_write_prepared(core, 0, &application->candidate, false);
         own_sets_write(application);
+    }
+    if (application->candidate_origin == OF_SAVED) {
+        prepared_restore(application);
     }
     application->swaps_before = core_swap_count(core);
     if (set != 0) {

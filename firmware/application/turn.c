@@ -105,7 +105,6 @@ static void turn_take_set(struct application *application) {
         ASSERT(origin == OF_SAVED && application->save != NULL);
         const struct saved *saved = &application->save->content;
         application->saved_state = SAVED_CONFIRMED;
-        application->prepared.sets = 0;
         load_take_over(load, &saved->loaded, &saved->thermal, &saved->followed, saved->unjudged);
     }
 }

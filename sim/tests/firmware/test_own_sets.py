@@ -25,6 +25,7 @@ from sim.tests.firmware.test_prepared_sets import (
     WINDOW,
     FailoverCore,
 )
+from sim.tests.firmware.test_save import Board
 
 from arctrue.calibration.head_weights import weight_words, weights_without_each
 from arctrue.calibration.heads_on_device import heads_on_device, mean_orders
@@ -89,15 +90,19 @@ class FourHeadsCore(FailoverCore):
         )
 
 
+def set_places(made: Firmware, world: World) -> None:
+    made.send(f"set orders {ORDERS}")
+    _, second, third, fourth = np.degrees(world.nominal_rad)
+    for name, place in (("separation_deg", second), ("head3_deg", third), ("head4_deg", fourth)):
+        assert made.send(f"set {name} {place:.6f}").startswith("ok")
+
+
 def started(world: World) -> Firmware:
     """Return the firmware before its first turn, with the places of the heads set."""
     made = Firmware(FourHeadsCore())
     made.library.application_start(made.application)
     made.core.see_index()
-    made.send(f"set orders {ORDERS}")
-    _, second, third, fourth = np.degrees(world.nominal_rad)
-    for name, place in (("separation_deg", second), ("head3_deg", third), ("head4_deg", fourth)):
-        assert made.send(f"set {name} {place:.6f}").startswith("ok")
+    set_places(made, world)
     made.core.see_index()
     made.step()
     return made
@@ -237,3 +242,137 @@ def test_a_turn_while_a_head_is_left_out_takes_its_new_set(
     assert (address("heads_command"), 1 << 7 | 2 << 4) in running.core.writes
     assert running.core.window(2) != before
     assert failover_is_on(running)
+
+
+class BoardWithFourHeads(Board):
+    """A board whose core has four heads; the chip survives a power cycle."""
+
+    failover = True
+
+    def new_core(self) -> ModelCore:
+        core = FourHeadsCore()
+        if not self.failover:
+            core.set("capability", HEADS | 1 << 3)
+        return core
+
+
+def ready(board: BoardWithFourHeads) -> None:
+    """Let the board calibrate its mean from one turn."""
+    set_places(board.firmware, WORLD)
+    board.core.see_index()
+    board.firmware.step()
+    assert board.firmware.turn(WORLD.counts())["mean_of_heads"] == HEADS
+    board.firmware.step(3)
+
+
+def windows(board: BoardWithFourHeads) -> list[dict[int, int]]:
+    return [board.core.window(number) for number in range(1, HEADS + 1)]
+
+
+def test_saved_sets_outlive_the_power() -> None:
+    """A turn confirms the saved mean, and every word of every window is the same as before."""
+    board = BoardWithFourHeads()
+    ready(board)
+    before = windows(board)
+    assert board.order("save").startswith("ok, record 1: ")
+    board.power_on()
+    assert windows(board) == [{}] * HEADS, "the gateware was without power"
+    assert board.status("saved") == ["waiting"]
+    # Saved again before a turn has confirmed the record: the sets stay in it.
+    assert board.order("save").startswith("ok, record 2: ")
+    board.power_on()
+    board.core.writes.clear()
+    assert board.firmware.turn(replace(WORLD, seed=7).counts())["alarms"] == []
+    board.firmware.step(3)
+    assert board.status("saved") == ["confirmed"]
+    assert windows(board) == before
+    assert board.status("set_without_head") == ["1", "2", "3", "4"]
+    assert failover_is_on(board.firmware)
+    # The set is a loaded one now; it is saved with its sets once more.
+    assert board.order("save").startswith("ok, record 3: ")
+    board.power_on()
+    board.firmware.turn(replace(WORLD, seed=8).counts())
+    board.firmware.step(3)
+    assert windows(board) == before
+
+
+def test_a_record_without_sets_and_a_core_without_failover() -> None:
+    """A record as an older firmware writes it is read; a core without windows takes the mean
+    alone."""
+    board = BoardWithFourHeads()
+    board.failover = False
+    board.power_on()
+    ready(board)
+    assert board.order("save").startswith("ok, record 1: ")
+    board.failover = True
+    board.power_on()
+    board.firmware.turn(replace(WORLD, seed=7).counts())
+    board.firmware.step(3)
+    assert board.status("saved") == ["confirmed"]
+    assert board.status("set_without_head") == []
+    assert not failover_is_on(board.firmware)
+
+    board.firmware.send("forget")
+    ready(board)
+    assert failover_is_on(board.firmware)
+    assert board.order("save").startswith("ok, record 2: ")
+    board.failover = False
+    board.power_on()
+    board.firmware.turn(replace(WORLD, seed=7).counts())
+    board.firmware.step(3)
+    assert board.status("saved") == ["confirmed"]
+    beyond = FIRST_WINDOW + (HEADS + 1) * WINDOW
+    assert not [at for at, _ in board.core.writes if FIRST_WINDOW <= at < beyond]
+
+
+def test_words_that_the_gateware_lost_are_not_saved() -> None:
+    board = BoardWithFourHeads()
+    ready(board)
+    board.core.words[FIRST_WINDOW + 3 * WINDOW + 0x810] ^= 1
+    assert board.order("save").startswith("ok, record 1: ")
+    board.power_on()
+    board.firmware.turn(replace(WORLD, seed=7).counts())
+    board.firmware.step(3)
+    assert board.status("saved") == ["confirmed"]
+    assert board.status("set_without_head") == []
+
+
+def kept_from(core: FourHeadsCore) -> Any:
+    ffi, library = firmware()
+    kept = ffi.new("struct kept_sets *")
+    for head in range(1, HEADS + 1):
+        one = ffi.new("struct coefficients *", {"lanes": LANES, "counts_per_rev": COUNTS})
+        library.core_read_prepared(core.access, head, one)
+        assert library.kept_sets_add(kept, head, one)
+    return kept
+
+
+def test_kept_sets_that_do_not_fit_are_refused(calibrated: Firmware) -> None:
+    """Each change of the words makes a mean, a lane or a length that the gateware cannot hold."""
+    ffi, library = firmware()
+    good = kept_from(calibrated.core)
+    assert library.kept_sets_are_valid(good, HEADS, COUNTS)
+    assert not library.kept_sets_are_valid(good, 3, COUNTS)
+    assert not library.kept_sets_are_valid(good, HEADS, COUNTS // 64), "offsets beyond the turn"
+
+    def judged(place: int, word: int) -> bool:
+        changed = ffi.new("struct kept_sets *", good[0])
+        changed.word[place] = word
+        return bool(library.kept_sets_are_valid(changed, HEADS, COUNTS))
+
+    assert judged(0, good.word[0])
+    for place, word in (
+        (0, good.word[0] & ~0xFF),  # no head
+        (0, good.word[0] & ~0xFF | 5),
+        (0, good.word[0] & ~0xFF | 2),  # weight of head 2 is not 0
+        (0, good.word[0] | 33 << 8),  # more lanes than words
+        (2, good.word[2] & ~3),  # head 1 is missing and the carrier
+        (2, good.word[2] | 1 << 4),
+        (3, 1),  # weights without the sum 1
+        (7, COUNTS * 16),
+        (11, good.word[11] & 0xFFFFFF),  # a lane of order 0
+    ):
+        assert not judged(place, word & 0xFFFFFFFF), (place, hex(word))
+    short = ffi.new("struct kept_sets *", good[0])
+    short.number -= 1
+    assert not library.kept_sets_are_valid(short, HEADS, COUNTS)
