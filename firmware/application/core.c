@@ -321,6 +321,13 @@ bool core_indices_seen(const struct core_access *core) {
     return head1 && head2 && core_further_indices_seen(core);
 }
 
+bool core_head_indexed(const struct core_access *core, uint32_t head) {
+    static const uint32_t flags[HEADS_MOST] = {AT(head1.flags), AT(head2.flags), AT(head3.flags),
+                                               AT(head4.flags)};
+    ASSERT(head < HEADS_MOST);
+    return (core_read(core, flags[head]) & INDEX_SEEN) != 0;
+}
+
 bool core_head_index_error(const struct core_access *core, uint32_t head) {
     ASSERT(head < HEADS);
     return (core_read(core, head ? AT(head2.flags) : AT(head1.flags)) & INDEX_ERROR) != 0;

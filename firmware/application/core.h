@@ -209,6 +209,8 @@ bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
 struct core_turns core_turns(const struct core_access *core, uint32_t heads);
+/* True if the head, 0 to 3, has seen its index since the reset or the last re-arm. */
+bool core_head_indexed(const struct core_access *core, uint32_t head);
 void core_release_capture(const struct core_access *core);
 /* Clears the interrupt line and its causes; call before reading the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
