@@ -199,6 +199,18 @@ def test_the_failover_is_on_and_off_while_words_change(calibrated: Firmware) -> 
     assert written > HEADS * LANES * 4
 
 
+def test_telemetry_has_places_and_radii() -> None:
+    """Places lie within 4 of their uncertainties, the radii of the world within 4 of theirs."""
+    world = replace(WORLD, ratios=(1.0, 1.001, 0.999, 1.0005), axis=())
+    told = started(world).turn(world.counts())
+    places = np.degrees(world.true_rad)
+    off = np.abs(np.array(told["places_deg"]) - places) * 3600.0
+    assert np.all(off <= 4.0 * np.array(told["u_places_arcsec"]) + 1e-3)
+    radii = np.abs(np.array(told["radii"]) - 1.0 / np.array(world.ratios))
+    assert np.all(radii <= 4.0 * np.array(told["u_radii"]) + 1e-6)
+    assert max(told["u_radii"]) <= 0.0011, "0.1 mm, rectangular, on 53.975 mm"
+
+
 def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
