@@ -88,6 +88,32 @@ DEVICE = (
     "",
 )
 """Section on the calibration by the firmware, measured by its tests."""
+OBSERVABLE = (
+    "## What three and four heads determine",
+    "",
+    "At order n a reading contains the motion of the table, the disc, and the motion of the axis "
+    "in two directions: four unknowns. One turn, and any number of turns that repeat,",
+    "gives one equation a head. The tests of `sim/tests/calibration/test_observable_by_heads.py` "
+    "show each row for the heads of this page and for three at 0°, 118°, 237°.",
+    "",
+    "| Heads | Disc and axis |",
+    "|---|---|",
+    "| four | separate at every order from 2 on, except where the gain of the places is infinite. "
+    "At order 1 the forward circle of the axis equals an eccentric disc, which the mean does not "
+    "contain |",
+    "| three | separate at no order: every disc has an axis and a table motion with the same three "
+    "readings at every moment. No method can tell them apart without a further head, another "
+    "position of the disc on the axis, or the knowledge that the axis is at rest at the order |",
+    "| three, motion that does not repeat from turn to turn | averages out |",
+    "",
+    "The mean of three heads contains no motion of the axis, but the lanes put in what the "
+    "calibration took for the disc: per 1″ of motion 0.02″ to 0.05″ at orders 2, 4 and 5, and 10″ "
+    "at order 3, 5″ at order 6,",
+    "which heads near 120° hardly see (noise gain 8.9 and 4.4) and whose disc error their mean has "
+    "in full. Lower `gain_limit` below these gains where the axis moves, or use a fourth head.",
+    "",
+)
+"""Section on what is observable, shown by tests."""
 
 
 def heads_page(found: Mapping[str, Any]) -> str:
@@ -152,6 +178,7 @@ def heads_page(found: Mapping[str, Any]) -> str:
             f"{wrong:.0f}″ until the head is found | {zero:.3f}″ after | ≤ 0.05″ |",
             "",
             *DEVICE,
+            *OBSERVABLE,
             *FAULT_TABLE,
             "## One head missing",
             "",
