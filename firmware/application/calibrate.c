@@ -225,7 +225,7 @@ static void calibrate_add_loaded(struct application *application) {
 
 /* `mean`: heads of which the estimate is the mean; if it has no heads, the estimate is of head 1. */
 static enum refusal calibrate_make_candidate(struct application *application,
-                                             const struct mean_set *mean) {
+                                             struct mean_set *mean) {
     const struct parameters *parameters = &application->parameters;
     struct estimate *estimate = &application->measured;
     const struct coefficients *loaded = load_at_work(&application->load);
@@ -238,8 +238,12 @@ static enum refusal calibrate_make_candidate(struct application *application,
     if (other_heads) {
         average_clear(&application->average);
     }
-    average_add(&application->average, estimate, parameters->keep);
-    average_apply(&application->average, estimate);
+    if (mean->heads != 0) {
+        calibrate_mean_average(application, mean);
+    } else {
+        average_add(&application->average, estimate, parameters->keep);
+        average_apply(&application->average, estimate);
+    }
     uint64_t hidden = calibrate_hide_loaded(loaded, estimate);
     select_orders(estimate, own_lanes, parameters->gain_limit, verdicts);
     enum refusal reason = coefficients_quantise(

@@ -81,9 +81,11 @@ enum refusal calibrate_mean_estimate(struct application *application, const stru
         if (first) {
             offset_words(mean, &found->geometry, capture->counts_per_rev);
         }
-        reason = heads_weights(&found->geometry, mean->weight) ? NOT_REFUSED : REFUSED_NO_MEAN;
+        bool has_weights = heads_weights(&found->geometry, mean->used, mean->weight);
+        reason = has_weights ? NOT_REFUSED : REFUSED_NO_MEAN;
     }
     if (reason == NOT_REFUSED) {
+        workspace->made.disc = application->measured;
         heads_estimate_of_mean(workspace, found, capture->counts_per_rev, mean,
                                &application->measured);
         bool valid = mean_set_is_valid(mean, mean->heads, capture->counts_per_rev);
@@ -95,4 +97,14 @@ enum refusal calibrate_mean_estimate(struct application *application, const stru
     }
     application->report.mean_reason = reason;
     return reason;
+}
+
+void calibrate_mean_average(struct application *application, struct mean_set *mean) {
+    struct heads_workspace *workspace = &application->workspace.heads;
+    struct estimate *disc = &workspace->made.disc;
+    average_add(&application->average, disc, application->parameters.keep);
+    average_apply(&application->average, disc);
+    application->measured = *disc;
+    heads_estimate_of_mean(workspace, &application->found, application->capture.counts_per_rev,
+                           mean, &application->measured);
 }

@@ -17,4 +17,8 @@ bool calibrate_mean_wanted(const struct application *application);
 enum refusal calibrate_mean_estimate(struct application *application, const struct turn *turn,
                                      struct mean_set *mean);
 
+/* Adds the disc of an accepted turn to the running average, and sets `measured` to the estimate of the mean's error
+   from the averaged disc. */
+void calibrate_mean_average(struct application *application, struct mean_set *mean);
+
 #endif

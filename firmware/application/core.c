@@ -321,6 +321,13 @@ bool core_indices_seen(const struct core_access *core) {
     return head1 && head2 && core_further_indices_seen(core);
 }
 
+bool core_head_indexed(const struct core_access *core, uint32_t head) {
+    static const uint32_t flags[HEADS_MOST] = {AT(head1.flags), AT(head2.flags), AT(head3.flags),
+                                               AT(head4.flags)};
+    ASSERT(head < HEADS_MOST);
+    return (core_read(core, flags[head]) & INDEX_SEEN) != 0;
+}
+
 bool core_head_index_error(const struct core_access *core, uint32_t head) {
     ASSERT(head < HEADS);
     return (core_read(core, head ? AT(head2.flags) : AT(head1.flags)) & INDEX_ERROR) != 0;
@@ -661,6 +668,29 @@ void core_write_prepared(const struct core_access *core, uint32_t set,
     }
     if (!closed) {
         core_write(core, choice, core_mean_word(&coefficients->mean, MEAN_CHOICE));
+    }
+}
+
+void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set) {
+    ASSERT(number <= HEADS_MOST && set->lanes <= LANES_LIMIT);
+    for (uint32_t place = 0; place < set->lanes; place++) {
+        uint32_t first = SET_AT(number) + place * WORDS_A_LANE * WORD_BYTES;
+        uint64_t step = core_read(core, first);
+        step |= (uint64_t)(core_read(core, first + WORD_BYTES) & 0xFFFFU) << 32;
+        set->lane[place] = (struct lane){
+            .phase_offset = core_read(core, first + 2 * WORD_BYTES),
+            .amplitude = (int32_t)core_read(core, first + 3 * WORD_BYTES),
+            .order = (uint32_t)rint((double)step * 0x1p-48 * set->counts_per_rev),
+        };
+    }
+    uint32_t choice = core_read(core, SET_AT(number) + SET_MEAN + MEAN_CHOICE * WORD_BYTES);
+    set->mean = (struct mean_set){
+        .heads = core_heads(core), .carrier = choice & 3U, .used = choice >> 4 & 0xFU};
+    set->mean.error_offset = (int32_t)core_read(core, SET_AT(number) + SET_OFFSET);
+    for (uint32_t head = 0; head < HEADS_MOST; head++) {
+        uint32_t at = SET_AT(number) + SET_MEAN + head * WORD_BYTES;
+        set->mean.offset[head] = core_read(core, at);
+        set->mean.weight[head] = (int32_t)core_read(core, at + MEAN_WEIGHTS * WORD_BYTES);
     }
 }
 

@@ -209,6 +209,8 @@ bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
 struct core_turns core_turns(const struct core_access *core, uint32_t heads);
+/* True if the head, 0 to 3, has seen its index since the reset or the last re-arm. */
+bool core_head_indexed(const struct core_access *core, uint32_t head);
 void core_release_capture(const struct core_access *core);
 /* Clears the interrupt line and its causes; call before reading the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
@@ -284,6 +286,8 @@ void core_write_prepared(const struct core_access *core, uint32_t set,
 /* Writes one lane of a prepared set. */
 void core_write_prepared_lane(const struct core_access *core, uint32_t set, uint32_t place,
                               const struct lane *lane, uint32_t counts_per_rev);
+/* Reads the words of a prepared set, of `set->lanes` lanes, for `set->counts_per_rev`. */
+void core_read_prepared(const struct core_access *core, uint32_t number, struct coefficients *set);
 /* CRC-32 of the words of the prepared sets whose bits are set, as they are read. */
 uint32_t core_prepared_sum(const struct core_access *core, uint32_t sets, uint32_t lanes);
 /* Activates a prepared set instead of the idle bank; counted like a swap. */

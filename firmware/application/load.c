@@ -5,14 +5,12 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "arctrue_number_formats.h"
 #include "assertion.h"
 #include "crc32.h"
 #include "units.h"
 
 /* Limit during the transition between directions: below it, the corrected angle moves in the direction of the table. */
 #define STEEPEST_REVERSAL 0.5
-#define STEEPEST (ARCTRUE_STEEPEST_PERCENT / 100.0)
 /* Limit in counts: magnitude of the most negative word. */
 #define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))
 const char *load_state_name(enum load_state state) {
@@ -391,7 +389,7 @@ static enum load_answer load_close_without(struct load *load) {
         !mean_set_is_valid(&set->mean, all->heads, load->received.counts_per_rev)) {
         return load_frame_refused(load, LOAD_OUT_OF_RANGE);
     }
-    if (set->steepness >= STEEPEST) {
+    if (set->steepness >= LOAD_STEEPEST) {
         return load_frame_refused(load, LOAD_TOO_STEEP);
     }
     set->whole |= 1U << (set->head - 1);
@@ -575,7 +573,7 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
                  load->received.lanes - followed_all_lanes(&load->received_followed), &all);
     const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
     const struct followed *followed = &load->received_followed;
-    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) >= STEEPEST) {
+    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) >= LOAD_STEEPEST) {
         return load_frame_refused(load, LOAD_TOO_STEEP);
     }
     if (extent.largest_counts > AMPLITUDE_LIMIT) {

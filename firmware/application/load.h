@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "arctrue_number_formats.h"
 #include "capture.h"
 #include "coefficients.h"
 #include "followed.h"
@@ -69,6 +70,9 @@ enum load_answer {
     /* The judgement needs more turns. */
     LOAD_NOT_YET,
 };
+
+/* Limit of the slope of a correction. */
+#define LOAD_STEEPEST (ARCTRUE_STEEPEST_PERCENT / 100.0)
 
 /* The set for a missing head that is being received. */
 struct load_without {

@@ -21,11 +21,13 @@ void prepared_forget(struct application *application) {
 }
 
 /* Makes the gateware refuse every window until new sets are whole. */
-static void prepared_close(struct application *application) {
+static void prepared_close(struct application *application, uint32_t counts_per_rev) {
     const struct coefficients nothing = {.lanes = application->configuration.lanes,
-                                         .counts_per_rev =
-                                             application->load.received.counts_per_rev};
+                                         .counts_per_rev = counts_per_rev};
     prepared_forget(application);
+    if (!application->configuration.has_failover) {
+        return;
+    }
     for (uint32_t set = 1; set <= application->configuration.heads; set++) {
         core_write_prepared(&application->core, set, &nothing, true);
     }
@@ -51,7 +53,7 @@ enum load_answer application_load_without(struct application *application, uint3
     bool first = application->load.without.head == 0;
     enum load_answer answer = load_without(&application->load, head, lanes, mean, crc);
     if (answer == LOAD_TAKEN && first) {
-        prepared_close(application);
+        prepared_close(application, application->load.received.counts_per_rev);
     }
     return answer;
 }
@@ -78,12 +80,69 @@ static uint32_t prepared_windows(uint32_t sets) {
 }
 
 void prepared_take_over(struct application *application) {
+    prepared_hold(application, application->load.without.whole);
+}
+
+void prepared_hold(struct application *application, uint32_t sets) {
     struct prepared *prepared = &application->prepared;
-    prepared->sets = application->load.without.whole;
-    if (prepared->sets != 0) {
+    prepared->sets = sets;
+    if (sets != 0) {
         prepared->crc = core_prepared_sum(&application->core, prepared_windows(prepared->sets),
                                           application->configuration.lanes);
     }
+}
+
+void prepared_keep(const struct application *application, struct kept_sets *kept) {
+    const struct prepared *prepared = &application->prepared;
+    uint32_t lanes = application->configuration.lanes;
+    kept->number = 0;
+    if (prepared->sets == 0 || !state_works(application) ||
+        core_prepared_sum(&application->core, prepared_windows(prepared->sets), lanes) !=
+            prepared->crc) {
+        return;
+    }
+    for (uint32_t head = 1; head <= HEADS_MOST; head++) {
+        struct coefficients set = {.lanes = lanes,
+                                   .counts_per_rev = application->active.counts_per_rev};
+        if ((prepared->sets >> (head - 1) & 1U) != 0) {
+            core_read_prepared(&application->core, head, &set);
+            (void)kept_sets_add(kept, head, &set);
+        }
+    }
+}
+
+/* Goes through the saved sets that this core can hold; writes them if `writes`. Returns their heads. */
+static uint32_t prepared_each_saved(const struct application *application, bool writes) {
+    const struct saved *saved = &application->save->content;
+    uint32_t lanes = application->configuration.lanes;
+    uint32_t heads = application->configuration.heads;
+    struct coefficients set;
+    uint32_t sets = 0;
+    uint32_t place = 0;
+    if (!application->configuration.has_failover || saved->loaded.mean.heads != heads) {
+        return 0;
+    }
+    for (uint32_t head; (head = kept_sets_next(&saved->sets, &place, heads,
+                                               saved->loaded.counts_per_rev, &set)) != 0;) {
+        if (set.lanes > lanes) {
+            continue;
+        }
+        sets |= 1U << (head - 1);
+        if (writes) {
+            set.lanes = lanes;
+            core_write_prepared(&application->core, head, &set, false);
+        }
+    }
+    return sets;
+}
+
+uint32_t prepared_saved(const struct application *application) {
+    return prepared_each_saved(application, false);
+}
+
+void prepared_restore(struct application *application) {
+    prepared_close(application, application->candidate.counts_per_rev);
+    prepared_hold(application, prepared_each_saved(application, true));
 }
 
 /* Returns the determinant of the rows 1, cos, sin of three heads. */

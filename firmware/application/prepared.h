@@ -21,6 +21,15 @@ enum load_answer application_load_without_lane(struct application *application, 
 
 /* Assigns the received sets to the mean that is now loaded; none, if there were none. */
 void prepared_take_over(struct application *application);
+/* Notes the heads for whose absence the gateware now holds a set, and the check sum of their words. */
+void prepared_hold(struct application *application, uint32_t sets);
+/* Reads the sets of the mean from the gateware into `kept`; none, if the gateware does not hold what was written. */
+void prepared_keep(const struct application *application, struct kept_sets *kept);
+/* Writes the saved sets into the gateware's windows; the failover must be off. Sets that this core cannot hold are left
+   out. */
+void prepared_restore(struct application *application);
+/* Returns the heads for whose absence the saved record has a set that this core can hold, one bit per head. */
+uint32_t prepared_saved(const struct application *application);
 /* Notes that no prepared set belongs to the active coefficients. */
 void prepared_forget(struct application *application);
 /* Switches the failover on if the gateware still holds the sets of the active mean, otherwise off. */

@@ -9,7 +9,7 @@
 #include "crc32.h"
 
 enum { MAGIC_WORD, VERSION_WORD, SEQUENCE_WORD, LENGTH_WORD };
-enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, FOLLOWS = 8, SWITCHES = 15 };
+enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, FOLLOWS = 8, SETS = 16, SWITCHES = 31 };
 enum { SAVED_RANGE_WORDS = 2 };
 enum { OF_CALIBRATION = 0, OF_OPERATOR = 1, OF_OPERATOR_UNJUDGED = 2 };
 #define ERASED 0xFFFFFFFFU
@@ -90,6 +90,15 @@ static void saved_put_lanes(struct words *words, const struct coefficients *coef
     }
 }
 
+static void saved_put_sets(struct words *words, const struct kept_sets *sets) {
+    if (sets->number != 0) {
+        saved_put(words, sets->number);
+    }
+    for (uint32_t word = 0; word < sets->number; word++) {
+        saved_put(words, sets->word[word]);
+    }
+}
+
 static void saved_put_followed(struct words *words, const struct followed *followed) {
     if (followed->lanes == 0) {
         return;
@@ -162,12 +171,14 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     saved_put(&to, 0);
     saved_put(&to, (settings->frozen ? FROZEN : 0U) | (settings->bypassed ? BYPASSED : 0U) |
                        (settings->telemetry ? TELEMETRY : 0U) |
-                       (saved->followed.lanes != 0 ? FOLLOWS : 0U));
+                       (saved->followed.lanes != 0 ? FOLLOWS : 0U) |
+                       (saved->sets.number != 0 ? SETS : 0U));
     saved_put_parameters(&to, &settings->parameters);
     saved_put(&to, (uint32_t)settings->parameters.counts_per_rev);
     saved_put(&to, saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded));
     saved_put_lanes(&to, &saved->own, OF_CALIBRATION, 0);
     saved_put_lanes(&to, &saved->loaded, OF_OPERATOR, saved->unjudged);
+    saved_put_sets(&to, &saved->sets);
     saved_put_followed(&to, &saved->followed);
     saved_put_thermal(&to, &saved->thermal);
     saved_put_mean(&to, &saved->loaded.mean);
@@ -248,6 +259,15 @@ static bool saved_take_coefficients(struct source *from, struct saved *saved) {
         valid = saved_take_lane(from, saved);
     }
     return valid;
+}
+
+static bool saved_take_sets(struct source *from, struct kept_sets *sets) {
+    uint32_t number = saved_take(from);
+    bool fits = number > 0 && number <= KEPT_SETS_WORDS;
+    while (fits && sets->number < number) {
+        sets->word[sets->number++] = saved_take(from);
+    }
+    return fits;
 }
 
 static bool saved_take_followed(struct source *from, struct followed *followed) {
@@ -331,9 +351,13 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
     struct source from = {words, SAVED_HEAD_WORDS, end};
     uint32_t switches = 0;
     saved->followed = (struct followed){.lanes = 0};
-    bool valid = saved_take_settings(&from, &saved->settings, &switches) &&
-                 saved_take_coefficients(&from, saved) &&
-                 ((switches & FOLLOWS) == 0 || saved_take_followed(&from, &saved->followed)) &&
-                 saved_take_thermal(&from, saved) && saved_take_mean(&from, saved);
+    saved->sets.number = 0;
+    bool valid =
+        saved_take_settings(&from, &saved->settings, &switches) &&
+        saved_take_coefficients(&from, saved) &&
+        ((switches & SETS) == 0 || saved_take_sets(&from, &saved->sets)) &&
+        ((switches & FOLLOWS) == 0 || saved_take_followed(&from, &saved->followed)) &&
+        saved_take_thermal(&from, saved) && saved_take_mean(&from, saved) &&
+        kept_sets_are_valid(&saved->sets, saved->loaded.mean.heads, saved->loaded.counts_per_rev);
     return valid && from.place == end ? SAVED_READ : SAVED_OUT_OF_RANGE;
 }

@@ -7,11 +7,13 @@
      1  version of this form, 1
      2  sequence number; the later record has one more, modulo 2^32
      3  number of words of the content
-     4  switches: frozen 1, bypassed 2, telemetry 4, and 8 if lanes follow a condition
+     4  switches: frozen 1, bypassed 2, telemetry 4, 8 if lanes follow a condition, and 16 if there are sets for a
+        missing head
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
      (0 the calibration, 1 loaded, 2 loaded and not judged)
+     then, with switch 16: the number of words of the sets for a missing head, and these; kept_sets.h
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
@@ -29,6 +31,7 @@
 
 #include "coefficients.h"
 #include "followed.h"
+#include "kept_sets.h"
 #include "kept_settings.h"
 #include "thermal.h"
 
@@ -43,7 +46,8 @@ enum {
     SAVED_MEAN_WORDS = 5 + 2 * HEADS_MOST,
     SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
         LANES_LIMIT * SAVED_LANE_WORDS + 3 + THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 2 +
-        SAVED_MEAN_WORDS + SAVED_CONDITIONS_WORDS + FOLLOWED_LANES_MAX * SAVED_LANE_WORDS + 1,
+        SAVED_MEAN_WORDS + 1 + KEPT_SETS_WORDS + SAVED_CONDITIONS_WORDS +
+        FOLLOWED_LANES_MAX * SAVED_LANE_WORDS + 1,
 };
 
 struct saved {
@@ -53,6 +57,8 @@ struct saved {
     struct coefficients loaded;
     struct thermal thermal;
     struct followed followed;
+    /* Sets for a missing head that belong to the loaded mean. */
+    struct kept_sets sets;
     /* Places of loaded lanes that nobody could judge. */
     uint64_t unjudged;
 };

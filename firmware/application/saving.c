@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "prepared.h"
 #include "settings.h"
 
 void saving_recover(struct application *application) {
@@ -31,11 +32,16 @@ static void saving_take_known(const struct application *application, struct save
         saved->thermal = kept ? load->thermal : (struct thermal){0};
         saved->followed = kept ? load->followed : (struct followed){.lanes = 0};
         saved->unjudged = kept ? load->unjudged : 0;
+        saved->sets.number = 0;
+        if (kept) {
+            prepared_keep(application, &saved->sets);
+        }
     }
     if (application->active.mean.heads != 0 && load_at_work(load) == NULL) {
         /* The device's own mean: a turn can judge the places of its heads, but not its lanes one by one. */
         saved->loaded = application->active;
         saved->unjudged = UINT64_MAX;
+        prepared_keep(application, &saved->sets);
     }
     saved->own = application->active;
     for (uint32_t lane = 0; lane < saved->own.lanes; lane++) {

@@ -79,7 +79,7 @@ enum alarm {
     ALARM_HEAD_LEFT_OUT = 16384,
 };
 
-/* Sets for a missing head that the gateware holds and that belong to the loaded set. */
+/* Sets for a missing head that the gateware holds and that belong to the active mean. */
 struct prepared {
     /* Missing heads for which there is a set, one bit per head; 0: the failover stays off. */
     uint32_t sets;
@@ -87,6 +87,9 @@ struct prepared {
     uint32_t crc;
     /* Left-out heads that were reported to the operator. */
     uint32_t told;
+    /* The candidate comes with sets of its own, which are in the workspace: the missing heads, one bit per head. */
+    bool has_made;
+    uint32_t made;
 };
 
 /* The latest turn, for the console and for telemetry. */

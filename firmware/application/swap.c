@@ -5,6 +5,7 @@
 #include "alarms.h"
 #include "assertion.h"
 #include "control.h"
+#include "own_sets.h"
 #include "prepared.h"
 #include "restart.h"
 
@@ -13,8 +14,14 @@ enum { SWAP_LOOKS_MOST = 1000 };
 
 /* Returns the heads, one bit per head, for whose absence the gateware holds a set that belongs to the candidate. */
 static uint32_t swap_sets(const struct application *application) {
-    if (application->candidate.mean.heads < 3 || application->candidate_origin == OF_SAVED) {
+    if (application->prepared.has_made) {
+        return application->prepared.made;
+    }
+    if (application->candidate.mean.heads < 3) {
         return 0;
+    }
+    if (application->candidate_origin == OF_SAVED) {
+        return prepared_saved(application);
     }
     return application->candidate_origin == OF_LOAD ? application->load.without.whole
                                                     : application->prepared.sets;
@@ -58,6 +65,10 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
     }
     if (application->configuration.has_failover && application->candidate.mean.heads > 2) {
         core_write_prepared(core, 0, &application->candidate, false);
+        own_sets_write(application);
+    }
+    if (application->candidate_origin == OF_SAVED) {
+        prepared_restore(application);
     }
     application->swaps_before = core_swap_count(core);
     if (set != 0) {

@@ -8,6 +8,7 @@
 #include "assertion.h"
 #include "calibrate.h"
 #include "control.h"
+#include "own_sets.h"
 #include "prepared.h"
 #include "settings.h"
 #include "swap.h"
@@ -57,7 +58,9 @@ static void turn_forget_old_faults(struct application *application) {
 
 static void turn_take_calibration(struct application *application) {
     const struct followed followed = load_followed_at_work(&application->load);
+    own_sets_make(application);
     enum swap_answer answer = swap_candidate(application, &followed);
+    application->prepared.has_made = false;
     if (answer != SWAP_ASKED) {
         application->report.result = TURN_KEPT;
         application->report.alarms |= answer == SWAP_NOT_READ_BACK ? ALARM_COEFFICIENTS : 0U;
@@ -102,7 +105,6 @@ static void turn_take_set(struct application *application) {
         ASSERT(origin == OF_SAVED && application->save != NULL);
         const struct saved *saved = &application->save->content;
         application->saved_state = SAVED_CONFIRMED;
-        application->prepared.sets = 0;
         load_take_over(load, &saved->loaded, &saved->thermal, &saved->followed, saved->unjudged);
     }
 }

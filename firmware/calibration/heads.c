@@ -88,12 +88,16 @@ double heads_gain(const struct heads_geometry *geometry, uint32_t order) {
 }
 
 /* w = A^T (A A^T)^-1 e with the rows ones, Re and Im of the sight: the shortest solution of A w = e = (1, 0, 0). */
-static bool shortest_weights(const struct heads_geometry *geometry, double weight[HEADS_MOST]) {
-    double row[CONDITIONS][HEADS_MOST];
+static bool shortest_weights(const struct heads_geometry *geometry, uint32_t used,
+                             double weight[HEADS_MOST]) {
+    double row[CONDITIONS][HEADS_MOST] = {{0.0}};
     double packed[CONDITIONS * (CONDITIONS + 1) / 2] = {0.0};
     double right[CONDITIONS] = {1.0, 0.0, 0.0};
     for (uint32_t head = 0; head < geometry->heads; head++) {
         struct vector sight = heads_sight(geometry, head);
+        if ((used >> head & 1U) == 0) {
+            continue;
+        }
         row[0][head] = 1.0;
         row[1][head] = sight.re;
         row[2][head] = sight.im;
@@ -109,7 +113,7 @@ static bool shortest_weights(const struct heads_geometry *geometry, double weigh
     cholesky_solve(packed, CONDITIONS, right);
     double square = 0.0;
     for (uint32_t head = 0; head < geometry->heads; head++) {
-        weight[head] = right[0] + right[1] * row[1][head] + right[2] * row[2][head];
+        weight[head] = right[0] * row[0][head] + right[1] * row[1][head] + right[2] * row[2][head];
         square += weight[head] * weight[head];
     }
     return square <= MEAN_NOISE_LIMIT * MEAN_NOISE_LIMIT;
@@ -124,27 +128,36 @@ double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HE
     return vector_length(leak);
 }
 
-/* Tries words near the exact weights; the last word follows from the sum and may be half a step further away. */
-bool heads_weights(const struct heads_geometry *geometry, int32_t weight[HEADS_MOST]) {
+/* Tries words near the exact weights; the word of the last head follows from the sum and may be half a step further away. */
+bool heads_weights(const struct heads_geometry *geometry, uint32_t used,
+                   int32_t weight[HEADS_MOST]) {
     double exact[HEADS_MOST];
     double least = (double)INFINITY;
-    uint32_t last = geometry->heads - 1;
+    uint32_t last = 0;
+    uint32_t number = 0;
     uint32_t choices = 1;
-    ASSERT(geometry->heads > 2 && geometry->heads <= HEADS_MOST);
-    if (!shortest_weights(geometry, exact)) {
-        return false;
+    ASSERT(geometry->heads > 2 && geometry->heads <= HEADS_MOST && used >> geometry->heads == 0);
+    for (uint32_t head = 0; head < geometry->heads; head++) {
+        if ((used >> head & 1U) != 0) {
+            last = head;
+            choices *= number++ > 0 ? WORD_CHOICES : 1;
+        }
     }
-    for (uint32_t head = 0; head < last; head++) {
-        choices *= WORD_CHOICES;
+    if (number < 3 || !shortest_weights(geometry, used, exact)) {
+        return false;
     }
     for (uint32_t choice = 0; choice < choices; choice++) {
         int32_t words[HEADS_MOST] = {0};
         int32_t left = (int32_t)WEIGHT_ONE;
         bool fits = true;
-        for (uint32_t head = 0, code = choice; head <= last; head++, code /= WORD_CHOICES) {
+        for (uint32_t head = 0, code = choice; head <= last; head++) {
+            if ((used >> head & 1U) == 0) {
+                continue;
+            }
             int32_t near = (int32_t)rint(exact[head] * WEIGHT_ONE);
             words[head] = head == last ? left : near + (int32_t)(code % WORD_CHOICES) - WORD_REACH;
             left -= words[head];
+            code /= WORD_CHOICES;
             fits = fits && words[head] >= -WEIGHT_LIMIT && words[head] < WEIGHT_LIMIT;
         }
         double leak = heads_leak(geometry, words);

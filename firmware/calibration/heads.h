@@ -16,7 +16,7 @@
 #include "mean_set.h"
 #include "vector.h"
 
-/* The mean of all heads must have less noise than one reading. */
+/* A mean, of all heads or without one, must have less noise than one reading. */
 #define MEAN_NOISE_LIMIT 1.0
 
 enum { COMBINATIONS_MOST = 2 };
@@ -43,9 +43,11 @@ uint32_t heads_combinations(const struct heads_geometry *geometry,
 /* Returns the noise of the disc's order n in these combinations over the noise of one head; INFINITY: not seen. */
 double heads_gain(const struct heads_geometry *geometry, uint32_t order);
 
-/* Computes the weights with the least noise as s1.16 words whose sum is exactly 1. False: no weights suppress the
-   motion of the axis, their noise exceeds MEAN_NOISE_LIMIT, or one does not fit. */
-bool heads_weights(const struct heads_geometry *geometry, int32_t weight[HEADS_MOST]);
+/* Computes the weights with the least noise as s1.16 words whose sum is exactly 1, for the heads whose bits are set in
+   `used`, at least three; the others get 0. False: no weights suppress the motion of the axis, their noise exceeds
+   MEAN_NOISE_LIMIT, or one does not fit. */
+bool heads_weights(const struct heads_geometry *geometry, uint32_t used,
+                   int32_t weight[HEADS_MOST]);
 
 /* Returns |sum w_i rho_i e^{jp_i}|, the share of a motion of the axis that the mean contains. */
 double heads_leak(const struct heads_geometry *geometry, const int32_t weight[HEADS_MOST]);

@@ -19,6 +19,7 @@
 #define ARCTRUE_HEADS_FIT_H
 
 #include "capture.h"
+#include "coefficients.h"
 #include "estimate.h"
 #include "gram.h"
 #include "heads.h"
@@ -60,13 +61,25 @@ enum {
     PLACE_UNKNOWNS = 4 + 2 * (HEADS_MOST - 1),
 };
 
+/* The disc's estimate, and what is made of it: the estimate of one mean, and the words of the means without one
+   head. */
+struct heads_made {
+    struct estimate disc;
+    struct estimate of_mean;
+    struct coefficients without[HEADS_MOST];
+};
+
 struct heads_workspace {
     struct unit_circle circle;
     struct gram_layout layout;
     /* Cosines of all orders, then sines, arcsec. */
     double values[FIT_UNKNOWNS];
     double right[FIT_UNKNOWNS];
-    double packed[FIT_UNKNOWNS * (FIT_UNKNOWNS + 1) / 2];
+    union {
+        double packed[FIT_UNKNOWNS * (FIT_UNKNOWNS + 1) / 2];
+        /* After the fit. */
+        struct heads_made made;
+    };
     double of_places[PLACE_UNKNOWNS * (PLACE_UNKNOWNS + 1) / 2];
     struct vector columns[COMBINATIONS_MOST][ORDERS_MAX];
     struct lines lines;

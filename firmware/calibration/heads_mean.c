@@ -49,6 +49,9 @@ static double error_of_mean(const void *context, uint32_t sample) {
                                  ARCSEC_PER_TURN;
     double total = 0.0;
     for (uint32_t head = 0; head < error->geometry->heads; head++) {
+        if (error->set->weight[head] == 0) {
+            continue;
+        }
         double nominal = angle + error->place_turns[head];
         double under = 0.0;
         /* Each round multiplies the error of y by the slope of g, below 0.01. */

@@ -178,6 +178,31 @@ static void show_device(struct console *console) {
     named(console, "banks_without_interrupt", application->banks_without_interrupt);
 }
 
+/* Prints position, angle after its index, and index of every head, all of one clock of the core. */
+static void heads(struct console *console, char *const *words, uint32_t number) {
+    const struct application *application = console->application;
+    const struct text_sink *sink = &console->sink;
+    (void)words;
+    (void)number;
+    if (application->phase == PHASE_NO_CORE) {
+        text_error(sink, "no core", "");
+        return;
+    }
+    (void)core_position(&application->core);
+    const struct core_turns turns =
+        core_turns(&application->core, application->configuration.heads);
+    for (uint32_t head = 0; head < application->configuration.heads; head++) {
+        text_word(sink, "head");
+        text_unsigned(sink, head + 1);
+        text_word(sink, " ");
+        text_signed(sink, turns.turn_position[head]);
+        text_word(sink, " ");
+        text_unsigned(sink, turns.angle[head]);
+        text_line(sink, core_head_indexed(&application->core, head) ? " indexed" : " unseen");
+    }
+    text_line(sink, "ok");
+}
+
 /* Prints what the failover of the gateware does: its sets, the active one, and the heads that are left out. */
 static void show_failover(struct console *console) {
     const struct application *application = console->application;
@@ -462,6 +487,9 @@ static const struct command commands[] = {
      1, 1, clear_output},
     {"come_back", "come_back HEAD: use a head that was left out again, from its next index on", 2,
      2, come_back},
+    {"heads",
+     "heads: of each head position, angle after its index, indexed or unseen; all of one clock", 1,
+     1, heads},
     {"rearm", "rearm: start the core and wait for the index again", 1, 1, rearm},
 };
 

@@ -226,6 +226,7 @@ static void list(const struct text_sink *sink, const char *name, const double *v
 static void found_part(const struct text_sink *sink, const struct application *application) {
     const struct heads_found *found = &application->found;
     double place_deg[HEADS_MOST];
+    double radius[HEADS_MOST];
     uint32_t heads = found->geometry.heads;
     if (application->report.mean_reason != NOT_REFUSED) {
         word(sink, "no_mean", refusal_name(application->report.mean_reason));
@@ -236,9 +237,12 @@ static void found_part(const struct text_sink *sink, const struct application *a
     for (uint32_t head = 0; head < heads; head++) {
         place_deg[head] =
             (found->geometry.offset_rad[head] + found->geometry.late_rad[head]) * 180.0 / PI;
+        radius[head] = 1.0 / found->geometry.ratio[head];
     }
     list(sink, "places_deg", place_deg, heads);
     list(sink, "u_places_arcsec", found->u_late_arcsec, heads);
+    list(sink, "radii", radius, heads);
+    list(sink, "u_radii", found->u_ratio, heads);
     list(sink, "head_residual_arcsec", found->residual_arcsec, heads);
     list(sink, "axis_forward_arcsec", found->forward_arcsec, CIRCLE_ORDERS);
     list(sink, "axis_backward_arcsec", found->backward_arcsec, CIRCLE_ORDERS);

@@ -319,9 +319,9 @@ def _colour(residual: Float, seen: NDArray[np.bool_], variance: float) -> float:
 
 
 def mean_orders(
-    found: OnDevice, weights: Float, offsets_rad: Float
+    found: OnDevice, weights: Float, offsets_rad: Float, carrier: int = 0
 ) -> tuple[Complex, float, Float, Float]:
-    """Orders of the mean's error as a function of head 1's reading, arcseconds, (N,).
+    """Orders of the mean's error as a function of the carrier's reading, arcseconds, (N,).
 
     Also its constant, the variance of a component by noise, and its square by places and radii.
     """
@@ -329,7 +329,7 @@ def mean_orders(
     places = offsets_rad + found.late_rad
     disc = HeadsOnDisc(disc.orders, disc.values, places, offsets_rad, found.ratios)
     reading = np.arange(READINGS, dtype=np.float64) * (2.0 * np.pi / READINGS)
-    error = mean_error_arcsec(disc, weights, 0, reading)
+    error = mean_error_arcsec(disc, weights, carrier, reading)
     lines = np.fft.rfft(error) * (2.0 / READINGS)
     factor = np.abs(order_factor(weights, places, disc.orders, found.ratios))
     amplitude = np.abs(found.disc)[:, None] * weights

@@ -29,7 +29,7 @@ SECTIONS = {
         *("effects", "add", "drop", "history", "life", "report", "budget", "certificate"),
         *("iso230", "export"),
     ),
-    "Device": ("device", "capture", "monitor", "probe", "load", "save", "flash"),
+    "Device": ("device", "commission", "capture", "monitor", "probe", "load", "save", "flash"),
     "Simulate and study": (
         *("demo", "simulate", "run", "revolution", "hidden", "long-run", "stop-and-go", "paper"),
         *("methods", "heads", "error-sources", "monte-carlo", "alpha", "benchmark"),

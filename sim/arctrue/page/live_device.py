@@ -121,6 +121,7 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
     separation = now.get("separation_deg")
     return {
         "turn": turns[-1],
+        "heads": _heads(turns),
         "recorded": _utc(turns[-1]["recorded_s"]),
         "since": {
             "calibration": _comparison(drawn, before, now),
@@ -139,6 +140,28 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
             "table": [turn.get("table_c") for turn in drawn],
         },
     }
+
+
+def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
+    """What the latest turn that calibrated a mean says of each head and of the axis."""
+    now = next((turn for turn in reversed(turns) if turn.get("places_deg")), None)
+    if now is None:
+        return {"rows": [], "axis": []}
+    out = turns[-1].get("left_out", [])
+    columns = [
+        now.get(key) or [None] * len(now["places_deg"])
+        for key in ("places_deg", "u_places_arcsec", "radii", "u_radii", "head_residual_arcsec")
+    ]
+    rows = [
+        [head, *values, "left out" if head in out else "in use"]
+        for head, values in enumerate(zip(*columns, strict=True), start=1)
+    ]
+    circles = zip(
+        now.get("axis_forward_arcsec", []), now.get("axis_backward_arcsec", []), strict=True
+    )
+    axis = [[order, *pair] for order, pair in enumerate(circles, start=1)]
+    parity = turns[-1].get("parity_counts")
+    return {"rows": rows, "axis": axis, "parity_counts": parity, "turn": now["turn"]}
 
 
 def _comparison(

@@ -28,6 +28,7 @@ from arctrue.calibration.head_weights import (
     WeightsRefusedError,
     mean_weights,
     weight_words,
+    weights_without_each,
 )
 from arctrue.calibration.heads_least_squares import (
     U_PLACE_DEFAULT_ARCSEC,
@@ -219,15 +220,19 @@ def test_c_equals_numpy(world: World) -> None:
     assert found == pytest.approx(numpy.variances, rel=1e-2)
 
 
-def mean_in_c(world: World, c: InC) -> Any:
-    """Return the set with the weights and offsets of a calibration.
+def mean_in_c(world: World, c: InC, missing: int = 0) -> Any:
+    """Return the set with the weights and offsets of a calibration, without the head ``missing``.
 
     ``c.estimate`` becomes the estimate of the mean.
     """
     ffi, library = firmware()
     mean = ffi.new("struct mean_set *")
-    assert library.heads_weights(ffi.addressof(c.found.geometry), mean.weight)
     mean.heads = world.heads
+    mean.used = (1 << world.heads) - 1
+    if missing:
+        mean.used = mean.used & ~(1 << missing - 1)
+        mean.carrier = int(missing == 1)
+    assert library.heads_weights(ffi.addressof(c.found.geometry), mean.used, mean.weight)
     for head in range(world.heads):
         turn = c.found.geometry.offset_rad[head] / (2 * np.pi) % 1.0
         mean.offset[head] = round(turn * COUNTS * 16) % (COUNTS * 16)
@@ -235,17 +240,31 @@ def mean_in_c(world: World, c: InC) -> Any:
     return mean
 
 
-@pytest.mark.parametrize("world", [one for one in WORLDS if one.id != "two"])
-def test_mean_equals_numpy(world: World) -> None:
+@pytest.mark.parametrize(
+    ("world", "missing"),
+    [
+        *(pytest.param(*one.values, 0, id=str(one.id)) for one in WORLDS if one.id != "two"),
+        *(pytest.param(*WORLDS[-1].values, head, id=f"without-{head}") for head in range(1, 5)),
+    ],
+)
+def test_mean_equals_numpy(world: World, missing: int) -> None:
     """Weights agree to the last bit of the words, the mean's error to 1e-9 of the disc's
     largest."""
     c, numpy = in_c(world), in_numpy(world)
-    mean = mean_in_c(world, c)
+    mean = mean_in_c(world, c, missing)
     places = numpy.offsets_rad + numpy.late_rad
-    words = weight_words(mean_weights(places, numpy.ratios), places, numpy.ratios)
+    weights = (
+        weights_without_each(places, numpy.ratios)[missing - 1]
+        if missing
+        else mean_weights(places, numpy.ratios)
+    )
+    assert not isinstance(weights, WeightsRefusedError)
+    words = weight_words(weights, places, numpy.ratios)
     assert [mean.weight[head] for head in range(world.heads)] == words.tolist()
     offsets = np.array([mean.offset[head] for head in range(world.heads)]) / (16.0 * COUNTS)
-    lines, constant, variance, by_places = mean_orders(numpy, words / 65536.0, offsets * 2 * np.pi)
+    lines, constant, variance, by_places = mean_orders(
+        numpy, words / 65536.0, offsets * 2 * np.pi, mean.carrier
+    )
     same = SAME * np.abs(numpy.disc).max()
     expected = np.concatenate((lines.real, -lines.imag))
     assert np.abs(values_of(c.estimate) - expected).max() < same
@@ -317,11 +336,11 @@ def test_heads_that_have_no_mean_are_refused() -> None:
     places = np.radians([0.0, 20.0, 40.0])
     geometry.offset_rad = [*places, 0.0]
     geometry.ratio = [1.0] * 4
-    assert not library.heads_weights(geometry, ffi.new("int32_t[4]"))
+    assert not library.heads_weights(geometry, 0b111, ffi.new("int32_t[4]"))
     with pytest.raises(WeightsRefusedError):
         mean_weights(places)
     geometry.offset_rad = [*np.radians([0.0, 120.0, 120.0]), 0.0]
-    assert not library.heads_weights(geometry, ffi.new("int32_t[4]"))
+    assert not library.heads_weights(geometry, 0b111, ffi.new("int32_t[4]"))
 
 
 @pytest.mark.parametrize(

@@ -45,9 +45,12 @@ class Board:
         self.chip = chip or Chip()
         self.power_on()
 
+    def new_core(self) -> ModelCore:
+        return ModelCore()
+
     def power_on(self, after_fault: bool = False) -> None:
         ffi, library = c_library()
-        self.core = ModelCore()
+        self.core = self.new_core()
         self.controller = Controller(self.chip)
         self.chip.busy_until_us = 0
         self.firmware = Firmware(self.core)

@@ -103,3 +103,37 @@ def test_a_head_that_slips_by_4000_counts_is_left_out(device: HeadsDevice) -> No
     output, _ = device.record()
     assert np.abs(output.error_arcsec).max() < 4 * LINE_ARCSEC + 3 * 4.94
     back_in(device)
+
+
+@pytest.mark.slow
+def test_the_device_makes_its_own_sets() -> None:
+    """Nothing is loaded: the device calibrates four heads, and head 3 dies in motion.
+
+    Afterwards three heads keep the balls and the disc's orders out of the output. The sums of a
+    mean of three have √Σw² = 0.82 instead of 0.5, so that the tolerance of a line is 0.82/0.5 times
+    as large.
+    """
+    three = LINE_ARCSEC * 0.82 / 0.5
+    with HeadsDevice(SETTINGS, failover=True) as device:
+        device.firmware.send(f"set failover_step_counts {STEP_COUNTS}")
+        device.calibrate_alone()
+        device.turn_before(*AXIS)
+        assert device.accepted_turn()["mean_of_heads"] == 4
+        device.run_until(lambda: "failover on" in device.firmware.send("status"), "the swap")
+        status = device.firmware.send("status")
+        assert [line for line in status.splitlines() if "set_without_head" in line] == [
+            f"set_without_head {head}" for head in range(1, 5)
+        ]
+        before, _ = device.record()
+        first = len(device.firmware.telemetry)
+        five_turns = 5 * round(SETTINGS.counts_per_rev * 1.15)
+        dead = HEAD3_A | HEAD3_B | HEAD3_Z
+        device.instrument.disturb(PinFault(device.instrument.clock + 100, five_turns, low=dead))
+        device.run_until(lambda: left_out(device, first), "the failure")
+        assert alarm_of(device, first)["left_out"] == [HEAD]
+        assert device.instrument.read_fields("heads_status")["set"] == HEAD
+        output, head1 = device.record()
+        assert abs(head1.line(1)) > 100.0
+        assert abs(output.line(BALLS.order)) < three < 0.5 * abs(head1.line(BALLS.order))
+        for order in range(1, 9):
+            assert abs(output.line(order) - before.line(order)) < three, order

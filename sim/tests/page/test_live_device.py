@@ -115,6 +115,39 @@ def test_drift_heat_and_a_fault_are_shown(replay: Replay, page: Page, tmp_path: 
         expect(page.locator("#lost")).to_contain_text("no daemon runs")
 
 
+def test_the_heads_of_a_mean_are_shown(replay: Replay, page: Page, tmp_path: Path) -> None:
+    """The keys are those of a turn of the compiled firmware that calibrates four heads."""
+    with (
+        daemon(replay.port, tmp_path / "store", "--no-alarm-capture"),
+        page_server(tmp_path, tmp_path / "state", "--device", replay.port) as address,
+    ):
+        page.goto(f"{address}/device/")
+        replay.turn(1, harmonics=[])
+        expect(page.locator("main")).to_have_attribute("data-turn", "1")
+        expect(page.locator("#heads")).to_be_hidden()
+        of_heads = {
+            "places_deg": [0.0, 64.31, 176.99, 257.91],
+            "u_places_arcsec": [0.0, 20.2, 20.1, 20.3],
+            "radii": [1.0, 1.001, 0.999, 1.0005],
+            "u_radii": [0.0, 0.001, 0.001, 0.001],
+            "head_residual_arcsec": [0.5, 0.6, 0.7, 0.8],
+            "axis_forward_arcsec": [0.0, 0.4, 0.1, 0.2],
+            "axis_backward_arcsec": [0.2, 0.1, 0.3, 0.1],
+        }
+        replay.turn(2, harmonics=[], parity_counts=-3.5, left_out=[3], active_set=3, **of_heads)
+        expect(page.locator("main")).to_have_attribute("data-turn", "2")
+        rows = page.locator("#heads section").first.locator("tbody tr")
+        expect(rows).to_have_count(4)
+        expect(rows.nth(1)).to_have_text("264.3100°20.2″1.0010000.0010000.600″in use")
+        expect(rows.nth(2)).to_contain_text("left out")
+        expect(page.locator("#heads-note")).to_have_text("By turn 2. Parity: -3.5 counts.")
+        expect(page.locator("#axis tbody tr").nth(1)).to_have_text("20.400″0.100″")
+        # The head is dead: the turn has no places, and those of turn 2 stay.
+        replay.turn(3, result="refused", reason="stands_still", harmonics=[], left_out=[3])
+        expect(page.locator("main")).to_have_attribute("data-turn", "3")
+        expect(rows.nth(2)).to_contain_text("left out")
+
+
 def test_a_click_captures_and_diagnoses(device: Device, page: Page, tmp_path: Path) -> None:
     store, state = tmp_path / "store", tmp_path / "state"
     with (

@@ -36,6 +36,22 @@ function chart(id, traces, unit) {
   return Plotly.react(document.getElementById(id), traces, dressed(layout), OPTIONS);
 }
 
+function figure(value, digits, unit) {
+  return value === null || value === undefined ? "–" : value.toFixed(digits) + unit;
+}
+
+function showHeads(heads) {
+  document.getElementById("heads").hidden = !heads.rows.length;
+  if (!heads.rows.length) return;
+  const parity = heads.parity_counts === null || heads.parity_counts === undefined ? "" :
+    ` Parity: ${heads.parity_counts.toFixed(1)} counts.`;
+  document.getElementById("heads-note").textContent = `By turn ${heads.turn}.${parity}`;
+  rows(document.querySelector("#heads section tbody"), heads.rows.map(([head, place, u, radius, uRadius, left, use]) =>
+    [head, figure(place, 4, "°"), figure(u, 1, "″"), figure(radius, 6, ""), figure(uRadius, 6, ""), figure(left, 3, "″"), use]));
+  rows(document.querySelector("#axis tbody"), heads.axis.map(([order, forward, backward]) =>
+    [order, figure(forward, 3, "″"), figure(backward, 3, "″")]));
+}
+
 async function show(state) {
   document.getElementById("lost").textContent = state.problem || (state.connected ? "" : "The serial port is lost.");
   const alarms = document.getElementById("alarm-list");
@@ -56,6 +72,7 @@ async function show(state) {
   const known = FIELDS.filter(([key]) => turn[key] !== undefined && turn[key] !== null);
   rows(document.querySelector("#now tbody"), [["turn", turn.turn], ...known.map(([key, name, unit, digits]) =>
     [name, digits === undefined ? turn[key] : `${turn[key].toFixed(digits)} ${unit}`])]);
+  showHeads(state.heads);
   const reference = document.getElementById("reference").value, since = state.since[reference];
   document.getElementById("since").textContent = `Since turn ${since.turn} (${since.recorded} UTC), ` +
     (reference === "first" ? "the first that the page has." : "the first with the present coefficients.");

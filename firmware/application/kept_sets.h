@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The sets for a missing head in the form in which `save` keeps them.
+
+   Words of a set:
+     0      missing head, counted from 1, in bits 7 to 0; number of lanes in bits 15 to 8
+     1      constant part of the error
+     2      carrier in bits 1 to 0, used heads in bits 7 to 4
+     3..10  four weights, four offsets; mean_set.h
+     then two words a lane: phase offset, amplitude; bits 31 to 24 of them hold the order, its low byte first */
+
+#ifndef ARCTRUE_KEPT_SETS_H
+#define ARCTRUE_KEPT_SETS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "coefficients.h"
+
+enum {
+    KEPT_HEAD_WORDS = 3 + 2 * HEADS_MOST,
+    KEPT_LANE_WORDS = 2,
+    /* The block RAM of the gateware holds all sets of 32 lanes. */
+    KEPT_LANES_MOST = 32,
+    KEPT_SETS_WORDS = HEADS_MOST * (KEPT_HEAD_WORDS + KEPT_LANES_MOST * KEPT_LANE_WORDS),
+};
+
+struct kept_sets {
+    uint32_t number;
+    uint32_t word[KEPT_SETS_WORDS];
+};
+
+/* Appends the set without head `head`, counted from 1. False: it has too many lanes. */
+bool kept_sets_add(struct kept_sets *kept, uint32_t head, const struct coefficients *set);
+
+/* Takes the next set from place `place` of the words on, which moves behind it. Returns the missing head; 0: there is no
+   further set, or the words are none that the gateware could hold for `heads` heads and this number of counts. */
+uint32_t kept_sets_next(const struct kept_sets *kept, uint32_t *place, uint32_t heads,
+                        uint32_t counts_per_rev, struct coefficients *set);
+
+/* True if all words are sets of different heads of a mean of `heads` heads. */
+bool kept_sets_are_valid(const struct kept_sets *kept, uint32_t heads, uint32_t counts_per_rev);
+
+#endif

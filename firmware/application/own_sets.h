@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The sets for a missing head that the device makes from its own calibration of four heads. */
+
+#ifndef ARCTRUE_OWN_SETS_H
+#define ARCTRUE_OWN_SETS_H
+
+#include "state.h"
+
+/* Makes, in the workspace, a set without each head for the candidate of this turn: carrier, weights, offsets, lanes. A
+   head without which no mean is quiet enough gets no set. Does nothing for other candidates and other cores. */
+void own_sets_make(struct application *application);
+/* Writes the sets that have been made into the gateware's windows, and makes the gateware refuse the windows of the
+   other heads. The failover must be off. Does nothing if none belong to the candidate. */
+void own_sets_write(struct application *application);
+
+#endif

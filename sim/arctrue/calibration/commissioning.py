@@ -1,0 +1,213 @@
+"""Judges how the heads of a table are connected, before anything is calibrated.
+
+Readings of all heads at one clock each, taken while the table turns once or more in its positive
+direction, show the sense of each head, its place after head 1, and which cable is at which head.
+Two turns at one speed, forward and backward, show what the electronics of one head is later than
+that of another: a head that is τ late reads θ(t − τ), so that its offset differs by τ times the
+difference of both speeds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.calibration.heads_on_device import OnDevice
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+COUNTED_WRONG = 0.01
+"""Share of a turn by which a head may differ from head 1; eccentricity changes less than 10⁻³."""
+PLACE_TOLERANCE_DEG = 1.0
+"""A head this near counts as the one that was planned there. The device accepts 0.25°."""
+DELAY_MOST_CLOCKS = 255
+
+
+@dataclass(frozen=True)
+class Connection:
+    """What the readings say of the heads; lists are by cable, head 1 first.
+
+    ``travels``: counts that each head moved; ``places_deg``: after head 1, NaN without an index;
+    ``at_head``: number of the planned head at which each cable is, 0 where no plan fits.
+    """
+
+    travels: tuple[int, ...]
+    indexed: tuple[bool, ...]
+    places_deg: tuple[float, ...]
+    at_head: tuple[int, ...]
+    off_deg: float
+    """Largest distance of a place from the plan, with the cables as found."""
+    faults: tuple[str, ...]
+    """What is wrong, and what to do; none: the heads are as planned."""
+
+
+def judge_connection(
+    positions: Integer,
+    angles: Integer,
+    indexed: NDArray[np.bool_],
+    counts_per_rev: int,
+    places_deg: tuple[float, ...],
+) -> Connection:
+    """Judge readings (n, H): positions modulo 2³², angles after the index in counts.
+
+    ``indexed`` (H,): heads that have seen their index. The table must have turned in the positive
+    direction. Raises ValueError for too few readings or a number of heads that differs.
+    """
+    if positions.shape[1] != len(places_deg):
+        raise ValueError(
+            f"the device has {positions.shape[1]} heads, the places are of {len(places_deg)}"
+        )
+    steps = np.diff(positions, axis=0).astype(np.uint32).view(np.int32).astype(np.int64)
+    travels = steps.sum(axis=0)
+    most = int(np.abs(travels).max(initial=0))
+    if most < counts_per_rev:
+        raise ValueError("the table must turn once at least; no head has moved by a turn")
+    sense = np.where(travels < 0, -1, 1)
+    places = _places(angles, sense, indexed, counts_per_rev)
+    at_head, off, mirrored = _cables(places, np.asarray(places_deg))
+    faults = _sense_faults(travels, most)
+    faults += [
+        f"head {head}: no index seen in a turn: look at Z and its polarity (4 in head{head}_input)"
+        for head in (np.flatnonzero(~indexed) + 1).tolist()
+    ]
+    if mirrored:
+        faults.append(
+            "the places lie in the other direction: count them the way the table turns, or set "
+            "8 in the input of every head"
+        )
+    if 0 in at_head:
+        if indexed.all():
+            faults.append(
+                f"no order of the cables brings the heads to the places of the plan ({off:.2f}° "
+                "off at best): measure them again, or enter the places found"
+            )
+    elif at_head != tuple(range(1, len(at_head) + 1)):
+        swapped = [
+            f"cable {cable} is at head {head}"
+            for cable, head in enumerate(at_head, 1)
+            if head != cable
+        ]
+        faults.append("heads exchanged: " + ", ".join(swapped) + "; exchange the cables")
+    return Connection(
+        tuple(travels.tolist()),
+        tuple(indexed.tolist()),
+        tuple(places.tolist()),
+        at_head,
+        off,
+        tuple(faults),
+    )
+
+
+def _sense_faults(travels: Integer, most: int) -> list[str]:
+    faults = []
+    back = travels < 0
+    still = np.abs(travels) < (1.0 - COUNTED_WRONG) * most
+    if back.all():
+        faults.append(
+            "all heads count down: the table turned in the negative direction, or set 8 in the "
+            "input of every head"
+        )
+    for head, travel in enumerate(travels.tolist(), start=1):
+        if still[head - 1]:
+            faults.append(
+                f"head {head}: moved by {abs(travel) / most:.3f} of the turn of the others: a "
+                "wire of A or B, too weak light, or another disc"
+            )
+        elif back[head - 1] and not back.all():
+            faults.append(
+                f"head {head}: counts against the others: exchange A and B (8 in head{head}_input)"
+            )
+    return faults
+
+
+def _places(
+    angles: Integer, sense: Integer, indexed: NDArray[np.bool_], counts_per_rev: int
+) -> Float:
+    """Places after head 1, degrees: means over the turn, without the order 1 of eccentricity."""
+    places = np.full(angles.shape[1], np.nan)
+    if not indexed[0]:
+        return places
+    first = sense[0] * angles[:, 0] / counts_per_rev * 2.0 * np.pi
+    design = np.column_stack((np.ones(first.size), np.cos(first), np.sin(first)))
+    for head in np.flatnonzero(indexed):
+        apart = sense[head] * angles[:, head] / counts_per_rev * 2.0 * np.pi - first
+        middle = float(np.angle(np.exp(1j * apart).mean()))
+        left = np.angle(np.exp(1j * (apart - middle)))
+        mean = middle + float(np.linalg.lstsq(design, left)[0][0])
+        places[head] = np.degrees(mean) % 360.0
+    return places
+
+
+def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float, bool]:
+    """The head at which each cable is, the largest distance, and whether the plan is mirrored."""
+    heads = plan_deg.size
+    if np.isnan(places_deg).any():
+        return (0,) * heads, float("nan"), False
+    found: list[tuple[float, bool, tuple[int, ...]]] = []
+    for mirrored in (False, True):
+        for order in permutations(range(heads)):
+            expected = plan_deg[list(order)] - plan_deg[order[0]]
+            apart = places_deg - (-expected if mirrored else expected)
+            off = float(np.abs((apart + 180.0) % 360.0 - 180.0).max())
+            if off <= PLACE_TOLERANCE_DEG:
+                # Of equal plans, as of evenly spaced heads, the first is the cables as they are.
+                return tuple(place + 1 for place in order), off, mirrored
+            found.append((off, mirrored, order))
+    return (0,) * heads, min(found)[0], False
+
+
+@dataclass(frozen=True)
+class Skew:
+    """How much later each head is than the earliest, and the delays that take it away.
+
+    ``late_ns`` and ``u_ns`` (H,): against head 1; ``delays_clocks`` (H,): for ``head_delays``.
+    """
+
+    late_ns: Float
+    u_ns: Float
+    delays_clocks: tuple[int, ...]
+
+    @property
+    def head_delays(self) -> int:
+        """The value of the device's parameter: one byte a head, head 1 in the lowest."""
+        return sum(clocks << 8 * head for head, clocks in enumerate(self.delays_clocks))
+
+
+def skew_of(
+    forward: OnDevice,
+    backward: OnDevice,
+    speeds_rad_s: tuple[float, float],
+    samples: tuple[int, int],
+    clock_hz: float,
+    delays_clocks: tuple[int, ...],
+) -> Skew:
+    """Skew from two turns in opposite directions, made with ``delays_clocks`` in the device.
+
+    Raises ValueError for turns in one direction and for a skew beyond 255 clocks.
+    """
+    if speeds_rad_s[0] * speeds_rad_s[1] >= 0.0:
+        raise ValueError("both turns go in the same direction")
+    apart = speeds_rad_s[0] - speeds_rad_s[1]
+    late_s = -(forward.offsets_rad - backward.offsets_rad) / apart
+    # The parity, and each contrast, has the noise of one reading; an offset that of two heads.
+    u_offset = [
+        np.sqrt(2.0 / number) * found.noise_arcsec * RAD_PER_ARCSEC
+        for found, number in zip((forward, backward), samples, strict=True)
+    ]
+    u_s = np.full(late_s.size, float(np.hypot(*u_offset)) / abs(apart))
+    u_s[0] = 0.0
+    # What is late now has the present delays in it.
+    own = late_s - np.array(delays_clocks, dtype=np.float64) / clock_hz
+    own -= own[0]
+    needed = np.rint((own.max() - own) * clock_hz).astype(np.int64)
+    if needed.max() > DELAY_MOST_CLOCKS:
+        raise ValueError(
+            f"the heads' electronics is {1e9 * float(np.ptp(own)):.0f} ns apart, and the device "
+            f"takes out {DELAY_MOST_CLOCKS} clocks: was the speed the same in both directions?"
+        )
+    return Skew(1e9 * late_s, 1e9 * u_s, tuple(needed.tolist()))
