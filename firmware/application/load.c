@@ -551,7 +551,9 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
     if (load->next != load->frames || !load_without_is_whole(load)) {
         return load_frame_refused(load, LOAD_NOT_WHOLE);
     }
-    bool follows = load->received_thermal.lanes != 0 || load->received_followed.lanes != 0;
+    /* A prepared set has neither conditions nor turn steps. */
+    bool follows =
+        load->received_thermal.lanes != 0 || followed_all_lanes(&load->received_followed) != 0;
     if (load->without.whole != 0 && (follows || !place->has_failover)) {
         return load_frame_refused(load, follows ? LOAD_OUT_OF_RANGE : LOAD_NO_FAILOVER);
     }

@@ -172,7 +172,7 @@ enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, u
                            uint32_t crc);
 /* Begins the set for the missing head `head`, counted from 1; it must come after the mean of all heads. `mean` holds
    carrier, heads and offset. One frame per head and one per lane follow, orders ascending. No lane may follow
-   temperature or condition. */
+   temperature or condition or have a real order. */
 enum load_answer load_without(struct load *load, uint32_t head, uint32_t lanes,
                               const struct mean_set *mean, uint32_t crc);
 enum load_answer load_without_head(struct load *load, uint32_t number, int32_t weight,

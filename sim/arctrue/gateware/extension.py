@@ -120,6 +120,12 @@ class Extension:
             raise ValueError(f"conditions: is missing, but a lane follows {conditional[0]}")
         if self.without and self.mean is None:
             raise ValueError("without: a set for a missing head needs the mean of all heads")
+        sets = (entry.extension for entry in self.without)
+        if self.without and (self.turn_steps or any(one.turn_steps for one in sets if one)):
+            raise ValueError(
+                "without: sets for a missing head hold no turn steps, so that the file cannot have "
+                "them beside a lane of a real order; leave one of the two out"
+            )
 
     @property
     def needs(self) -> Capability:
@@ -129,7 +135,7 @@ class Extension:
             heads=self.mean.heads if self.mean else 2,
             mean=self.mean is not None,
             modulators=bool(self.modulators) or any(entry.modulators for entry in sets),
-            real_orders=bool(self.turn_steps) or any(entry.turn_steps for entry in sets),
+            real_orders=bool(self.turn_steps),
             local_table=self.local_table is not None,
             failover=bool(self.without),
         )
