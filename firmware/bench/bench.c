@@ -125,7 +125,7 @@ static void run(struct turn *turn, const struct calibration_settings *settings) 
 
 int main(void) {
     struct capture capture = {
-        .words = (const volatile int32_t *)(uintptr_t)(BOARD_CORE_BASE + CAPTURE_WINDOW),
+        .words = (const volatile int32_t *)seen_at(BOARD_CORE_BASE + CAPTURE_WINDOW),
         .samples = register_read(AT(capture_header.sample_count)),
         .flags = register_read(AT(capture_header.flags)),
         .counts_per_rev = register_read(AT(counts_per_rev_active)),

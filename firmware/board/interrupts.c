@@ -25,8 +25,8 @@ static void make_level(uint32_t interrupt) {
 }
 
 static void enable(uint32_t interrupt) {
-    *(volatile uint8_t *)(uintptr_t)GIC_ICDIPR(interrupt) = MIDDLE_PRIORITY;
-    *(volatile uint8_t *)(uintptr_t)GIC_ICDIPTR(interrupt) = FIRST_PROCESSOR;
+    *(volatile uint8_t *)seen_at(GIC_ICDIPR(interrupt)) = MIDDLE_PRIORITY;
+    *(volatile uint8_t *)seen_at(GIC_ICDIPTR(interrupt)) = FIRST_PROCESSOR;
     register_write(GIC_ICDISER(interrupt / 32U), 1U << (interrupt % 32U));
 }
 

@@ -73,7 +73,8 @@ static uint32_t read_core(void *context, uint32_t offset) {
     if (!board_fabric_usable()) {
         return 0;
     }
-    return offset == 0 ? register_probe(BOARD_CORE_BASE) : register_read(BOARD_CORE_BASE + offset);
+    return offset == 0 ? register_probe(seen_at(BOARD_CORE_BASE))
+                       : register_read(BOARD_CORE_BASE + offset);
 }
 
 static void write_core(void *context, uint32_t offset, uint32_t word) {
@@ -111,13 +112,13 @@ static const char *fabric_word(void) {
 static const volatile int32_t *capture_words(void *context, uint32_t number) {
     (void)context;
     (void)number;
-    return (const volatile int32_t *)(uintptr_t)(BOARD_CORE_BASE + CAPTURE_WINDOW);
+    return (const volatile int32_t *)seen_at(BOARD_CORE_BASE + CAPTURE_WINDOW);
 }
 
 static const volatile int32_t *further_capture_words(void *context, uint32_t number) {
     (void)context;
     (void)number;
-    return (const volatile int32_t *)(uintptr_t)(BOARD_CORE_BASE + FURTHER_CAPTURE_WINDOW);
+    return (const volatile int32_t *)seen_at(BOARD_CORE_BASE + FURTHER_CAPTURE_WINDOW);
 }
 
 static bool read_temperature(void *context, double *celsius) {

@@ -87,8 +87,8 @@ other_core:
     ldr r0, =translation_table
     orr r0, r0, #0x48               /* walks cacheable */
     mcr p15, 0, r0, c2, c0, 0
-    mov r0, #0
-    mcr p15, 0, r0, c2, c0, 2       /* TTBCR: one table */
+    mov r0, #0x24
+    mcr p15, 0, r0, c2, c0, 2       /* TTBCR: a table of the first 256 MB, and none beyond */
     mov r0, #1
     mcr p15, 0, r0, c3, c0, 0       /* domain 0: permissions are checked */
     dsb
@@ -176,7 +176,7 @@ data_abort:
     mov r0, #0
     subs pc, lr, #4
 
-/* uint32_t register_probe(uint32_t address). The link register is on the stack: in the mode of an
+/* uint32_t register_probe(uintptr_t seen). The link register is on the stack: in the mode of an
    abort, another one takes it. */
     .global register_probe
     .type register_probe, %function
@@ -216,52 +216,45 @@ interrupt_request:
 
     .equ SECTION_READ_ONLY, 0x8416  /* the same, read only */
 
-    .section .tables, "a"
-    .balign 16384
+    /* The first 256 MB only, so that the table is 1 KB instead of 16; TTBCR makes every access beyond them a
+       fault. Devices are seen where seen_at() of memory_mapped.h says: section S at (S ^ S >> 4 & 0xF0) & 0xFF. */
+    .section .pages, "a"
+    .balign 1024
 translation_table:
     .word page_table + 1
-    .rept 0x3FF
+    .rept 0x30 - 0x01
     .word 0
     .endr
-    .word (0x400 << 20) | SECTION_DEVICE    /* the core; where nothing is, a bus never answers, */
-    .rept 0xE00 - 0x401                     /* so nothing else of the fabric's windows is mapped */
-    .word 0
-    .endr
-    .set megabyte, 0xE00            /* UARTs and other peripherals */
-    .rept 3
-    .word (megabyte << 20) | SECTION_DEVICE
-    .set megabyte, megabyte + 1
-    .endr
-    .rept 0xF80 - 0xE03
-    .word 0
-    .endr
-    .set megabyte, 0xF80            /* system control, interrupt controller, timers */
-    .rept 0x10
-    .word (megabyte << 20) | SECTION_DEVICE
-    .set megabyte, megabyte + 1
-    .endr
-    .rept 0xFC0 - 0xF90
-    .word 0
-    .endr
-    .set megabyte, 0xFC0            /* flash, by linear addressing */
+    .set megabyte, 0xFC0            /* seen from 0x03000000 on: flash, by linear addressing */
     .rept 0x10
     .word (megabyte << 20) | SECTION_READ_ONLY
     .set megabyte, megabyte + 1
     .endr
-    .rept 0xFFF - 0xFD0
+    .word (0x400 << 20) | SECTION_DEVICE    /* seen at 0x04000000: the core; where nothing is, a bus */
+    .rept 0x70 - 0x41                       /* never answers, so no more of the fabric's windows */
     .word 0
     .endr
-    .word upper_page_table + 1
+    .set megabyte, 0xF80            /* seen from 0x07000000 on: system control, interrupt controller, timers */
+    .rept 0x10
+    .word (megabyte << 20) | SECTION_DEVICE
+    .set megabyte, megabyte + 1
+    .endr
+    .rept 0xE0 - 0x80
+    .word 0
+    .endr
+    .word (0xE00 << 20) | SECTION_DEVICE    /* seen at 0x0E000000: UARTs and other peripherals */
+    .rept 0x100 - 0xE1
+    .word 0
+    .endr
 
-    .section .pages, "a"
     .balign 1024
 page_table:
     .set page, 0                    /* see the memory map in on_chip_memory.ld */
-    .rept 0x1C
+    .rept 0x1B
     .word (page << 12) | PAGE_CODE
     .set page, page + 1
     .endr
-    .rept 0x1F - 0x1C
+    .rept 0x1F - 0x1B
     .word (page << 12) | PAGE_TEXTS
     .set page, page + 1
     .endr
@@ -281,17 +274,14 @@ page_table:
     .word (page << 12) | PAGE_DATA
     .set page, page + 1
     .endr
-    .rept 0x100 - 0x35
+    .rept 0x40 - 0x35
     .word 0
     .endr
-
-    .balign 1024
-upper_page_table:
-    .rept 0xF0
-    .word 0
-    .endr
-    .set page, 0xFFFF0              /* on-chip memory up to the end of all addresses */
+    .set page, 0xFFFF0              /* UPPER_SEEN: on-chip memory up to the end of all addresses */
     .rept 0x10
     .word (page << 12) | PAGE_DATA
     .set page, page + 1
+    .endr
+    .rept 0x100 - 0x50
+    .word 0
     .endr

@@ -235,7 +235,7 @@ class Emulator:
 
     def write_memory(self, address: int, data: bytes) -> None:
         with self.debugging() as order:
-            order(f"M{address:x},{len(data):x}:{data.hex()}", b"$OK#")
+            order(f"M{seen_at(address):x},{len(data):x}:{data.hex()}", b"$OK#")
 
     def read_own_register(self, address: int) -> int:
         """Return a register as the processor itself reads it in its secure state, unlike the
@@ -243,7 +243,7 @@ class Emulator:
         with self.debugging() as order:
             answer = b""
             while (found := re.search(rb"\$([0-9a-f]{8})#..", answer)) is None:
-                answer = order(f"m{address:x},4", b"#")
+                answer = order(f"m{seen_at(address):x},4", b"#")
         return int.from_bytes(bytes.fromhex(found[1].decode()), "little")
 
     def write_own_register(self, address: int, value: int) -> None:
@@ -262,7 +262,7 @@ class Emulator:
             order("c", b"$T05")
 
             def write(place: int, value: int) -> None:
-                order(f"M{place:x},4:{word(value).hex()}", b"$OK#")
+                order(f"M{seen_at(place):x},4:{word(value).hex()}", b"$OK#")
 
             yield write
             order(f"z{breakpoint_there}", b"$OK#")
@@ -364,6 +364,14 @@ def _connect(port: socket.socket, path: Path, process: Any, log: Path) -> None:
             assert process.poll() is None, log.read_text("utf-8", "replace")
             assert time.monotonic() < end, f"no console at {path}"
             time.sleep(0.05)
+
+
+def seen_at(address: int) -> int:
+    """Return where the firmware's program, and with it a debugger, sees a device.
+
+    The MMU of the firmware shows the devices within the first 256 MB (memory_mapped.h).
+    """
+    return (address ^ (address >> 4 & 0x0F00_0000)) & 0x0FFF_FFFF
 
 
 def word(value: int) -> bytes:

@@ -109,6 +109,8 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
         (bytes.fromhex("4ff050400068"), "data_abort"),
         # mov.w r0, #0x31000; str r0, [r0]: the page below the stack.
         (bytes.fromhex("4ff444300060"), "stack_overflow"),
+        # mov.w r0, #0xE0000000; ldr r0, [r0]: the UART where the bus has it, beyond the table.
+        (bytes.fromhex("4ff060400068"), "data_abort"),
         # mov.w r0, #0x1C000; str r0, [r0]: texts are read only.
         (bytes.fromhex("4ff4e0300060"), "data_abort"),
         # mov.w r0, #0x1C000; bx r0: texts are not executed.

@@ -20,6 +20,7 @@ from sim.tests.firmware.emulator import (
     machine_code,
     member_offset,
     running,
+    seen_at,
     symbol,
 )
 from sim.tests.firmware.pin_model import QSPI_PINS, pin_address
@@ -358,7 +359,7 @@ def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
         # discards the processor's copy of the tables; the emulator may discard it earlier, so that
         # the processor must not reach the core in between.
         with machine.stopped_at(place) as write:
-            write(symbol("translation_table") + 4 * (CORE_BASE >> 20), 0)
+            write(symbol("translation_table") + 4 * (seen_at(CORE_BASE) >> 20), 0)
             write(place, int.from_bytes(bad, "little"))
         machine.wait_for("state 0x")
         machine.write_memory(place, original)
@@ -495,9 +496,9 @@ def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
             f"""
             cpsid if
             movw r0, #0x0624
-            movt r0, #0xF8F0
-            movw r1, #{SCRATCH & 0xFFFF}
-            movt r1, #{SCRATCH >> 16}
+            movt r0, #{seen_at(0xF8F0_0000) >> 16}
+            movw r1, #{seen_at(SCRATCH) & 0xFFFF}
+            movt r1, #{seen_at(SCRATCH) >> 16}
             again:
             ldr r2, [r0]
             str r2, [r1]
