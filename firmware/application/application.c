@@ -11,6 +11,7 @@
 #include "control.h"
 #include "follow_temperature.h"
 #include "prepared.h"
+#include "real_follow.h"
 #include "swap.h"
 #include "turn.h"
 #include "zeros.h"
@@ -72,6 +73,7 @@ static void look_for_bank(struct application *application) {
         bank_watch(application);
         zeros_watch(application);
         if (application->phase == PHASE_CAPTURE) {
+            real_follow_probe(application);
             follow_between_turns(application);
         }
         return;

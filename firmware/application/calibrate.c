@@ -9,6 +9,7 @@
 #include "assertion.h"
 #include "calibrate_mean.h"
 #include "judge.h"
+#include "real_follow.h"
 #include "separation.h"
 #include "units.h"
 
@@ -435,6 +436,7 @@ enum refusal calibrate_turn(struct application *application) {
         reason = calibrate_estimate_heads(application, &turn, &mean);
     }
     if (reason == NOT_REFUSED && mean.heads == 0) {
+        real_follow_turn(application, &turn);
         calibrate_judge_sets(application, &turn);
     }
     if (application->candidate_origin != OF_TURN) {

@@ -572,6 +572,26 @@ int32_t core_turn_number(const struct core_access *core) {
     return core_has_real_orders(core) ? (int32_t)core_read(core, AT(turn_number)) : 0;
 }
 
+/* The count of turns and the latched angle come from different stages of the pipeline: its latency is 33 clocks at
+   most, in which the angle moves by a count each at most. */
+enum { TURN_UNCERTAIN_COUNTS = 64 };
+
+bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
+                     struct core_turn_place *place) {
+    place->turn = core_turn_number(core);
+    const struct core_position position = core_position(core);
+    place->angle = core_read(core, AT(snapshot.corrected_angle));
+    place->position = (int32_t)core_read(core, AT(snapshot.corrected_position));
+    place->head1_angle = position.head1_angle;
+    place->head1_turn_position = position.head1_turn_position;
+    /* The error is far below half a turn: reading and corrected angle lie on both sides of 0, or on the same. */
+    int64_t ahead = 2 * ((int64_t)position.head1_angle - place->angle);
+    place->head1_turn =
+        place->turn - (ahead > counts_per_rev ? 1 : 0) + (ahead < -(int64_t)counts_per_rev ? 1 : 0);
+    return core_turn_number(core) == place->turn && place->angle >= TURN_UNCERTAIN_COUNTS &&
+           place->angle + TURN_UNCERTAIN_COUNTS < counts_per_rev;
+}
+
 void core_set_word(const struct core_access *core, enum modulator word, double value) {
     ASSERT(word == MODULATOR_WORD_A || word == MODULATOR_WORD_B);
     ASSERT(value >= -1.0 && value <= 1.0);

@@ -237,6 +237,18 @@ bool core_verify_real(const struct core_access *core, const struct followed *fol
                       uint32_t counts_per_rev, uint32_t lanes);
 /* Number of turns of the corrected angle; 0 without REAL_ORDERS. */
 int32_t core_turn_number(const struct core_access *core);
+/* Places of one clock, and the turns of the core to which the angles belong. */
+struct core_turn_place {
+    int32_t turn;
+    uint32_t angle;
+    int32_t position;
+    int32_t head1_turn;
+    uint32_t head1_angle;
+    int32_t head1_turn_position;
+};
+/* False if the corrected angle is so near 0 that its turn is uncertain. */
+bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
+                     struct core_turn_place *place);
 /* Sets a word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B, to a value from -1 to 1. The gateware changes
    its present value at the rate `slew`. */
 void core_set_word(const struct core_access *core, enum modulator word, double value);

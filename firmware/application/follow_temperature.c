@@ -17,7 +17,7 @@ static bool follow_given_phase(struct application *application) {
     const struct followed followed = load_followed_at_work(load);
     application->candidate = application->active;
     load->phase_given = false;
-    if (!swap_candidate(application, &followed)) {
+    if (swap_candidate(application, &followed) == SWAP_NOT_READ_BACK) {
         alarm_between_turns(application, ALARM_COEFFICIENTS);
     }
     return true;

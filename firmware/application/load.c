@@ -95,6 +95,16 @@ const struct coefficients *load_at_work(const struct load *load) {
     return load->loaded_state == LOADED_AT_WORK && load_has_loaded(load) ? &load->loaded : NULL;
 }
 
+/* The phases of real orders are unknown in a new set, and after a start of the core, which restarts its count of
+   turns. */
+static void load_seek_phases(struct load *load) {
+    memset(load->finder, 0, sizeof load->finder);
+    load->probe_seen = false;
+    for (uint32_t place = 0; place < load->followed.real_lanes; place++) {
+        load->followed.real[place].phase_known = false;
+    }
+}
+
 /* A load in progress at the same time continues. */
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,
@@ -105,6 +115,7 @@ void load_take_over(struct load *load, const struct coefficients *set,
     load->thermal = *thermal;
     load->unjudged = unjudged;
     load->followed = *followed;
+    load_seek_phases(load);
     load->loaded_crc = 0;
     load_at_work_again(load);
 }
@@ -150,10 +161,7 @@ void load_again(struct load *load, uint32_t counts_per_rev) {
     if (!load_has_loaded(load)) {
         return;
     }
-    /* The core restarts its count of turns, so the phases of real orders are unknown. */
-    for (uint32_t place = 0; place < load->followed.real_lanes; place++) {
-        load->followed.real[place].phase_known = false;
-    }
+    load_seek_phases(load);
     if (load->loaded.counts_per_rev == counts_per_rev) {
         load->loaded_state = LOADED_PENDING;
         if (load->state != LOAD_RECEIVING && !load->whole) {
@@ -311,6 +319,27 @@ enum load_answer load_real(struct load *load, uint32_t number, const struct real
     }
     followed->real[followed->real_lanes++] = *lane;
     load->crc = load_crc_of(load->crc, words, 5);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_phase_source(struct load *load, uint32_t number, const struct real_lane *lane,
+                                   uint32_t crc) {
+    const uint32_t words[] = {number, lane->source, (uint32_t)lane->side, lane->probe_phase};
+    struct followed *followed = &load->received_followed;
+    if (load_crc_of(0, words, 4) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || number >= followed->real_lanes) {
+        return LOAD_WRONG_FRAME;
+    }
+    struct real_lane *real = &followed->real[number];
+    real->source = lane->source;
+    real->side = lane->side;
+    real->probe_phase = lane->probe_phase;
+    if (!real_lane_is_valid(real)) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    load->crc = load_crc_of(load->crc, words, 4);
     return LOAD_TAKEN;
 }
 
@@ -495,7 +524,11 @@ static enum load_answer load_check_real(const struct load *load, const struct lo
     if (!real_lanes_counts_suffice(place->lanes, place->counts_per_rev)) {
         return LOAD_TOO_FEW_COUNTS;
     }
-    return load_takes_unseen(load) ? LOAD_TAKEN : LOAD_UNSEEN;
+    bool seen = true;
+    for (uint32_t lane = 0; lane < load->received_followed.real_lanes; lane++) {
+        seen = seen && load->received_followed.real[lane].source == PHASE_BY_HEADS;
+    }
+    return seen || load_takes_unseen(load) ? LOAD_TAKEN : LOAD_UNSEEN;
 }
 
 /* Lanes that no turn of two heads shows are taken only if the operator forces them. */

@@ -14,6 +14,7 @@
 #include "capture.h"
 #include "coefficients.h"
 #include "followed.h"
+#include "line_phase.h"
 #include "loaded_watch.h"
 #include "thermal.h"
 
@@ -132,6 +133,11 @@ struct load {
     uint64_t unjudged;
     uint32_t loaded_crc;
     struct loaded_watch watch;
+    /* What turns have shown of its lanes of real orders; and whether an edge of the probe has been seen since the lanes
+       began to wait, with the number of edges then. */
+    struct line_finder finder[REAL_LANES_MAX];
+    bool probe_seen;
+    uint32_t probe_edges;
 };
 
 /* Tells whether lanes wait for a turn in the other direction, or for one at another speed. */
@@ -163,6 +169,10 @@ enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dea
 /* Adds a lane of a real order; lanes are numbered from 0 on. Its phase is not known yet. */
 enum load_answer load_real(struct load *load, uint32_t number, const struct real_lane *lane,
                            uint32_t crc);
+/* Sets source, side and probe phase of an earlier lane of a real order; without this frame the operator gives the
+   phase. */
+enum load_answer load_phase_source(struct load *load, uint32_t number, const struct real_lane *lane,
+                                   uint32_t crc);
 /* Sets the phase of such a lane of the active set, u0.24 turn, at angle 0 of turn `turn` of the core. False: there
    is no such lane. */
 bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn);

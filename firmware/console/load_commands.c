@@ -11,7 +11,7 @@
 /* sim/arctrue/device/load.py writes the frames and states their numbers. */
 const char load_use[] = "load status | load abort | load phase N DEGREES TURN | load begin, lane, "
                         "slope, temperature, range, "
-                        "followed, conditions, real, mean, head, without, without_head, "
+                        "followed, conditions, real, source, mean, head, without, without_head, "
                         "without_lane, force, end NUMBERS CRC: "
                         "what arctrue load sends";
 
@@ -29,6 +29,7 @@ enum {
     FOLLOWED_WORDS = 8,
     CONDITIONS_WORDS = 6,
     REAL_WORDS = 8,
+    SOURCE_WORDS = 7,
     PHASE_WORDS = 5,
     MEAN_FRAME_WORDS = 7,
     HEAD_WORDS = 6,
@@ -164,6 +165,23 @@ static void real(struct console *console, char *const *words) {
     };
     answer(console,
            load_real(&console->application->load, (uint32_t)values[0], &lane_of_real_order, crc));
+}
+
+/* States where the phase of a lane of a real order comes from. */
+static void source(struct console *console, char *const *words) {
+    int64_t values[4];
+    uint32_t crc;
+    if (!read_numbers(words, 5, values, &crc) || !fits(values[2])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct real_lane lane_with_source = {
+        .source = (uint32_t)values[1],
+        .side = (int32_t)values[2],
+        .probe_phase = (uint32_t)values[3],
+    };
+    answer(console, load_phase_source(&console->application->load, (uint32_t)values[0],
+                                      &lane_with_source, crc));
 }
 
 /* Sets the phase of a lane that the operator knows from a probe, an index of the drive or a reference. */
@@ -364,6 +382,8 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         followed(console, words + 2);
     } else if (text_equal(what, "real") && number == REAL_WORDS) {
         real(console, words + 2);
+    } else if (text_equal(what, "source") && number == SOURCE_WORDS) {
+        source(console, words + 2);
     } else if (text_equal(what, "phase") && number == PHASE_WORDS) {
         phase(console, words + 2);
     } else if (text_equal(what, "conditions") && number == CONDITIONS_WORDS) {

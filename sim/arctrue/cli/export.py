@@ -129,6 +129,20 @@ GATEWARE = "gateware"
     "in the turn which begins at the zero of SET.",
 )
 @click.option(
+    "--phase-from",
+    type=click.Choice(["heads", "probe"]),
+    help="With --real-orders: the device finds the phase of these lanes itself. heads: from the "
+    "difference of two heads, for lines that turn with the disc; probe: from an index of the drive "
+    "at probe_in.  [default: the operator gives it]",
+)
+@click.option(
+    "--probe",
+    type=(Finite(), Finite(min=1e-6)),
+    metavar="DEGREES RATIO",
+    help="With --phase-from probe: angle of the table in SET, counted over its turns, at which an "
+    "index of the drive came, and number of its indices in a turn of the table.",
+)
+@click.option(
     "--coefficients",
     "coefficient_file",
     type=OutputFile(),
@@ -159,6 +173,8 @@ def export(
     reversal_width: float,
     local_table: bool,
     real_orders: bool,
+    phase_from: str | None,
+    probe: tuple[float, float] | None,
     coefficient_file: Path | None,
     force: bool,
 ) -> None:
@@ -173,6 +189,10 @@ def export(
         raise ValueError("--points: the gateware takes orders, not points; choose a --format")
     if table_format == GATEWARE and steps_per_second is not None:
         raise ValueError("--steps-per-second: expected with --format onstep only")
+    if (phase_from == "probe") != (probe is not None):
+        raise ValueError("--phase-from probe and --probe: expected both or none")
+    if phase_from is not None and not real_orders:
+        raise ValueError("--phase-from: expected with --real-orders only")
     if table_format != GATEWARE:
         _check_points(FORMATS[table_format], points)
     loaded = load(measurement_set, model_file, folders)
@@ -217,6 +237,14 @@ def export(
         with_local_table=local_table,
         with_real_orders=real_orders,
     )
+    if phase_from is not None:
+        held = result.coefficients
+        held = (
+            held.with_phase_from_probe(probe[0] / 360.0, probe[1])
+            if probe is not None
+            else held.with_phase_from_heads()
+        )
+        result = replace(result, coefficients=held)
     became = outcome(
         model, loaded.observations, loaded.effects, result.coefficients, temperature_c=temperature
     )

@@ -114,8 +114,13 @@ def load(
         said += f"; {sent.unseen_followed} of these lanes no turn of two heads shows"
     if sent.real:
         said += f", and {sent.real} lanes of real orders"
-        if turn is None:
-            said += ", which are off: their phase is unknown (--turn, or load phase at the console)"
+        if sent.sought:
+            said += f", of which {sent.sought} are off until the device has found their phase"
+        if turn is None and sent.real > sent.sought:
+            said += (
+                f", of which {sent.real - sent.sought} are off: their phase is unknown (--turn, "
+                "or load phase at the console)"
+            )
     if unjudged:
         said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"
     say(said)

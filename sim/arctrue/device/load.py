@@ -146,6 +146,7 @@ def load_frames(
     following = set(thermal.orders) if thermal is not None else set()
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
+    sources = dict(coefficients.extension.phase_sources) if coefficients.extension else {}
     # If an order also has a lane with a condition, the calibration does not change its plain lane.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
@@ -170,6 +171,8 @@ def load_frames(
         amplitude = int(coefficients.amplitudes[lane])
         whole = int(coefficients.real_orders[lane])
         named.append(("real", [number, whole, step & 0xFFFF_FFFF, step >> 32, amplitude]))
+        if lane in sources:
+            named.append(("source", [number, *sources[lane].numbers]))
     if coefficients.extension is not None and coefficients.extension.conditions is not None:
         registers = condition_registers(
             coefficients.extension.conditions, coefficients.counts_per_rev, clock_hz
@@ -200,8 +203,8 @@ def load_frames(
 def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
     """Return the lines that give the device the phases of its lanes of real orders.
 
-    ``turn``: the core's number of the turn that is turn 0 of the file; the file's phases are those
-    of its turn 0.
+    Phases that the device finds itself are left out. ``turn``: the core's number of the turn that
+    is turn 0 of the file; the file's phases are those of its turn 0.
     """
     if coefficients.extension is None:
         return []
@@ -209,6 +212,7 @@ def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
     return [
         f"load phase {number} {degrees[lane]:.6f} {turn}"
         for number, (lane, _) in enumerate(sorted(coefficients.extension.turn_steps))
+        if lane not in dict(coefficients.extension.phase_sources)
     ]
 
 
@@ -221,7 +225,9 @@ class SentSet:
     followed: int = 0
     """Lanes that follow a condition."""
     real: int = 0
-    """Lanes of real orders, which are off until their phase is sent."""
+    """Lanes of real orders, which are off until their phase is sent or found."""
+    sought: int = 0
+    """Those whose phase the device finds from the heads or the probe."""
     unseen_followed: int = 0
     """Number of lanes that follow a condition and that no turn of two heads shows: order 0, and
     words of the processor."""
@@ -289,6 +295,7 @@ def send_coefficients(
         tuple(orders),
         followed=len(followed),
         real=sum(frame.startswith("load real ") for frame in frames),
+        sought=sum(frame.startswith("load source ") for frame in frames),
         unseen_followed=unseen_followed,
         has_sets=sends_sets,
         lacks_failover=has_sets and not sends_sets,

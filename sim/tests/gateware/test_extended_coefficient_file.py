@@ -16,7 +16,7 @@ from arctrue.gateware.coefficient_file import (
     read_coefficient_file,
 )
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension, LocalTable
+from arctrue.gateware.extension import Conditions, Extension, LocalTable, PhaseSource
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.thermal import ThermalLanes
 
@@ -38,7 +38,10 @@ PARTS = {
         modulators=((0, "direction"), (1, "word_a")), conditions=Conditions(2560, 4, 90.0)
     ),
     # 71.4 and 0.5: the fraction of the order in 2⁻⁴⁸ turn.
-    "REAL_ORDERS = true": Extension(turn_steps=((2, round(0.4 * 2**48)), (3, 1 << 47))),
+    "REAL_ORDERS = true": Extension(
+        turn_steps=((2, round(0.4 * 2**48)), (3, 1 << 47)),
+        phase_sources=((2, PhaseSource("probe", -1, 12345)), (3, PhaseSource("heads"))),
+    ),
     "LOCAL_TABLE = true": Extension(
         local_table=LocalTable((-131072, 5, 131071), (4194304, 0), 6, 8)
     ),
@@ -109,7 +112,11 @@ def test_the_example_of_the_page_is_read(tmp_path: Path) -> None:
     example = page.split("```toml\n")[1].split("```")[0]
     before, sets = example.split("[[without]]")
     whole_order = before.replace("order = 0.5", "order = 1").replace("8388608 ", "16777216 ")
-    lines = [line for line in whole_order.splitlines() if not line.startswith("turn_step")]
+    lines = [
+        line
+        for line in whole_order.splitlines()
+        if not line.startswith(("turn_step", "phase_from"))
+    ]
     path = tmp_path / "c.toml"
     for text, has_real, has_sets in (
         (before, True, False),
@@ -137,6 +144,9 @@ def test_the_example_of_the_page_is_read(tmp_path: Path) -> None:
         ("MODULATORS = true", "[conditions]", "[condition]", "condition: is not known"),
         ("REAL_ORDERS = true", "order = 0.5", "order = 0.75", "phase_step: found"),
         ("REAL_ORDERS = true", "turn_step = 140737488355328", "turn_step = 1", "turn_step: found"),
+        ("REAL_ORDERS = true", '"heads"', '"stars"', "expected one of heads, probe"),
+        ("REAL_ORDERS = true", '"probe"', '"heads"', "expected none with 'heads'"),
+        ("REAL_ORDERS = true", "probe_side = -1", "probe_side = 99999", "probe_side: 99999"),
         ("LOCAL_TABLE = true", "width_turn = 0.015625", "width_turn = 0.3", "1/2, to 1/64"),
         ("LOCAL_TABLE = true", "[4194304, 0]", "[0, 1, 2]", "expected 1, 2 or 4, found 3"),
         ("LOCAL_TABLE = true", "131071", "131072", "points"),
