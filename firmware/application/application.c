@@ -69,11 +69,11 @@ static void wait_for_index(struct application *application) {
 }
 
 static void look_for_bank(struct application *application) {
+    real_follow_probe(application);
     if (!core_status(&application->core).capture_ready) {
         bank_watch(application);
         zeros_watch(application);
         if (application->phase == PHASE_CAPTURE) {
-            real_follow_probe(application);
             follow_between_turns(application);
         }
         return;
