@@ -9,6 +9,7 @@
 #include "assertion.h"
 #include "calibrate_mean.h"
 #include "judge.h"
+#include "local_table.h"
 #include "real_follow.h"
 #include "separation.h"
 #include "units.h"
@@ -332,6 +333,21 @@ static void calibrate_judge_saved(struct application *application, const struct 
     }
 }
 
+/* Combines the judgement of the received lanes with that of the received local table. */
+static enum load_answer calibrate_judge_table(struct application *application,
+                                              const struct turn *turn, enum load_answer of_lanes) {
+    struct load *load = &application->load;
+    bool may_be_right = of_lanes == LOAD_TAKEN || of_lanes == LOAD_NOT_YET;
+    if (load->received_table.place.choice == 0 || !may_be_right) {
+        return of_lanes;
+    }
+    load->table_evidence += local_table_evidence(application, turn);
+    if (load->table_evidence <= -EVIDENCE_ENOUGH) {
+        return LOAD_WORSE;
+    }
+    return load->table_evidence >= EVIDENCE_ENOUGH || load->forced ? of_lanes : LOAD_NOT_YET;
+}
+
 /* Judges the received set. In this turn only this set may use the idle bank. */
 static void calibrate_judge_load(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
@@ -350,7 +366,8 @@ static void calibrate_judge_load(struct application *application, const struct t
                  &application->candidate);
     enum load_answer answer = LOAD_NOT_YET;
     if (load->received.mean.heads == 0) {
-        answer = judge_received(&judge, load, active, &application->candidate);
+        answer = calibrate_judge_table(
+            application, turn, judge_received(&judge, load, active, &application->candidate));
         application->report.followed_lanes =
             judge_measure_followed(&judge, &application->candidate, application->report.followed);
     } else {
@@ -375,6 +392,10 @@ static void calibrate_judge_pending(struct application *application, const struc
     const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes - followed_all_lanes(&load->followed);
     struct coefficients *candidate = &application->candidate;
+    if (load->table.place.choice != 0 && !local_table_is_held(application)) {
+        load_reject(load, LOAD_NOT_READ_BACK);
+        return;
+    }
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
     enum judgement found = load->loaded.mean.heads != 0
                                ? calibrate_judge_mean(application, turn, &load->loaded.mean)

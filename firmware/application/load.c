@@ -37,6 +37,7 @@ const char *load_answer_name(enum load_answer answer) {
         [LOAD_NO_MODULATORS] = "no_modulators",
         [LOAD_NO_REAL_ORDERS] = "no_real_orders",
         [LOAD_TOO_FEW_COUNTS] = "too_few_counts",
+        [LOAD_NO_LOCAL_TABLE] = "no_local_table",
         [LOAD_OTHER_HEADS] = "other_heads",
         [LOAD_OTHER_DELAYS] = "other_delays",
         [LOAD_NO_FAILOVER] = "no_failover",
@@ -54,7 +55,7 @@ static uint32_t load_crc_of(uint32_t crc, const uint32_t *words, uint32_t number
 
 static bool load_has_loaded(const struct load *load) {
     return coefficients_most_order(&load->loaded) > 0 || load->loaded.mean.heads != 0 ||
-           followed_all_lanes(&load->followed) > 0;
+           load->table.place.choice != 0 || followed_all_lanes(&load->followed) > 0;
 }
 
 void load_refuse(struct load *load, enum load_answer reason) {
@@ -115,6 +116,7 @@ void load_take_over(struct load *load, const struct coefficients *set,
     load->thermal = *thermal;
     load->unjudged = unjudged;
     load->followed = *followed;
+    load->table = (struct load_table){.next = 0};
     load_seek_phases(load);
     load->loaded_crc = 0;
     load_at_work_again(load);
@@ -122,10 +124,12 @@ void load_take_over(struct load *load, const struct coefficients *set,
 
 void load_take_over_received(struct load *load) {
     uint32_t crc = load->crc;
+    const struct load_table table = load->received_table;
     load->whole = false;
     load_take_over(load, &load->received, &load->received_thermal, &load->received_followed,
                    load->received_unjudged);
     load->loaded_crc = crc;
+    load->table = table;
     load_settle(load);
 }
 
@@ -150,6 +154,7 @@ void load_forget(struct load *load) {
 
 static void load_begin_evidence(struct load *load) {
     memset(load->evidence, 0, sizeof load->evidence);
+    load->table_evidence = 0.0;
     load->shown = 0;
     load->shown_twice = 0;
     load->undecided = 0;
@@ -188,6 +193,7 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
     load->received = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
     load->received_thermal = (struct thermal){0};
     load->received_followed = (struct followed){0};
+    load->received_table = (struct load_table){.next = 0};
     load->without = (struct load_without){.head = 0};
     load->whole = false;
     load->forced = false;
@@ -369,6 +375,114 @@ enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dea
     load->received_followed.nominal_speed = nominal_speed;
     load->crc = load_crc_of(load->crc, words, 3);
     return LOAD_TAKEN;
+}
+
+enum { TABLE_WINDOWS_SHIFT = 4, TABLE_WIDTH_SHIFT = 8, TABLE_FRACTION_SHIFT = 12 };
+enum { TABLE_WIDTH_MOST = 6, TABLE_CHOICE_BITS = 0x373F, POINT_MOST = 1 << 17 };
+
+uint32_t load_table_windows(const struct table_place *place) {
+    return 1U << (place->choice >> TABLE_WINDOWS_SHIFT & 3U);
+}
+
+uint32_t load_table_width(const struct table_place *place) {
+    return place->choice >> TABLE_WIDTH_SHIFT & 7U;
+}
+
+double load_table_unit(const struct table_place *place) {
+    return 1.0 / (double)(16U << 2U * (place->choice >> TABLE_FRACTION_SHIFT & 3U));
+}
+
+enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc) {
+    const uint32_t words[] = {place->choice, place->start[0], place->start[1], place->start[2],
+                              place->start[3]};
+    if (load_crc_of(0, words, 5) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || load->received_table.place.choice != 0) {
+        return LOAD_WRONG_FRAME;
+    }
+    uint32_t windows = load_table_windows(place);
+    bool fits = (place->choice & ~(uint32_t)TABLE_CHOICE_BITS) == 0 && windows <= TABLE_WINDOWS &&
+                (place->choice & 0xFU) == (1U << windows) - 1U &&
+                load_table_width(place) <= TABLE_WIDTH_MOST;
+    for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {
+        fits = fits && place->start[window] < load->received.counts_per_rev;
+    }
+    if (!fits) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    load->received_table = (struct load_table){.place = *place};
+    load->crc = load_crc_of(load->crc, words, 5);
+    return LOAD_TAKEN;
+}
+
+static uint32_t load_step(int32_t one, int32_t other) {
+    return (uint32_t)(one > other ? one - other : other - one);
+}
+
+/* Adds a point to the bounds of the slope. The last point of a window is joined to its first one. */
+static void load_add_point(struct load_table *table, int32_t point) {
+    uint32_t each = TABLE_POINTS / load_table_windows(&table->place);
+    uint32_t in_window = table->next % each;
+    uint32_t rise = in_window != 0 ? load_step(point, table->previous) : 0;
+    if (in_window == 0) {
+        uint32_t leap = load_step(point, 0);
+        table->first = point;
+        table->leap = leap > table->leap ? leap : table->leap;
+    } else if (in_window == each - 1) {
+        uint32_t around = load_step(point, table->first);
+        rise = around > rise ? around : rise;
+    }
+    table->rise = rise > table->rise ? rise : table->rise;
+    table->previous = point;
+    table->next++;
+    table->crc = crc32_add_word(table->crc, (uint32_t)point);
+}
+
+enum load_answer load_points(struct load *load, uint32_t number, const int32_t points[LOAD_POINTS],
+                             uint32_t crc) {
+    uint32_t words[LOAD_POINTS + 1] = {number};
+    struct load_table *table = &load->received_table;
+    for (uint32_t place = 0; place < LOAD_POINTS; place++) {
+        words[place + 1] = (uint32_t)points[place];
+    }
+    if (load_crc_of(0, words, LOAD_POINTS + 1) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || table->place.choice == 0 || number != table->next ||
+        number >= TABLE_POINTS) {
+        return LOAD_WRONG_FRAME;
+    }
+    for (uint32_t place = 0; place < LOAD_POINTS; place++) {
+        bool beyond = table->next == TABLE_POINTS;
+        if (points[place] < -POINT_MOST || points[place] >= POINT_MOST ||
+            (beyond && points[place] != 0)) {
+            return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+        }
+        if (!beyond) {
+            load_add_point(table, points[place]);
+        }
+    }
+    load->crc = load_crc_of(load->crc, words, LOAD_POINTS + 1);
+    return LOAD_TAKEN;
+}
+
+/* Upper bound of the table's |d eps / d R|. A window shorter than a turn begins with a step from 0, which counts as a
+   slope over one count. The points that did not arrive are 0. */
+static double load_table_steepest(const struct load_table *received, uint32_t counts_per_rev) {
+    struct load_table table = *received;
+    if (table.place.choice == 0) {
+        return 0.0;
+    }
+    while (table.next < TABLE_POINTS) {
+        load_add_point(&table, 0);
+    }
+    double points = TABLE_POINTS / load_table_windows(&table.place);
+    uint32_t width = load_table_width(&table.place);
+    double between = counts_per_rev / ((double)(1U << width) * points);
+    double rise = table.rise / between;
+    double leap = width != 0 ? table.leap : 0.0;
+    return (rise > leap ? rise : leap) * load_table_unit(&table.place);
 }
 
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc) {
@@ -593,6 +707,9 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
     if (load->received.counts_per_rev != place->counts_per_rev) {
         return load_frame_refused(load, LOAD_ANOTHER_TABLE);
     }
+    if (load->received_table.place.choice != 0 && !place->has_local_table) {
+        return load_frame_refused(load, LOAD_NO_LOCAL_TABLE);
+    }
     enum load_answer checked = load_check_followed(load, place->has_modulators);
     if (checked != LOAD_TAKEN) {
         return load_frame_refused(load, checked);
@@ -610,7 +727,9 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
                  load->received.lanes - followed_all_lanes(&load->received_followed), &all);
     const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
     const struct followed *followed = &load->received_followed;
-    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) >= STEEPEST) {
+    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) +
+            load_table_steepest(&load->received_table, place->counts_per_rev) >=
+        STEEPEST) {
         return load_frame_refused(load, LOAD_TOO_STEEP);
     }
     if (extent.largest_counts > AMPLITUDE_LIMIT) {

@@ -16,6 +16,7 @@
 #include "followed.h"
 #include "line_phase.h"
 #include "loaded_watch.h"
+#include "table_place.h"
 #include "thermal.h"
 
 enum load_state {
@@ -59,6 +60,8 @@ enum load_answer {
     /* A lane has a real order, and the gateware is built without REAL_ORDERS, or a turn has too few counts for it. */
     LOAD_NO_REAL_ORDERS,
     LOAD_TOO_FEW_COUNTS,
+    /* It has a local table, and the gateware is built without LOCAL_TABLE. */
+    LOAD_NO_LOCAL_TABLE,
     /* Its mean is not one of this core's heads, its heads stand elsewhere, or its delays differ. */
     LOAD_OTHER_HEADS,
     LOAD_OTHER_DELAYS,
@@ -85,6 +88,22 @@ struct load_without {
     uint32_t whole;
 };
 
+enum { LOAD_POINTS = 5 };
+
+/* A local table; the gateware holds its points. */
+struct load_table {
+    struct table_place place;
+    /* Number of the next point, and CRC of the points so far. */
+    uint32_t next;
+    uint32_t crc;
+    /* The first point of the present window, the previous point, and the largest step between neighbours and from 0
+       to the first point of a window, units of a point. */
+    int32_t first;
+    int32_t previous;
+    uint32_t rise;
+    uint32_t leap;
+};
+
 struct load {
     enum load_state state;
     enum load_answer reason;
@@ -101,6 +120,10 @@ struct load {
     /* Their lanes that follow a condition. */
     struct followed received_followed;
     struct followed followed;
+    /* Their local tables; choice 0: none. Log odds of the received one, summed over the turns so far. */
+    struct load_table received_table;
+    struct load_table table;
+    double table_evidence;
     /* Sets for a missing head: the gateware holds their words. */
     struct load_without without;
     /* What was received is whole and not yet judged. */
@@ -176,6 +199,14 @@ enum load_answer load_phase_source(struct load *load, uint32_t number, const str
 /* Sets the phase of such a lane of the active set, u0.24 turn, at angle 0 of turn `turn` of the core. False: there
    is no such lane. */
 bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn);
+/* Begins a local table. Its points follow in frames of LOAD_POINTS, of which those beyond the last point are 0. */
+enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc);
+enum load_answer load_points(struct load *load, uint32_t number, const int32_t points[LOAD_POINTS],
+                             uint32_t crc);
+/* Number of windows, exponent of a window's width, and unit of a point in counts. */
+uint32_t load_table_windows(const struct table_place *place);
+uint32_t load_table_width(const struct table_place *place);
+double load_table_unit(const struct table_place *place);
 /* States that the lanes correct a mean: `mean` holds carrier, heads, offset and delays. One frame per head follows. */
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc);
 enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
@@ -204,6 +235,7 @@ struct load_place {
     bool has_modulators;
     bool has_failover;
     bool has_real_orders;
+    bool has_local_table;
     /* Value of the parameter head_delays. */
     uint32_t delays;
 };

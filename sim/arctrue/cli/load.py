@@ -108,6 +108,8 @@ def load(
             f"{file}: its sets for a missing head were not sent: the gateware is built without "
             "FAILOVER, so that no head that fails is left out"
         )
+    if sent.has_table:
+        said += ", with a local table, which the device's `save` does not keep"
     if sent.followed:
         said += f", and {sent.followed} lanes that follow a condition"
     if sent.unseen_followed:

@@ -20,14 +20,22 @@ from arctrue.device.refusal import explained, reason_of
 from arctrue.gateware.capability import HEADS_MOST, Capability
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import MODULATORS
+from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.table_conditions import condition_registers
 from arctrue.generated.number_formats import CLOCK_HZ
 
 DEVICE_LOADS = Capability(
-    heads=HEADS_MOST, mean=True, modulators=True, real_orders=True, failover=True
+    heads=HEADS_MOST,
+    mean=True,
+    modulators=True,
+    real_orders=True,
+    local_table=True,
+    failover=True,
 )
 """Parts of a coefficient file that the console accepts; a core that lacks one refuses the set."""
+TABLE_WINDOWS = 4
+"""Windows whose starts the device takes, used or not."""
 ATTEMPTS = 3
 """Number of attempts to send the whole set if a line was damaged during transmission."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
@@ -56,8 +64,6 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
     extension = coefficients.extension
     if extension is None:
         return None
-    if extension.local_table is not None:
-        raise ValueError("the device loads lanes and a mean; leave out the local table")
     if {lane for lane, _ in extension.turn_steps} & {lane for lane, _ in extension.modulators}:
         raise ValueError("the device loads no lane of a real order that follows a condition")
     return extension.mean
@@ -99,6 +105,26 @@ def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
     return [
         ("mean", [mean.carrier - 1, used, offset, delays]),
         *(("head", [head, weight, place]) for head, (weight, place) in heads),
+    ]
+
+
+POINTS_A_FRAME = 5
+
+
+def _table_values(coefficients: Coefficients) -> list[tuple[str, list[int]]]:
+    """Return names and numbers of the frames of the local table; the points end with its last."""
+    extension = coefficients.extension
+    if extension is None or extension.local_table is None:
+        return []
+    table = LocalTable.of_file(extension.local_table, coefficients.counts_per_rev)
+    points = list(extension.local_table.points)
+    points += [0] * (-len(points) % POINTS_A_FRAME)
+    return [
+        ("table", table.place_words()[: 1 + TABLE_WINDOWS]),
+        *(
+            ("points", [first, *points[first : first + POINTS_A_FRAME]])
+            for first in range(0, len(points), POINTS_A_FRAME)
+        ),
     ]
 
 
@@ -178,6 +204,7 @@ def load_frames(
             coefficients.extension.conditions, coefficients.counts_per_rev, clock_hz
         )
         named.append(("conditions", list(registers.values())))
+    named += _table_values(coefficients)
     if thermal is not None:
         milli = [round(1000 * thermal.reference_c), round(1000 * thermal.time_constant_s)]
         named.append(("temperature", milli))
@@ -231,6 +258,8 @@ class SentSet:
     unseen_followed: int = 0
     """Number of lanes that follow a condition and that no turn of two heads shows: order 0, and
     words of the processor."""
+    has_table: bool = False
+    """The set has a local table."""
     has_sets: bool = False
     """The device accepted sets for a missing head."""
     lacks_failover: bool = False
@@ -239,7 +268,7 @@ class SentSet:
     @property
     def is_empty(self) -> bool:
         """Tell whether nothing is loaded any more."""
-        return not self.orders and not self.followed and not self.real
+        return not (self.orders or self.followed or self.real or self.has_table)
 
 
 def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
@@ -297,6 +326,7 @@ def send_coefficients(
         real=sum(frame.startswith("load real ") for frame in frames),
         sought=sum(frame.startswith("load source ") for frame in frames),
         unseen_followed=unseen_followed,
+        has_table=any(frame.startswith("load table ") for frame in frames),
         has_sets=sends_sets,
         lacks_failover=has_sets and not sends_sets,
     )
