@@ -10,6 +10,7 @@
 #include "bank.h"
 #include "control.h"
 #include "follow_temperature.h"
+#include "local_table.h"
 #include "prepared.h"
 #include "real_follow.h"
 #include "swap.h"
@@ -46,6 +47,8 @@ void application_use_copy(struct application *application, struct capture_copy *
 
 void application_use_flash(struct application *application, struct save *save) {
     application->save = save;
+    save->point = local_table_point;
+    save->point_context = application;
 }
 
 /* A core in use always has its output enabled: without it, the core was reset. After a reset the line drivers drive

@@ -311,9 +311,15 @@ static void calibrate_judge_saved(struct application *application, const struct 
     judge.followed = &saved->followed;
     const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes;
+    if (saved->table.place.choice != 0 &&
+        (application->load.state == LOAD_RECEIVING || application->load.whole)) {
+        /* The idle bank belongs to the points that arrive. */
+        return;
+    }
     bool fits = saved_lanes(saved) <= lanes &&
                 (saved->followed.lanes == 0 || core_origin(&application->core).has_modulators) &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
+    fits = fits && (saved->table.place.choice == 0 || local_table_restore(application));
     if (!fits) {
         application->saved_state = SAVED_NOT_CONFIRMED;
         return;
@@ -326,6 +332,10 @@ static void calibrate_judge_saved(struct application *application, const struct 
             ? calibrate_judge_mean(application, turn, &saved->loaded.mean)
             : judge_again(&judge, &saved->loaded, saved->unjudged,
                           application->parameters.alarm_error_arcsec, &application->candidate);
+    if (saved->table.place.choice != 0 && saved->loaded.mean.heads == 0 &&
+        local_table_evidence(application, &saved->table.place, turn) <= -EVIDENCE_ENOUGH) {
+        found = JUDGED_WRONG;
+    }
     if (found == JUDGED_RIGHT) {
         calibrate_take_candidate(application, OF_SAVED);
     } else if (found == JUDGED_WRONG) {
@@ -341,7 +351,7 @@ static enum load_answer calibrate_judge_table(struct application *application,
     if (load->received_table.place.choice == 0 || !may_be_right) {
         return of_lanes;
     }
-    load->table_evidence += local_table_evidence(application, turn);
+    load->table_evidence += local_table_evidence(application, &load->received_table.place, turn);
     if (load->table_evidence <= -EVIDENCE_ENOUGH) {
         return LOAD_WORSE;
     }

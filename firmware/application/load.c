@@ -109,14 +109,14 @@ static void load_seek_phases(struct load *load) {
 /* A load in progress at the same time continues. */
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,
-                    uint64_t unjudged) {
+                    const struct load_table *table, uint64_t unjudged) {
     ASSERT(followed->lanes <= FOLLOWED_LANES_MAX);
     ASSERT(set->lanes <= LANES_LIMIT && thermal->lanes <= THERMAL_LANES_MAX);
     load->loaded = *set;
     load->thermal = *thermal;
     load->unjudged = unjudged;
     load->followed = *followed;
-    load->table = (struct load_table){.next = 0};
+    load->table = *table;
     load_seek_phases(load);
     load->loaded_crc = 0;
     load_at_work_again(load);
@@ -124,12 +124,10 @@ void load_take_over(struct load *load, const struct coefficients *set,
 
 void load_take_over_received(struct load *load) {
     uint32_t crc = load->crc;
-    const struct load_table table = load->received_table;
     load->whole = false;
     load_take_over(load, &load->received, &load->received_thermal, &load->received_followed,
-                   load->received_unjudged);
+                   &load->received_table, load->received_unjudged);
     load->loaded_crc = crc;
-    load->table = table;
     load_settle(load);
 }
 
@@ -392,6 +390,17 @@ double load_table_unit(const struct table_place *place) {
     return 1.0 / (double)(16U << 2U * (place->choice >> TABLE_FRACTION_SHIFT & 3U));
 }
 
+bool load_table_is_valid(const struct table_place *place, uint32_t counts_per_rev) {
+    uint32_t windows = load_table_windows(place);
+    bool fits = (place->choice & ~(uint32_t)TABLE_CHOICE_BITS) == 0 && windows <= TABLE_WINDOWS &&
+                (place->choice & 0xFU) == (1U << windows) - 1U &&
+                load_table_width(place) <= TABLE_WIDTH_MOST;
+    for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {
+        fits = fits && place->start[window] < counts_per_rev;
+    }
+    return fits;
+}
+
 enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc) {
     const uint32_t words[] = {place->choice, place->start[0], place->start[1], place->start[2],
                               place->start[3]};
@@ -401,14 +410,7 @@ enum load_answer load_table(struct load *load, const struct table_place *place, 
     if (load->state != LOAD_RECEIVING || load->received_table.place.choice != 0) {
         return LOAD_WRONG_FRAME;
     }
-    uint32_t windows = load_table_windows(place);
-    bool fits = (place->choice & ~(uint32_t)TABLE_CHOICE_BITS) == 0 && windows <= TABLE_WINDOWS &&
-                (place->choice & 0xFU) == (1U << windows) - 1U &&
-                load_table_width(place) <= TABLE_WIDTH_MOST;
-    for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {
-        fits = fits && place->start[window] < load->received.counts_per_rev;
-    }
-    if (!fits) {
+    if (!load_table_is_valid(place, load->received.counts_per_rev)) {
         return load_frame_refused(load, LOAD_OUT_OF_RANGE);
     }
     load->received_table = (struct load_table){.place = *place};

@@ -88,22 +88,6 @@ struct load_without {
     uint32_t whole;
 };
 
-enum { LOAD_POINTS = 5 };
-
-/* A local table; the gateware holds its points. */
-struct load_table {
-    struct table_place place;
-    /* Number of the next point, and CRC of the points so far. */
-    uint32_t next;
-    uint32_t crc;
-    /* The first point of the present window, the previous point, and the largest step between neighbours and from 0
-       to the first point of a window, units of a point. */
-    int32_t first;
-    int32_t previous;
-    uint32_t rise;
-    uint32_t leap;
-};
-
 struct load {
     enum load_state state;
     enum load_answer reason;
@@ -203,10 +187,6 @@ bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn
 enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc);
 enum load_answer load_points(struct load *load, uint32_t number, const int32_t points[LOAD_POINTS],
                              uint32_t crc);
-/* Number of windows, exponent of a window's width, and unit of a point in counts. */
-uint32_t load_table_windows(const struct table_place *place);
-uint32_t load_table_width(const struct table_place *place);
-double load_table_unit(const struct table_place *place);
 /* States that the lanes correct a mean: `mean` holds carrier, heads, offset and delays. One frame per head follows. */
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc);
 enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
@@ -257,7 +237,7 @@ void load_abort(struct load *load);
 void load_take_over_received(struct load *load);
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,
-                    uint64_t unjudged);
+                    const struct load_table *table, uint64_t unjudged);
 
 /* Ends the judgement of a set that was loaded before: it becomes active again, or is rejected. */
 void load_at_work_again(struct load *load);

@@ -20,6 +20,10 @@ enum load_answer application_load_table(struct application *application,
 
 enum load_answer application_load_points(struct application *application, uint32_t number,
                                          const int32_t points[LOAD_POINTS], uint32_t crc) {
+    if (application->save != NULL && application->save->state != SAVE_IDLE) {
+        /* The record that is being written takes its points from the idle bank. */
+        return LOAD_WRONG_FRAME;
+    }
     enum load_answer answer = load_points(&application->load, number, points, crc);
     for (uint32_t place = 0; answer == LOAD_TAKEN && place < LOAD_POINTS; place++) {
         if (number + place < TABLE_POINTS) {
@@ -49,19 +53,45 @@ void local_table_complete(struct application *application) {
     }
 }
 
+int32_t local_table_point(const void *context, uint32_t number) {
+    const struct application *application = context;
+    return core_table_point(&application->core, number);
+}
+
+bool local_table_restore(struct application *application) {
+    struct save *save = application->save;
+    uint32_t words[FLASH_PAGE_WORDS];
+    uint32_t crc = save->content.table.crc;
+    if (!core_origin(&application->core).has_local_table) {
+        return false;
+    }
+    if (local_table_sum(application) == crc) {
+        return true;
+    }
+    for (uint32_t first = 0; first < TABLE_POINTS; first += FLASH_PAGE_WORDS) {
+        if (!save_read_points(save, first, words)) {
+            return false;
+        }
+        for (uint32_t word = 0; word < FLASH_PAGE_WORDS; word++) {
+            core_write_table_point(&application->core, first + word, (int32_t)words[word]);
+        }
+    }
+    return local_table_sum(application) == crc;
+}
+
 bool local_table_is_held(const struct application *application) {
     return local_table_sum(application) == application->load.table.crc;
 }
 
-/* Value of the received table, counts; the points are those of the idle bank. */
-static double local_table_value(const struct application *application, int32_t angle,
+/* Value of the table, counts; the points are those of the idle bank. */
+static double local_table_value(const struct application *application,
+                                const struct table_place *of_table, int32_t angle,
                                 uint32_t counts_per_rev) {
-    const struct load_table *table = &application->load.received_table;
-    uint32_t windows = load_table_windows(&table->place);
+    uint32_t windows = load_table_windows(of_table);
     uint32_t points = TABLE_POINTS / windows;
-    double width = (double)counts_per_rev / (double)(1U << load_table_width(&table->place));
+    double width = (double)counts_per_rev / (double)(1U << load_table_width(of_table));
     for (uint32_t window = 0; window < windows; window++) {
-        int64_t since = ((int64_t)angle - table->place.start[window]) % counts_per_rev;
+        int64_t since = ((int64_t)angle - of_table->start[window]) % counts_per_rev;
         since += since < 0 ? counts_per_rev : 0;
         if ((double)since < width) {
             double place = (double)since / width * points;
@@ -69,7 +99,7 @@ static double local_table_value(const struct application *application, int32_t a
             int32_t first = core_table_point(&application->core, window * points + below);
             int32_t next =
                 core_table_point(&application->core, window * points + (below + 1) % points);
-            return (first + (place - below) * (next - first)) * load_table_unit(&table->place);
+            return (first + (place - below) * (next - first)) * load_table_unit(of_table);
         }
     }
     return 0.0;
@@ -91,7 +121,8 @@ static double local_table_fitted(const struct estimate *estimate, double angle_r
     return error;
 }
 
-double local_table_evidence(const struct application *application, const struct turn *turn) {
+double local_table_evidence(const struct application *application, const struct table_place *place,
+                            const struct turn *turn) {
     const struct estimate *estimate = &application->measured;
     uint32_t counts_per_rev = (uint32_t)turn->counts_per_rev;
     double rad = 2.0 * PI / counts_per_rev;
@@ -102,8 +133,8 @@ double local_table_evidence(const struct application *application, const struct 
     ASSERT(counts_per_rev > 0);
     for (uint32_t sample = 0; sample < turn->samples; sample++) {
         const struct reading reading = turn_reading(turn, sample);
-        double table = (local_table_value(application, reading.angle2, counts_per_rev) -
-                        local_table_value(application, reading.angle1, counts_per_rev)) *
+        double table = (local_table_value(application, place, reading.angle2, counts_per_rev) -
+                        local_table_value(application, place, reading.angle1, counts_per_rev)) *
                        arcsec;
         if (table == 0.0) {
             continue;
@@ -121,16 +152,18 @@ double local_table_evidence(const struct application *application, const struct 
 bool local_table_write(struct application *application) {
     const struct load *load = &application->load;
     const struct core_access *core = &application->core;
-    bool received = application->candidate_origin == OF_LOAD;
-    bool loaded = application->candidate_origin == OF_PENDING ||
-                  (application->candidate_origin == OF_TURN && load_at_work(load) != NULL);
-    struct table_place place = {.choice = 0};
-    if (received) {
-        place = load->received_table.place;
+    enum candidate_origin origin = application->candidate_origin;
+    bool loaded = origin == OF_PENDING || (origin == OF_TURN && load_at_work(load) != NULL);
+    struct load_table table = {.next = 0};
+    if (origin == OF_LOAD) {
+        table = load->received_table;
+    } else if (origin == OF_SAVED) {
+        table = application->save->content.table;
     } else if (loaded && load->table.place.choice != 0) {
         /* It is active already. */
         return true;
     }
+    const struct table_place place = table.place;
     if (place.choice == 0 && !application->table_at_work) {
         return true;
     }
@@ -141,5 +174,5 @@ bool local_table_write(struct application *application) {
     for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {
         equal = equal && found.start[window] == place.start[window];
     }
-    return equal && (place.choice == 0 || local_table_sum(application) == load->received_table.crc);
+    return equal && (place.choice == 0 || local_table_sum(application) == table.crc);
 }

@@ -7,13 +7,16 @@
      1  version of this form, 1
      2  sequence number; the later record has one more, modulo 2^32
      3  number of words of the content
-     4  switches: frozen 1, bypassed 2, telemetry 4, and 8 if lanes follow a condition
+     4  switches: frozen 1, bypassed 2, telemetry 4, 8 if lanes follow a condition, and 16 if there is a local
+        table
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
      (0 the calibration, 1 loaded, 2 loaded and not judged)
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
+     then, with switch 16: choice and four starts of the local table, and the CRC of its points, which stand in the
+     same sector; save.h
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
      thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
      then, if it is not the preset one, the range of temperature in thousandths
@@ -30,6 +33,7 @@
 #include "coefficients.h"
 #include "followed.h"
 #include "kept_settings.h"
+#include "table_place.h"
 #include "thermal.h"
 
 #define SAVED_MAGIC 0x56535441U
@@ -41,9 +45,11 @@ enum {
     SAVED_THERMAL_WORDS = 5,
     SAVED_CONDITIONS_WORDS = 4,
     SAVED_MEAN_WORDS = 5 + 2 * HEADS_MOST,
+    SAVED_TABLE_WORDS = 2 + TABLE_WINDOWS,
     SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
         LANES_LIMIT * SAVED_LANE_WORDS + 3 + THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 2 +
-        SAVED_MEAN_WORDS + SAVED_CONDITIONS_WORDS + FOLLOWED_LANES_MAX * SAVED_LANE_WORDS + 1,
+        SAVED_MEAN_WORDS + SAVED_CONDITIONS_WORDS + FOLLOWED_LANES_MAX * SAVED_LANE_WORDS +
+        SAVED_TABLE_WORDS + 1,
 };
 
 struct saved {
@@ -53,6 +59,8 @@ struct saved {
     struct coefficients loaded;
     struct thermal thermal;
     struct followed followed;
+    /* Place and check sum of the local table; choice 0: none. */
+    struct load_table table;
     /* Places of loaded lanes that nobody could judge. */
     uint64_t unjudged;
 };

@@ -103,7 +103,8 @@ static void turn_take_set(struct application *application) {
         const struct saved *saved = &application->save->content;
         application->saved_state = SAVED_CONFIRMED;
         application->prepared.sets = 0;
-        load_take_over(load, &saved->loaded, &saved->thermal, &saved->followed, saved->unjudged);
+        load_take_over(load, &saved->loaded, &saved->thermal, &saved->followed, &saved->table,
+                       saved->unjudged);
     }
 }
 

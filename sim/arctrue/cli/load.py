@@ -109,7 +109,7 @@ def load(
             "FAILOVER, so that no head that fails is left out"
         )
     if sent.has_table:
-        said += ", with a local table, which the device's `save` does not keep"
+        said += ", with a local table"
     if sent.followed:
         said += f", and {sent.followed} lanes that follow a condition"
     if sent.unseen_followed:

@@ -12,6 +12,7 @@ from sim.tests.calibration.synthetic import ARCSEC, COUNTS, Disc
 from sim.tests.firmware.model_core import Firmware, address
 from sim.tests.firmware.test_application import ARCSEC_PER_COUNT, active_coefficients
 from sim.tests.firmware.test_load import DISC, file_of, running, send, state, turn
+from sim.tests.firmware.test_save import Board
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
@@ -151,3 +152,100 @@ def test_after_a_rearm_the_gateware_must_still_hold_it(running: Firmware, is_kep
         running.turn(turn(seed, disc=SCRATCHED))
     assert state(running) == ("load active" if is_kept else "load refused not_read_back")
     assert (place_words(running)[0] != 0) == is_kept
+
+
+def points_of(running: Firmware) -> list[int]:
+    return [running.core.words.get(LOCAL_POINTS_ADDRESS + 4 * at, 0) for at in range(POINTS)]
+
+
+def saved_board() -> Board:
+    board = Board()
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5), disc=SCRATCHED)
+    assert loaded(board.firmware, table_file()) == "load active"
+    return board
+
+
+def after_power_off(board: Board) -> Firmware:
+    board.power_on()
+    built(board.firmware)
+    return board.firmware
+
+
+def test_a_saved_table_outlives_the_power() -> None:
+    """The first turn that shows the scratch confirms it; the words are those that were loaded."""
+    board = saved_board()
+    words = points_of(board.firmware)
+    assert board.order("save").startswith("ok, record 1")
+    running = after_power_off(board)
+    assert board.status("saved") == ["waiting"]
+    assert place_words(running)[0] == 0
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert state(running) == "load active"
+    assert place_words(running) == bank_of(table_file()).place_words()
+    assert points_of(running) == words
+    # It is saved again from the gateware.
+    assert board.order("save").startswith("ok, record 2")
+    # Without a table loaded the next record has none.
+    send(running, load_frames(file_of({})))
+    board.work(range(11, 13), disc=SCRATCHED)
+    assert board.order("save").startswith("ok, record 3")
+    after_power_off(board)
+    board.work(range(13, 15), disc=SCRATCHED)
+    assert place_words(board.firmware)[0] == 0
+
+
+def test_a_saved_table_that_the_disc_contradicts_is_not_taken() -> None:
+    board = saved_board()
+    board.order("save")
+    running = after_power_off(board)
+    board.work(range(9, 11), disc=DISC)
+    assert board.status("saved") == ["not_confirmed"]
+    assert place_words(running)[0] == 0
+
+
+@pytest.mark.parametrize("damage", ["flash", "generic"])
+def test_a_table_that_cannot_be_restored_is_not_taken(damage: str) -> None:
+    board = saved_board()
+    board.order("save")
+    board.power_on()
+    if damage == "flash":
+        built(board.firmware)
+        data = bytes(board.chip.content)
+        wanted = table_file()
+        middle = int(bank_of(wanted).points[POINTS // 2]).to_bytes(4, "little")
+        at = data.index(middle)
+        board.chip.content[at] ^= 1
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["not_confirmed"]
+    assert place_words(board.firmware)[0] == 0
+
+
+def test_no_points_arrive_while_a_record_is_written() -> None:
+    """The record takes its points from the idle bank."""
+    board = saved_board()
+    board.firmware.send("save")
+    frames = load_frames(table_file(0.5))
+    answers = send(board.firmware, frames[:4])
+    assert answers[-1].startswith("error: load wrong_frame")
+    assert board.order("").startswith("ok, record 1")
+
+
+@pytest.mark.parametrize("steps", [52, 70, 100])
+def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(steps: int) -> None:
+    """An erase takes 0.5 s, 50 steps; then 64 pages of points come before those of the record."""
+    board = Board()
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5), disc=SCRATCHED)
+    assert board.order("save").startswith("ok, record 1")
+    assert loaded(board.firmware, table_file()) == "load active"
+    board.firmware.send("save")
+    for _ in range(steps):
+        board.controller.now_us += 10_000
+        assert board.firmware.step() == "", "the save is under way"
+    running = after_power_off(board)
+    assert board.status("saved") == ["waiting"]
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert place_words(running)[0] == 0

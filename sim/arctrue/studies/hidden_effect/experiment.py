@@ -301,7 +301,7 @@ class _Run:
                 export.coefficients.from_turn(rig.first_turn_number()),
                 "swap to the exported coefficients",
             )
-        elif self._goes_on:
+        elif self._goes_on or case.local_table:
             # Like a person: send the file over the console, in addition to the calibration.
             rig.instrument.firmware.send("freeze off")
             rig.load_over_console(export.coefficients, "a turn judges what was loaded")
@@ -476,7 +476,8 @@ class _Run:
             self._reference_of(rig.instrument.recording(), rig.present_drive)
 
     def _fresh_power_up(self) -> None:
-        drive = self._drive(self.case.fresh, 6.0 if self.case.modulators else 4.0)
+        several = self.case.modulators or self.case.local_table
+        drive = self._drive(self.case.fresh, 6.0 if several else 4.0)
         self.rig.power_up(drive, frozen=True, stage="fresh: over both indices")
 
     def _reference_of(self, recording: Recording, drive: Motion) -> None:
