@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from sim.tests.calibration.synthetic import ARCSEC, COUNTS, Disc
+from sim.tests.firmware import test_prepared_sets as prepared
 from sim.tests.firmware.model_core import Firmware, address
 from sim.tests.firmware.test_application import ARCSEC_PER_COUNT, active_coefficients
 from sim.tests.firmware.test_load import DISC, file_of, running, send, state, turn
@@ -249,3 +250,25 @@ def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(st
     board.work(range(9, 11), disc=SCRATCHED)
     assert board.status("saved") == ["confirmed"]
     assert place_words(running)[0] == 0
+
+
+def test_the_table_of_a_mean_of_four_heads_is_loaded_with_it() -> None:
+    """No turn of two heads judges it, as its lanes; it has a window for each head."""
+    running = Firmware(prepared.FailoverCore())
+    running.library.application_start(running.application)
+    running.core.see_index()
+    running.send("set orders 8")
+    running.step()
+    core = running.core
+    core.set("capability", core.get("capability") | LOCAL_TABLE)
+    running.turn(turn(1))
+    starts = (0, COUNTS // 4, COUNTS // 2, 3 * COUNTS // 4)
+    bells = np.rint(np.outer([9000, 7000, -3000, 5000], np.hanning(1024))).astype(np.int64)
+    table = LocalTable(tuple(bells.ravel().tolist()), starts, 6, 8)
+    plain = prepared.file_of()
+    assert plain.extension is not None
+    extension = dataclasses.replace(plain.extension, local_table=table)
+    wanted = dataclasses.replace(plain, extension=extension)
+    prepared.loaded(running, wanted)
+    assert place_words(running) == bank_of(wanted).place_words()
+    assert points_of(running) == [point & 0xFFFF_FFFF for point in table.points]
