@@ -10,7 +10,9 @@
 #include "bank.h"
 #include "control.h"
 #include "follow_temperature.h"
+#include "local_table.h"
 #include "prepared.h"
+#include "real_follow.h"
 #include "swap.h"
 #include "turn.h"
 #include "zeros.h"
@@ -45,6 +47,8 @@ void application_use_copy(struct application *application, struct capture_copy *
 
 void application_use_flash(struct application *application, struct save *save) {
     application->save = save;
+    save->point = local_table_point;
+    save->point_context = application;
 }
 
 /* A core in use always has its output enabled: without it, the core was reset. After a reset the line drivers drive
@@ -68,6 +72,7 @@ static void wait_for_index(struct application *application) {
 }
 
 static void look_for_bank(struct application *application) {
+    real_follow_probe(application);
     if (!core_status(&application->core).capture_ready) {
         bank_watch(application);
         zeros_watch(application);

@@ -9,6 +9,8 @@
 #include "assertion.h"
 #include "calibrate_mean.h"
 #include "judge.h"
+#include "local_table.h"
+#include "real_follow.h"
 #include "separation.h"
 #include "units.h"
 
@@ -313,9 +315,15 @@ static void calibrate_judge_saved(struct application *application, const struct 
     judge.followed = &saved->followed;
     const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes;
+    if (saved->table.place.choice != 0 &&
+        (application->load.state == LOAD_RECEIVING || application->load.whole)) {
+        /* The idle bank belongs to the points that arrive. */
+        return;
+    }
     bool fits = saved_lanes(saved) <= lanes &&
                 (saved->followed.lanes == 0 || core_origin(&application->core).has_modulators) &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
+    fits = fits && (saved->table.place.choice == 0 || local_table_restore(application));
     if (!fits) {
         application->saved_state = SAVED_NOT_CONFIRMED;
         return;
@@ -328,11 +336,30 @@ static void calibrate_judge_saved(struct application *application, const struct 
             ? calibrate_judge_mean(application, turn, &saved->loaded.mean)
             : judge_again(&judge, &saved->loaded, saved->unjudged,
                           application->parameters.alarm_error_arcsec, &application->candidate);
+    if (saved->table.place.choice != 0 && saved->loaded.mean.heads == 0 &&
+        local_table_evidence(application, &saved->table.place, turn) <= -EVIDENCE_ENOUGH) {
+        found = JUDGED_WRONG;
+    }
     if (found == JUDGED_RIGHT) {
         calibrate_take_candidate(application, OF_SAVED);
     } else if (found == JUDGED_WRONG) {
         application->saved_state = SAVED_NOT_CONFIRMED;
     }
+}
+
+/* Combines the judgement of the received lanes with that of the received local table. */
+static enum load_answer calibrate_judge_table(struct application *application,
+                                              const struct turn *turn, enum load_answer of_lanes) {
+    struct load *load = &application->load;
+    bool may_be_right = of_lanes == LOAD_TAKEN || of_lanes == LOAD_NOT_YET;
+    if (load->received_table.place.choice == 0 || !may_be_right) {
+        return of_lanes;
+    }
+    load->table_evidence += local_table_evidence(application, &load->received_table.place, turn);
+    if (load->table_evidence <= -EVIDENCE_ENOUGH) {
+        return LOAD_WORSE;
+    }
+    return load->table_evidence >= EVIDENCE_ENOUGH || load->forced ? of_lanes : LOAD_NOT_YET;
 }
 
 /* Judges the received set. In this turn only this set may use the idle bank. */
@@ -353,7 +380,8 @@ static void calibrate_judge_load(struct application *application, const struct t
                  &application->candidate);
     enum load_answer answer = LOAD_NOT_YET;
     if (load->received.mean.heads == 0) {
-        answer = judge_received(&judge, load, active, &application->candidate);
+        answer = calibrate_judge_table(
+            application, turn, judge_received(&judge, load, active, &application->candidate));
         application->report.followed_lanes =
             judge_measure_followed(&judge, &application->candidate, application->report.followed);
     } else {
@@ -378,6 +406,10 @@ static void calibrate_judge_pending(struct application *application, const struc
     const struct coefficients *active = calibrate_active_of_head1(application);
     uint32_t lanes = application->configuration.lanes - followed_all_lanes(&load->followed);
     struct coefficients *candidate = &application->candidate;
+    if (load->table.place.choice != 0 && !local_table_is_held(application)) {
+        load_reject(load, LOAD_NOT_READ_BACK);
+        return;
+    }
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
     enum judgement found = load->loaded.mean.heads != 0
                                ? calibrate_judge_mean(application, turn, &load->loaded.mean)
@@ -439,6 +471,7 @@ enum refusal calibrate_turn(struct application *application) {
         reason = calibrate_estimate_heads(application, &turn, &mean);
     }
     if (reason == NOT_REFUSED && mean.heads == 0) {
+        real_follow_turn(application, &turn);
         calibrate_judge_sets(application, &turn);
     }
     if (application->candidate_origin != OF_TURN) {

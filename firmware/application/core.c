@@ -123,6 +123,7 @@ struct core_origin core_origin(const struct core_access *core) {
         .has_table = FIELD(core_capability(core), CAPABILITY__ROTATION) != 0,
         .has_modulators = FIELD(core_capability(core), CAPABILITY__MODULATORS) != 0,
         .has_real_orders = core_has_real_orders(core),
+        .has_local_table = FIELD(core_capability(core), CAPABILITY__LOCAL_TABLE) != 0,
         .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
         .dna =
             (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),
@@ -577,6 +578,58 @@ bool core_verify_real(const struct core_access *core, const struct followed *fol
 
 int32_t core_turn_number(const struct core_access *core) {
     return core_has_real_orders(core) ? (int32_t)core_read(core, AT(turn_number)) : 0;
+}
+
+/* The count of turns and the latched angle come from different stages of the pipeline: its latency is 33 clocks at
+   most, in which the angle moves by a count each at most. */
+enum { TURN_UNCERTAIN_COUNTS = 64 };
+
+bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
+                     struct core_turn_place *place) {
+    place->turn = core_turn_number(core);
+    const struct core_position position = core_position(core);
+    place->angle = core_read(core, AT(snapshot.corrected_angle));
+    place->position = (int32_t)core_read(core, AT(snapshot.corrected_position));
+    place->head1_angle = position.head1_angle;
+    place->head1_turn_position = position.head1_turn_position;
+    /* The error is far below half a turn: reading and corrected angle lie on both sides of 0, or on the same. */
+    int64_t ahead = 2 * ((int64_t)position.head1_angle - place->angle);
+    place->head1_turn =
+        place->turn - (ahead > counts_per_rev ? 1 : 0) + (ahead < -(int64_t)counts_per_rev ? 1 : 0);
+    return core_turn_number(core) == place->turn && place->angle >= TURN_UNCERTAIN_COUNTS &&
+           place->angle + TURN_UNCERTAIN_COUNTS < counts_per_rev;
+}
+
+void core_write_table_point(const struct core_access *core, uint32_t number, int32_t point) {
+    ASSERT(number < TABLE_POINTS);
+    core_write(core, AT(local_points) + number * WORD_BYTES, (uint32_t)point);
+}
+
+int32_t core_table_point(const struct core_access *core, uint32_t number) {
+    ASSERT(number < TABLE_POINTS);
+    return (int32_t)core_read(core, AT(local_points) + number * WORD_BYTES);
+}
+
+void core_write_table_place(const struct core_access *core, const struct table_place *place,
+                            uint32_t counts_per_rev) {
+    /* Windows a count, u0.48: the phase step of an order. */
+    const struct real_lane window = {.order = 1U
+                                              << FIELD(place->choice, LOCAL_PLACE__CHOICE__WIDTH)};
+    uint64_t step = real_lane_phase_step(&window, counts_per_rev);
+    for (uint32_t number = 0; number < TABLE_WINDOWS; number++) {
+        core_write(core, AT(local_place.start1) + number * WORD_BYTES, place->start[number]);
+    }
+    core_write(core, AT(local_place.step_low), (uint32_t)step);
+    core_write(core, AT(local_place.step_high), (uint32_t)(step >> 32));
+    core_write(core, AT(local_place.choice), place->choice);
+}
+
+struct table_place core_table_place(const struct core_access *core) {
+    struct table_place place = {.choice = core_read(core, AT(local_place.choice))};
+    for (uint32_t number = 0; number < TABLE_WINDOWS; number++) {
+        place.start[number] = core_read(core, AT(local_place.start1) + number * WORD_BYTES);
+    }
+    return place;
 }
 
 void core_set_word(const struct core_access *core, enum modulator word, double value) {

@@ -12,6 +12,7 @@
 #include "capture.h"
 #include "coefficients.h"
 #include "followed.h"
+#include "table_place.h"
 
 typedef uint32_t core_read_word(void *context, uint32_t offset);
 typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
@@ -55,6 +56,8 @@ struct core_origin {
     bool has_modulators;
     /* Phases of lanes may continue from turn to turn. */
     bool has_real_orders;
+    /* A table corrects windows of the turn. */
+    bool has_local_table;
     /* Identifier of the chip, if the top level reads it. */
     bool has_dna;
     uint64_t dna;
@@ -239,6 +242,26 @@ bool core_verify_real(const struct core_access *core, const struct followed *fol
                       uint32_t counts_per_rev, uint32_t lanes);
 /* Number of turns of the corrected angle; 0 without REAL_ORDERS. */
 int32_t core_turn_number(const struct core_access *core);
+/* Places of one clock, and the turns of the core to which the angles belong. */
+struct core_turn_place {
+    int32_t turn;
+    uint32_t angle;
+    int32_t position;
+    int32_t head1_turn;
+    uint32_t head1_angle;
+    int32_t head1_turn_position;
+};
+/* False if the corrected angle is so near 0 that its turn is uncertain. */
+bool core_turn_place(const struct core_access *core, uint32_t counts_per_rev,
+                     struct core_turn_place *place);
+/* Points and place of the idle bank of the local table; only for cores with LOCAL_TABLE. Writing the place makes the
+   next swap include the table. */
+void core_write_table_point(const struct core_access *core, uint32_t number, int32_t point);
+int32_t core_table_point(const struct core_access *core, uint32_t number);
+void core_write_table_place(const struct core_access *core, const struct table_place *place,
+                            uint32_t counts_per_rev);
+/* Place of the idle bank, as it is read. */
+struct table_place core_table_place(const struct core_access *core);
 /* Sets a word that lanes follow, MODULATOR_WORD_A or MODULATOR_WORD_B, to a value from -1 to 1. The gateware changes
    its present value at the rate `slew`. */
 void core_set_word(const struct core_access *core, enum modulator word, double value);

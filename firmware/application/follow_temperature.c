@@ -16,8 +16,9 @@ static bool follow_given_phase(struct application *application) {
     }
     const struct followed followed = load_followed_at_work(load);
     application->candidate = application->active;
+    application->candidate_origin = OF_TURN;
     load->phase_given = false;
-    if (!swap_candidate(application, &followed)) {
+    if (swap_candidate(application, &followed) == SWAP_NOT_READ_BACK) {
         alarm_between_turns(application, ALARM_COEFFICIENTS);
     }
     return true;
@@ -34,6 +35,7 @@ void follow_between_turns(struct application *application) {
         return;
     }
     application->candidate = application->active;
+    application->candidate_origin = OF_TURN;
     for (uint32_t place = 0; place < application->candidate.lanes; place++) {
         struct lane *lane = &application->candidate.lane[place];
         const struct lane *written = coefficients_lane_of(&load->loaded, lane->order);

@@ -9,9 +9,6 @@
 #include "transfer_function.h"
 #include "units.h"
 
-/* ln 1000: a value is taken if it is a thousand times likelier than no correction, and refused if no correction is a
-   thousand times likelier than it. One turn decides about an amplitude of 3.7 u. */
-#define EVIDENCE_ENOUGH 6.9
 /* A value is refused if it leaves more than the active one by over this many standard uncertainties plus this share
    of a reading's noise. No reading shows a smaller difference. */
 #define NO_WORSE 6.0

@@ -35,6 +35,7 @@ const char *load_answer_name(enum load_answer answer) {
         [LOAD_NO_MODULATORS] = "no_modulators",
         [LOAD_NO_REAL_ORDERS] = "no_real_orders",
         [LOAD_TOO_FEW_COUNTS] = "too_few_counts",
+        [LOAD_NO_LOCAL_TABLE] = "no_local_table",
         [LOAD_OTHER_HEADS] = "other_heads",
         [LOAD_OTHER_DELAYS] = "other_delays",
         [LOAD_NO_FAILOVER] = "no_failover",
@@ -52,7 +53,7 @@ static uint32_t load_crc_of(uint32_t crc, const uint32_t *words, uint32_t number
 
 static bool load_has_loaded(const struct load *load) {
     return coefficients_most_order(&load->loaded) > 0 || load->loaded.mean.heads != 0 ||
-           followed_all_lanes(&load->followed) > 0;
+           load->table.place.choice != 0 || followed_all_lanes(&load->followed) > 0;
 }
 
 void load_refuse(struct load *load, enum load_answer reason) {
@@ -93,16 +94,28 @@ const struct coefficients *load_at_work(const struct load *load) {
     return load->loaded_state == LOADED_AT_WORK && load_has_loaded(load) ? &load->loaded : NULL;
 }
 
+/* The phases of real orders are unknown in a new set, and after a start of the core, which restarts its count of
+   turns. */
+static void load_seek_phases(struct load *load) {
+    memset(load->finder, 0, sizeof load->finder);
+    load->probe_seen = false;
+    for (uint32_t place = 0; place < load->followed.real_lanes; place++) {
+        load->followed.real[place].phase_known = false;
+    }
+}
+
 /* A load in progress at the same time continues. */
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,
-                    uint64_t unjudged) {
+                    const struct load_table *table, uint64_t unjudged) {
     ASSERT(followed->lanes <= FOLLOWED_LANES_MAX);
     ASSERT(set->lanes <= LANES_LIMIT && thermal->lanes <= THERMAL_LANES_MAX);
     load->loaded = *set;
     load->thermal = *thermal;
     load->unjudged = unjudged;
     load->followed = *followed;
+    load->table = *table;
+    load_seek_phases(load);
     load->loaded_crc = 0;
     load_at_work_again(load);
 }
@@ -111,7 +124,7 @@ void load_take_over_received(struct load *load) {
     uint32_t crc = load->crc;
     load->whole = false;
     load_take_over(load, &load->received, &load->received_thermal, &load->received_followed,
-                   load->received_unjudged);
+                   &load->received_table, load->received_unjudged);
     load->loaded_crc = crc;
     load_settle(load);
 }
@@ -137,6 +150,7 @@ void load_forget(struct load *load) {
 
 static void load_begin_evidence(struct load *load) {
     memset(load->evidence, 0, sizeof load->evidence);
+    load->table_evidence = 0.0;
     load->shown = 0;
     load->shown_twice = 0;
     load->undecided = 0;
@@ -148,10 +162,7 @@ void load_again(struct load *load, uint32_t counts_per_rev) {
     if (!load_has_loaded(load)) {
         return;
     }
-    /* The core restarts its count of turns, so the phases of real orders are unknown. */
-    for (uint32_t place = 0; place < load->followed.real_lanes; place++) {
-        load->followed.real[place].phase_known = false;
-    }
+    load_seek_phases(load);
     if (load->loaded.counts_per_rev == counts_per_rev) {
         load->loaded_state = LOADED_PENDING;
         if (load->state != LOAD_RECEIVING && !load->whole) {
@@ -178,6 +189,7 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
     load->received = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
     load->received_thermal = (struct thermal){0};
     load->received_followed = (struct followed){0};
+    load->received_table = (struct load_table){.next = 0};
     load->without = (struct load_without){.head = 0};
     load->whole = false;
     load->forced = false;
@@ -312,6 +324,27 @@ enum load_answer load_real(struct load *load, uint32_t number, const struct real
     return LOAD_TAKEN;
 }
 
+enum load_answer load_phase_source(struct load *load, uint32_t number, const struct real_lane *lane,
+                                   uint32_t crc) {
+    const uint32_t words[] = {number, lane->source, (uint32_t)lane->side, lane->probe_phase};
+    struct followed *followed = &load->received_followed;
+    if (load_crc_of(0, words, 4) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || number >= followed->real_lanes) {
+        return LOAD_WRONG_FRAME;
+    }
+    struct real_lane *real = &followed->real[number];
+    real->source = lane->source;
+    real->side = lane->side;
+    real->probe_phase = lane->probe_phase;
+    if (!real_lane_is_valid(real)) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    load->crc = load_crc_of(load->crc, words, 4);
+    return LOAD_TAKEN;
+}
+
 bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn) {
     if (load_at_work(load) == NULL || number >= load->followed.real_lanes) {
         return false;
@@ -338,6 +371,118 @@ enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dea
     load->received_followed.nominal_speed = nominal_speed;
     load->crc = load_crc_of(load->crc, words, 3);
     return LOAD_TAKEN;
+}
+
+enum { TABLE_WINDOWS_SHIFT = 4, TABLE_WIDTH_SHIFT = 8, TABLE_FRACTION_SHIFT = 12 };
+enum { TABLE_WIDTH_MOST = 6, TABLE_CHOICE_BITS = 0x373F, POINT_MOST = 1 << 17 };
+
+uint32_t load_table_windows(const struct table_place *place) {
+    return 1U << (place->choice >> TABLE_WINDOWS_SHIFT & 3U);
+}
+
+uint32_t load_table_width(const struct table_place *place) {
+    return place->choice >> TABLE_WIDTH_SHIFT & 7U;
+}
+
+double load_table_unit(const struct table_place *place) {
+    return 1.0 / (double)(16U << 2U * (place->choice >> TABLE_FRACTION_SHIFT & 3U));
+}
+
+bool load_table_is_valid(const struct table_place *place, uint32_t counts_per_rev) {
+    uint32_t windows = load_table_windows(place);
+    bool fits = (place->choice & ~(uint32_t)TABLE_CHOICE_BITS) == 0 && windows <= TABLE_WINDOWS &&
+                (place->choice & 0xFU) == (1U << windows) - 1U &&
+                load_table_width(place) <= TABLE_WIDTH_MOST;
+    for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {
+        fits = fits && place->start[window] < counts_per_rev;
+    }
+    return fits;
+}
+
+enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc) {
+    const uint32_t words[] = {place->choice, place->start[0], place->start[1], place->start[2],
+                              place->start[3]};
+    if (load_crc_of(0, words, 5) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || load->received_table.place.choice != 0) {
+        return LOAD_WRONG_FRAME;
+    }
+    if (!load_table_is_valid(place, load->received.counts_per_rev)) {
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+    }
+    load->received_table = (struct load_table){.place = *place};
+    load->crc = load_crc_of(load->crc, words, 5);
+    return LOAD_TAKEN;
+}
+
+static uint32_t load_step(int32_t one, int32_t other) {
+    return (uint32_t)(one > other ? one - other : other - one);
+}
+
+/* Adds a point to the bounds of the slope. The last point of a window is joined to its first one. */
+static void load_add_point(struct load_table *table, int32_t point) {
+    uint32_t each = TABLE_POINTS / load_table_windows(&table->place);
+    uint32_t in_window = table->next % each;
+    uint32_t rise = in_window != 0 ? load_step(point, table->previous) : 0;
+    if (in_window == 0) {
+        uint32_t leap = load_step(point, 0);
+        table->first = point;
+        table->leap = leap > table->leap ? leap : table->leap;
+    } else if (in_window == each - 1) {
+        uint32_t around = load_step(point, table->first);
+        rise = around > rise ? around : rise;
+    }
+    table->rise = rise > table->rise ? rise : table->rise;
+    table->previous = point;
+    table->next++;
+    table->crc = crc32_add_word(table->crc, (uint32_t)point);
+}
+
+enum load_answer load_points(struct load *load, uint32_t number, const int32_t points[LOAD_POINTS],
+                             uint32_t crc) {
+    uint32_t words[LOAD_POINTS + 1] = {number};
+    struct load_table *table = &load->received_table;
+    for (uint32_t place = 0; place < LOAD_POINTS; place++) {
+        words[place + 1] = (uint32_t)points[place];
+    }
+    if (load_crc_of(0, words, LOAD_POINTS + 1) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || table->place.choice == 0 || number != table->next ||
+        number >= TABLE_POINTS) {
+        return LOAD_WRONG_FRAME;
+    }
+    for (uint32_t place = 0; place < LOAD_POINTS; place++) {
+        bool beyond = table->next == TABLE_POINTS;
+        if (points[place] < -POINT_MOST || points[place] >= POINT_MOST ||
+            (beyond && points[place] != 0)) {
+            return load_frame_refused(load, LOAD_OUT_OF_RANGE);
+        }
+        if (!beyond) {
+            load_add_point(table, points[place]);
+        }
+    }
+    load->crc = load_crc_of(load->crc, words, LOAD_POINTS + 1);
+    return LOAD_TAKEN;
+}
+
+/* Upper bound of the table's |d eps / d R|. A window shorter than a turn begins with a step from 0, which counts as a
+   slope over one count. The points that did not arrive are 0. */
+static double load_table_steepest(const struct load_table *received, uint32_t counts_per_rev) {
+    struct load_table table = *received;
+    if (table.place.choice == 0) {
+        return 0.0;
+    }
+    while (table.next < TABLE_POINTS) {
+        load_add_point(&table, 0);
+    }
+    double points = TABLE_POINTS / load_table_windows(&table.place);
+    uint32_t width = load_table_width(&table.place);
+    double between = counts_per_rev / ((double)(1U << width) * points);
+    double rise = table.rise / between;
+    double leap = width != 0 ? table.leap : 0.0;
+    return (rise > leap ? rise : leap) * load_table_unit(&table.place);
 }
 
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc) {
@@ -493,7 +638,11 @@ static enum load_answer load_check_real(const struct load *load, const struct lo
     if (!real_lanes_counts_suffice(place->lanes, place->counts_per_rev)) {
         return LOAD_TOO_FEW_COUNTS;
     }
-    return load_takes_unseen(load) ? LOAD_TAKEN : LOAD_UNSEEN;
+    bool seen = true;
+    for (uint32_t lane = 0; lane < load->received_followed.real_lanes; lane++) {
+        seen = seen && load->received_followed.real[lane].source == PHASE_BY_HEADS;
+    }
+    return seen || load_takes_unseen(load) ? LOAD_TAKEN : LOAD_UNSEEN;
 }
 
 /* Lanes that no turn of two heads shows are taken only if the operator forces them. */
@@ -549,12 +698,17 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
     if (load->next != load->frames || !load_without_is_whole(load)) {
         return load_frame_refused(load, LOAD_NOT_WHOLE);
     }
-    bool follows = load->received_thermal.lanes != 0 || load->received_followed.lanes != 0;
+    /* A prepared set has neither conditions nor turn steps. */
+    bool follows =
+        load->received_thermal.lanes != 0 || followed_all_lanes(&load->received_followed) != 0;
     if (load->without.whole != 0 && (follows || !place->has_failover)) {
         return load_frame_refused(load, follows ? LOAD_OUT_OF_RANGE : LOAD_NO_FAILOVER);
     }
     if (load->received.counts_per_rev != place->counts_per_rev) {
         return load_frame_refused(load, LOAD_ANOTHER_TABLE);
+    }
+    if (load->received_table.place.choice != 0 && !place->has_local_table) {
+        return load_frame_refused(load, LOAD_NO_LOCAL_TABLE);
     }
     enum load_answer checked = load_check_followed(load, place->has_modulators);
     if (checked != LOAD_TAKEN) {
@@ -573,7 +727,9 @@ enum load_answer load_end(struct load *load, const struct load_place *place,
                  load->received.lanes - followed_all_lanes(&load->received_followed), &all);
     const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
     const struct followed *followed = &load->received_followed;
-    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) >= LOAD_STEEPEST) {
+    if (extent.steepest + followed_steepest(followed, place->counts_per_rev) +
+            load_table_steepest(&load->received_table, place->counts_per_rev) >=
+        LOAD_STEEPEST) {
         return load_frame_refused(load, LOAD_TOO_STEEP);
     }
     if (extent.largest_counts > AMPLITUDE_LIMIT) {

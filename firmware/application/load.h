@@ -15,7 +15,9 @@
 #include "capture.h"
 #include "coefficients.h"
 #include "followed.h"
+#include "line_phase.h"
 #include "loaded_watch.h"
+#include "table_place.h"
 #include "thermal.h"
 
 enum load_state {
@@ -59,6 +61,8 @@ enum load_answer {
     /* A lane has a real order, and the gateware is built without REAL_ORDERS, or a turn has too few counts for it. */
     LOAD_NO_REAL_ORDERS,
     LOAD_TOO_FEW_COUNTS,
+    /* It has a local table, and the gateware is built without LOCAL_TABLE. */
+    LOAD_NO_LOCAL_TABLE,
     /* Its mean is not one of this core's heads, its heads stand elsewhere, or its delays differ. */
     LOAD_OTHER_HEADS,
     LOAD_OTHER_DELAYS,
@@ -104,6 +108,10 @@ struct load {
     /* Their lanes that follow a condition. */
     struct followed received_followed;
     struct followed followed;
+    /* Their local tables; choice 0: none. Log odds of the received one, summed over the turns so far. */
+    struct load_table received_table;
+    struct load_table table;
+    double table_evidence;
     /* Sets for a missing head: the gateware holds their words. */
     struct load_without without;
     /* What was received is whole and not yet judged. */
@@ -136,6 +144,11 @@ struct load {
     uint64_t unjudged;
     uint32_t loaded_crc;
     struct loaded_watch watch;
+    /* What turns have shown of its lanes of real orders; and whether an edge of the probe has been seen since the lanes
+       began to wait, with the number of edges then. */
+    struct line_finder finder[REAL_LANES_MAX];
+    bool probe_seen;
+    uint32_t probe_edges;
 };
 
 /* Tells whether lanes wait for a turn in the other direction, or for one at another speed. */
@@ -167,16 +180,24 @@ enum load_answer load_conditions(struct load *load, uint32_t width, uint32_t dea
 /* Adds a lane of a real order; lanes are numbered from 0 on. Its phase is not known yet. */
 enum load_answer load_real(struct load *load, uint32_t number, const struct real_lane *lane,
                            uint32_t crc);
+/* Sets source, side and probe phase of an earlier lane of a real order; without this frame the operator gives the
+   phase. */
+enum load_answer load_phase_source(struct load *load, uint32_t number, const struct real_lane *lane,
+                                   uint32_t crc);
 /* Sets the phase of such a lane of the active set, u0.24 turn, at angle 0 of turn `turn` of the core. False: there
    is no such lane. */
 bool load_phase(struct load *load, uint32_t number, uint32_t phase, int32_t turn);
+/* Begins a local table. Its points follow in frames of LOAD_POINTS, of which those beyond the last point are 0. */
+enum load_answer load_table(struct load *load, const struct table_place *place, uint32_t crc);
+enum load_answer load_points(struct load *load, uint32_t number, const int32_t points[LOAD_POINTS],
+                             uint32_t crc);
 /* States that the lanes correct a mean: `mean` holds carrier, heads, offset and delays. One frame per head follows. */
 enum load_answer load_mean(struct load *load, const struct mean_set *mean, uint32_t crc);
 enum load_answer load_head(struct load *load, uint32_t number, int32_t weight, uint32_t offset,
                            uint32_t crc);
 /* Begins the set for the missing head `head`, counted from 1; it must come after the mean of all heads. `mean` holds
    carrier, heads and offset. One frame per head and one per lane follow, orders ascending. No lane may follow
-   temperature or condition. */
+   temperature or condition or have a real order. */
 enum load_answer load_without(struct load *load, uint32_t head, uint32_t lanes,
                               const struct mean_set *mean, uint32_t crc);
 enum load_answer load_without_head(struct load *load, uint32_t number, int32_t weight,
@@ -198,6 +219,7 @@ struct load_place {
     bool has_modulators;
     bool has_failover;
     bool has_real_orders;
+    bool has_local_table;
     /* Value of the parameter head_delays. */
     uint32_t delays;
 };
@@ -219,7 +241,7 @@ void load_abort(struct load *load);
 void load_take_over_received(struct load *load);
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, const struct followed *followed,
-                    uint64_t unjudged);
+                    const struct load_table *table, uint64_t unjudged);
 
 /* Ends the judgement of a set that was loaded before: it becomes active again, or is rejected. */
 void load_at_work_again(struct load *load);

@@ -4,6 +4,7 @@
 
 #include "control.h"
 #include "core_setup.h"
+#include "local_table.h"
 #include "prepared.h"
 #include "restart.h"
 #include "settings.h"
@@ -59,10 +60,15 @@ enum load_answer application_load_end(struct application *application, uint32_t 
         .has_modulators = core_origin(&application->core).has_modulators,
         .has_failover = application->configuration.has_failover,
         .has_real_orders = core_origin(&application->core).has_real_orders,
+        .has_local_table = core_origin(&application->core).has_local_table,
         .lanes = application->configuration.lanes,
         .delays = (uint32_t)application->parameters.head_delays,
     };
-    return load_end(&application->load, &place, active, crc);
+    enum load_answer answer = load_end(&application->load, &place, active, crc);
+    if (answer == LOAD_TAKEN) {
+        local_table_complete(application);
+    }
+    return answer;
 }
 
 void application_freeze(struct application *application, bool frozen) {

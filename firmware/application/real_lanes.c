@@ -19,7 +19,8 @@ enum {
 bool real_lane_is_valid(const struct real_lane *lane) {
     const int32_t limit = 1 << (ARCTRUE_AMPLITUDE_WIDTH - 1);
     return lane->order < ORDERS && lane->turn_step > 0 && lane->turn_step < TURN_STEPS &&
-           lane->phase_offset < PHASES && lane->amplitude >= -limit && lane->amplitude < limit;
+           lane->phase_offset < PHASES && lane->amplitude >= -limit && lane->amplitude < limit &&
+           lane->source < PHASE_SOURCES && lane->probe_phase < PHASES;
 }
 
 double real_lane_order(const struct real_lane *lane) {
@@ -49,6 +50,23 @@ void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn) {
     uint32_t gone_on = (uint32_t)((fraction + half) >> CUT_OFF) % PHASES;
     lane->phase_offset = (phase + PHASES - gone_on) % PHASES;
     lane->phase_known = true;
+}
+
+bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double angle_turns,
+                          int32_t turn, double least_counts) {
+    struct real_lane moved = *lane;
+    double turns = phase_turns - real_lane_order(lane) * angle_turns;
+    uint32_t phase = (uint32_t)rint((turns - floor(turns)) * PHASES) % PHASES;
+    real_lane_set_phase(&moved, phase, turn);
+    /* The words wrap at a turn. */
+    uint32_t apart = (moved.phase_offset - lane->phase_offset) % PHASES;
+    double apart_turns = (double)(apart < PHASES / 2 ? apart : PHASES - apart) / PHASES;
+    double counts = fabs((double)lane->amplitude) / (1 << ARCTRUE_AMPLITUDE_FRACTION);
+    if (lane->phase_known && 2.0 * PI * apart_turns * counts <= least_counts) {
+        return false;
+    }
+    *lane = moved;
+    return true;
 }
 
 bool real_lanes_counts_suffice(uint32_t lanes, uint32_t counts_per_rev) {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* Lanes whose order is not whole (generic REAL_ORDERS): in turn m of the core the phase of a lane is its phase offset and
-   m times its turn step. The operator loads them. Two heads cannot judge them. Nobody knows the phase of such a
-   line after power-up: a lane has amplitude 0 until the operator gives its phase. */
+   m times its turn step. The operator loads them. Nobody knows the phase of such a line after power-up: a lane has
+   amplitude 0 until its phase is found by the heads or an index of the drive at probe_in, or given by the operator. */
 
 #ifndef ARCTRUE_REAL_LANES_H
 #define ARCTRUE_REAL_LANES_H
@@ -12,6 +12,9 @@
 
 enum { REAL_LANES_MAX = 8 };
 
+/* Origin of the phase of a lane. */
+enum phase_source { PHASE_BY_OPERATOR, PHASE_BY_HEADS, PHASE_BY_PROBE, PHASE_SOURCES };
+
 struct real_lane {
     /* Whole part of the order, and its fraction in 2^-48: the turn step. */
     uint32_t order;
@@ -20,6 +23,11 @@ struct real_lane {
     uint32_t phase_offset;
     int32_t amplitude;
     bool phase_known;
+    uint32_t source;
+    /* The line has the phase `probe_phase`, u0.24 turn, plus `side` times the angle of the table, at every rising index
+       of the drive. A side line of a gear has the side 1 or -1. */
+    int32_t side;
+    uint32_t probe_phase;
 };
 
 bool real_lane_is_valid(const struct real_lane *lane);
@@ -30,6 +38,10 @@ uint64_t real_lane_phase_step(const struct real_lane *lane, uint32_t counts_per_
 double real_lane_steepest(const struct real_lane *lane, uint32_t counts_per_rev);
 /* Sets the phase so that it is `phase`, u0.24 turn, at angle 0 of turn `turn` of the core. */
 void real_lane_set_phase(struct real_lane *lane, uint32_t phase, int32_t turn);
+/* The same for a phase in turns at the corrected angle `angle_turns`, 0 to 1, of that turn. Changes nothing and
+   returns false if this moves the lane by `least_counts` or less. */
+bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double angle_turns,
+                          int32_t turn, double least_counts);
 /* True if a core with this many lanes prepares the phases in time. */
 bool real_lanes_counts_suffice(uint32_t lanes, uint32_t counts_per_rev);
 

@@ -2,6 +2,7 @@
 
 #include "save.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "assertion.h"
@@ -50,6 +51,11 @@ static bool save_open_flash(struct save *save) {
     save->sector_bytes = save->flash.open(save->flash.context);
     return save->sector_bytes >= SAVED_WORDS_MOST * WORD_BYTES &&
            save_sectors(save) >= SECTORS_LEAST;
+}
+
+/* Tells whether a sector has room for the points of a local table. */
+static bool save_has_room(const struct save *save) {
+    return save->sector_bytes >= (SAVE_POINTS_AT + TABLE_POINTS) * WORD_BYTES;
 }
 
 static bool save_is_later(uint32_t sequence, uint32_t than) {
@@ -165,6 +171,8 @@ static bool save_choose_sector(struct save *save) {
 /* Gives the record a number of its own, because the record of a failed try may nevertheless be whole. */
 static enum save_answer save_erase_sector(struct save *save) {
     save->number = saved_write(&save->content, ++save->highest, save->words);
+    save->points = save->content.table.place.choice != 0 ? TABLE_POINTS : 0;
+    ASSERT(save->points == 0 || save->point != NULL);
     save->place = 0;
     if (!save->flash.erase(save->flash.context, save_sector_address(save, save->sector))) {
         return SAVE_NO_ANSWER;
@@ -178,7 +186,9 @@ enum save_answer save_begin(struct save *save, uint32_t least) {
     if (saved_lanes(&save->content) < least) {
         return SAVE_FEWER;
     }
-    if (save->found == SAVED_UNREAD || !save_open_flash(save)) {
+    bool has_points = save->content.table.place.choice != 0;
+    if (save->found == SAVED_UNREAD || !save_open_flash(save) ||
+        (has_points && !save_has_room(save))) {
         return SAVE_NO_FLASH;
     }
     save->fresh = false;
@@ -212,18 +222,35 @@ static void save_go_on_or_end(struct save *save, enum save_answer answer) {
     }
 }
 
-/* Programming can only clear bits, so the page must be erased. */
-static enum save_answer save_look_erased(struct save *save) {
-    uint32_t words[FLASH_PAGE_WORDS];
+/* Address and number of words of the page at `place`, and its words. */
+static uint32_t save_page(const struct save *save, uint32_t place, uint32_t *number,
+                          uint32_t words[FLASH_PAGE_WORDS]) {
     uint32_t address = save_sector_address(save, save->sector);
-    for (uint32_t place = 0; place < save->number; place += FLASH_PAGE_WORDS) {
-        if (!save->flash.read(save->flash.context, address + place * WORD_BYTES, words,
-                              FLASH_PAGE_WORDS)) {
+    bool of_points = place < save->points;
+    uint32_t first = of_points ? place : place - save->points;
+    uint32_t left = (of_points ? save->points : save->number) - first;
+    *number = left < FLASH_PAGE_WORDS ? left : FLASH_PAGE_WORDS;
+    for (uint32_t word = 0; word < *number; word++) {
+        words[word] = of_points ? (uint32_t)save->point(save->point_context, first + word)
+                                : save->words[first + word];
+    }
+    return address + (first + (of_points ? SAVE_POINTS_AT : 0U)) * WORD_BYTES;
+}
+
+/* Compares all pages with what they should hold, or before programming, which can only clear bits, with an erased
+   flash. */
+static enum save_answer save_compare(struct save *save, bool is_erased) {
+    uint32_t words[FLASH_PAGE_WORDS];
+    uint32_t found[FLASH_PAGE_WORDS];
+    uint32_t number;
+    for (uint32_t place = 0; place < save->points + save->number; place += number) {
+        uint32_t address = save_page(save, place, &number, words);
+        if (!save->flash.read(save->flash.context, address, found, FLASH_PAGE_WORDS)) {
             return SAVE_NO_ANSWER;
         }
-        for (uint32_t word = 0; word < FLASH_PAGE_WORDS; word++) {
-            if (words[word] != ERASED) {
-                return SAVE_NOT_ERASED;
+        for (uint32_t word = 0; word < (is_erased ? FLASH_PAGE_WORDS : number); word++) {
+            if (found[word] != (is_erased ? ERASED : words[word])) {
+                return is_erased ? SAVE_NOT_ERASED : SAVE_NOT_READ_BACK;
             }
         }
     }
@@ -231,35 +258,27 @@ static enum save_answer save_look_erased(struct save *save) {
 }
 
 static void save_program_page(struct save *save) {
-    uint32_t left = save->number - save->place;
-    uint32_t number = left < FLASH_PAGE_WORDS ? left : FLASH_PAGE_WORDS;
-    uint32_t address = save_sector_address(save, save->sector) + save->place * WORD_BYTES;
-    if (!save->flash.program(save->flash.context, address, save->words + save->place, number)) {
+    uint32_t words[FLASH_PAGE_WORDS];
+    uint32_t number;
+    uint32_t address = save_page(save, save->place, &number, words);
+    if (!save->flash.program(save->flash.context, address, words, number)) {
         save_end(save, SAVE_NO_ANSWER);
         return;
     }
     save->place += number;
-    save->state = save->place < save->number ? SAVE_PROGRAMMING : SAVE_READING_BACK;
+    save->state = save->place < save->points + save->number ? SAVE_PROGRAMMING : SAVE_READING_BACK;
 }
 
-static enum save_answer save_compare(struct save *save) {
-    uint32_t words[FLASH_PAGE_WORDS];
-    uint32_t address = save_sector_address(save, save->sector);
-    for (uint32_t place = 0; place < save->number; place++) {
-        uint32_t word = place % FLASH_PAGE_WORDS;
-        if (word == 0 && !save->flash.read(save->flash.context, address + place * WORD_BYTES, words,
-                                           FLASH_PAGE_WORDS)) {
-            return SAVE_NO_ANSWER;
-        }
-        if (words[word] != save->words[place]) {
-            return SAVE_NOT_READ_BACK;
-        }
-    }
-    return SAVE_DONE;
+bool save_read_points(struct save *save, uint32_t first, uint32_t words[FLASH_PAGE_WORDS]) {
+    ASSERT(first + FLASH_PAGE_WORDS <= TABLE_POINTS);
+    return save->found == SAVED_READ && save->flash.read(save->flash.context,
+                                                         save_sector_address(save, save->latest) +
+                                                             (SAVE_POINTS_AT + first) * WORD_BYTES,
+                                                         words, FLASH_PAGE_WORDS);
 }
 
 static void save_read_back(struct save *save) {
-    enum save_answer answer = save_compare(save);
+    enum save_answer answer = save_compare(save, false);
     if (answer == SAVE_DONE) {
         save->latest = save->sector;
         save->sequence = save->highest;
@@ -271,7 +290,7 @@ static void save_read_back(struct save *save) {
 
 void save_step(struct save *save) {
     ASSERT((unsigned)save->state <= SAVE_READING_BACK);
-    ASSERT(save->number <= SAVED_WORDS_MOST && save->place <= save->number);
+    ASSERT(save->number <= SAVED_WORDS_MOST && save->place <= save->points + save->number);
     if (save->state == SAVE_IDLE) {
         return;
     }
@@ -286,7 +305,7 @@ void save_step(struct save *save) {
         save_read_back(save);
         return;
     }
-    enum save_answer answer = save->state == SAVE_ERASING ? save_look_erased(save) : SAVE_DONE;
+    enum save_answer answer = save->state == SAVE_ERASING ? save_compare(save, true) : SAVE_DONE;
     if (answer == SAVE_DONE) {
         save_program_page(save);
     } else {

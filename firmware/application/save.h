@@ -35,8 +35,16 @@ enum save_answer {
     SAVE_ANSWERS,
 };
 
+/* Points of the local table, which are no part of the memory: words of the record's sector from this one on. They are
+   written before the record, so that a whole record has whole points. */
+enum { SAVE_POINTS_AT = 2048 };
+/* Returns point `number` while the record is written. */
+typedef int32_t save_point(const void *context, uint32_t number);
+
 struct save {
     struct flash_access flash;
+    save_point *point;
+    const void *point_context;
     /* Region of the records: offset and length in bytes. */
     uint32_t address;
     uint32_t bytes;
@@ -60,7 +68,8 @@ struct save {
     uint32_t kept_lanes;
     uint32_t kept_counts_per_rev;
     struct saved content;
-    /* The record that is being written or read. */
+    /* The record that is being written or read: `place` counts its points, if it has any, and then its words. */
+    uint32_t points;
     uint32_t place;
     uint32_t number;
     uint32_t words[SAVED_WORDS_MOST];
@@ -83,6 +92,9 @@ enum save_answer save_look_again(struct save *save);
 /* Begins to write `content` if no save is in progress. SAVE_DONE: it has begun. A save does not drop lanes unless
    the operator asked for it: the content must have at least `least` lanes, 0 if the operator asked for fewer. */
 enum save_answer save_begin(struct save *save, uint32_t least);
+
+/* Reads points of the latest record. False: the flash does not answer. */
+bool save_read_points(struct save *save, uint32_t first, uint32_t words[FLASH_PAGE_WORDS]);
 
 /* Number of sectors that failed since the start. */
 uint32_t save_worn(const struct save *save);

@@ -9,7 +9,7 @@
 #include "crc32.h"
 
 enum { MAGIC_WORD, VERSION_WORD, SEQUENCE_WORD, LENGTH_WORD };
-enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, FOLLOWS = 8, SETS = 16, SWITCHES = 31 };
+enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, FOLLOWS = 8, SETS = 16, HAS_TABLE = 32, SWITCHES = 63 };
 enum { SAVED_RANGE_WORDS = 2 };
 enum { OF_CALIBRATION = 0, OF_OPERATOR = 1, OF_OPERATOR_UNJUDGED = 2 };
 #define ERASED 0xFFFFFFFFU
@@ -116,6 +116,17 @@ static void saved_put_followed(struct words *words, const struct followed *follo
     }
 }
 
+static void saved_put_table(struct words *words, const struct load_table *table) {
+    if (table->place.choice == 0) {
+        return;
+    }
+    saved_put(words, table->place.choice);
+    for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {
+        saved_put(words, table->place.start[window]);
+    }
+    saved_put(words, table->crc);
+}
+
 static void saved_put_thermal(struct words *words, const struct thermal *thermal) {
     saved_put(words, thermal->lanes);
     saved_put(words, (uint32_t)thermal->reference_mc);
@@ -172,7 +183,8 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     saved_put(&to, (settings->frozen ? FROZEN : 0U) | (settings->bypassed ? BYPASSED : 0U) |
                        (settings->telemetry ? TELEMETRY : 0U) |
                        (saved->followed.lanes != 0 ? FOLLOWS : 0U) |
-                       (saved->sets.number != 0 ? SETS : 0U));
+                       (saved->sets.number != 0 ? SETS : 0U) |
+                       (saved->table.place.choice != 0 ? HAS_TABLE : 0U));
     saved_put_parameters(&to, &settings->parameters);
     saved_put(&to, (uint32_t)settings->parameters.counts_per_rev);
     saved_put(&to, saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded));
@@ -180,6 +192,7 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     saved_put_lanes(&to, &saved->loaded, OF_OPERATOR, saved->unjudged);
     saved_put_sets(&to, &saved->sets);
     saved_put_followed(&to, &saved->followed);
+    saved_put_table(&to, &saved->table);
     saved_put_thermal(&to, &saved->thermal);
     saved_put_mean(&to, &saved->loaded.mean);
     words[LENGTH_WORD] = to.place - SAVED_HEAD_WORDS;
@@ -290,6 +303,16 @@ static bool saved_take_followed(struct source *from, struct followed *followed) 
     return valid;
 }
 
+static bool saved_take_table(struct source *from, struct load_table *table,
+                             uint32_t counts_per_rev) {
+    table->place.choice = saved_take(from);
+    for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {
+        table->place.start[window] = saved_take(from);
+    }
+    table->crc = saved_take(from);
+    return load_table_is_valid(&table->place, counts_per_rev);
+}
+
 static bool saved_take_thermal(struct source *from, struct saved *saved) {
     struct thermal *thermal = &saved->thermal;
     *thermal = (struct thermal){.lanes = saved_take(from)};
@@ -352,11 +375,14 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
     uint32_t switches = 0;
     saved->followed = (struct followed){.lanes = 0};
     saved->sets.number = 0;
+    saved->table = (struct load_table){.next = 0};
     bool valid =
         saved_take_settings(&from, &saved->settings, &switches) &&
         saved_take_coefficients(&from, saved) &&
         ((switches & SETS) == 0 || saved_take_sets(&from, &saved->sets)) &&
         ((switches & FOLLOWS) == 0 || saved_take_followed(&from, &saved->followed)) &&
+        ((switches & HAS_TABLE) == 0 ||
+         saved_take_table(&from, &saved->table, saved->loaded.counts_per_rev)) &&
         saved_take_thermal(&from, saved) && saved_take_mean(&from, saved) &&
         kept_sets_are_valid(&saved->sets, saved->loaded.mean.heads, saved->loaded.counts_per_rev);
     return valid && from.place == end ? SAVED_READ : SAVED_OUT_OF_RANGE;

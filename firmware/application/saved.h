@@ -7,8 +7,8 @@
      1  version of this form, 1
      2  sequence number; the later record has one more, modulo 2^32
      3  number of words of the content
-     4  switches: frozen 1, bypassed 2, telemetry 4, 8 if lanes follow a condition, and 16 if there are sets for a
-        missing head
+     4  switches: frozen 1, bypassed 2, telemetry 4, 8 if lanes follow a condition, 16 if there are sets for a
+        missing head, and 32 if there is a local table
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
@@ -16,6 +16,8 @@
      then, with switch 16: the number of words of the sets for a missing head, and these; kept_sets.h
      then, with switch 8: the number of lanes that follow a condition, width, dead zone and nominal speed, and
      for each: modulator, order, phase offset, amplitude; followed.h
+     then, with switch 32: choice and four starts of the local table, and the CRC of its points, which stand in the
+     same sector; save.h
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
      thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
      then, if it is not the preset one, the range of temperature in thousandths
@@ -33,6 +35,7 @@
 #include "followed.h"
 #include "kept_sets.h"
 #include "kept_settings.h"
+#include "table_place.h"
 #include "thermal.h"
 
 #define SAVED_MAGIC 0x56535441U
@@ -44,10 +47,11 @@ enum {
     SAVED_THERMAL_WORDS = 5,
     SAVED_CONDITIONS_WORDS = 4,
     SAVED_MEAN_WORDS = 5 + 2 * HEADS_MOST,
+    SAVED_TABLE_WORDS = 2 + TABLE_WINDOWS,
     SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
         LANES_LIMIT * SAVED_LANE_WORDS + 3 + THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 2 +
         SAVED_MEAN_WORDS + 1 + KEPT_SETS_WORDS + SAVED_CONDITIONS_WORDS +
-        FOLLOWED_LANES_MAX * SAVED_LANE_WORDS + 1,
+        FOLLOWED_LANES_MAX * SAVED_LANE_WORDS + SAVED_TABLE_WORDS + 1,
 };
 
 struct saved {
@@ -59,6 +63,8 @@ struct saved {
     struct followed followed;
     /* Sets for a missing head that belong to the loaded mean. */
     struct kept_sets sets;
+    /* Place and check sum of the local table; choice 0: none. */
+    struct load_table table;
     /* Places of loaded lanes that nobody could judge. */
     uint64_t unjudged;
 };

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "local_table.h"
 #include "prepared.h"
 #include "settings.h"
 
@@ -12,7 +13,8 @@ void saving_recover(struct application *application) {
         return;
     }
     const struct saved *saved = &application->save->content;
-    application->saved_state = saved_lanes(saved) > 0 ? SAVED_WAITING : SAVED_NONE;
+    bool holds = saved_lanes(saved) > 0 || saved->table.place.choice != 0;
+    application->saved_state = holds ? SAVED_WAITING : SAVED_NONE;
     if (application->settings_origin == SETTINGS_PRESET) {
         application->settings_origin = SETTINGS_SAVED;
         settings_take(application, &saved->settings);
@@ -36,6 +38,9 @@ static void saving_take_known(const struct application *application, struct save
         if (kept) {
             prepared_keep(application, &saved->sets);
         }
+        /* The idle bank, which is read while the record is written, may hold another table by now. */
+        bool held = kept && load->table.place.choice != 0 && local_table_is_held(application);
+        saved->table = held ? load->table : (struct load_table){.next = 0};
     }
     if (application->active.mean.heads != 0 && load_at_work(load) == NULL) {
         /* The device's own mean: a turn can judge the places of its heads, but not its lanes one by one. */
@@ -71,7 +76,7 @@ enum save_answer application_save(struct application *application) {
     uint32_t counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
     bool of_this_table = saved->own.counts_per_rev == counts_per_rev && !application->forgotten;
     bool known = application->active.counts_per_rev == counts_per_rev &&
-                 coefficients_most_order(&application->active) != 0;
+                 (coefficients_most_order(&application->active) != 0 || application->table_at_work);
     saved->settings = settings_present(application);
     if (!of_this_table) {
         *saved = (struct saved){.settings = saved->settings};

@@ -5,6 +5,7 @@
 #include "alarms.h"
 #include "assertion.h"
 #include "control.h"
+#include "local_table.h"
 #include "own_sets.h"
 #include "prepared.h"
 #include "restart.h"
@@ -60,7 +61,8 @@ enum swap_answer swap_candidate(struct application *application, const struct fo
     core_write_real(core, followed, counts_per_rev, lanes);
     if (!core_verify_coefficients(core, &application->candidate) ||
         !core_verify_followed(core, followed, counts_per_rev, lanes) ||
-        !core_verify_real(core, followed, counts_per_rev, lanes)) {
+        !core_verify_real(core, followed, counts_per_rev, lanes) ||
+        !local_table_write(application)) {
         return SWAP_NOT_READ_BACK;
     }
     if (application->configuration.has_failover && application->candidate.mean.heads > 2) {

@@ -105,7 +105,8 @@ static void turn_take_set(struct application *application) {
         ASSERT(origin == OF_SAVED && application->save != NULL);
         const struct saved *saved = &application->save->content;
         application->saved_state = SAVED_CONFIRMED;
-        load_take_over(load, &saved->loaded, &saved->thermal, &saved->followed, saved->unjudged);
+        load_take_over(load, &saved->loaded, &saved->thermal, &saved->followed, &saved->table,
+                       saved->unjudged);
     }
 }
 

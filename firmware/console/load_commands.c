@@ -6,14 +6,16 @@
 
 #include "arctrue_number_formats.h"
 #include "assertion.h"
+#include "local_table.h"
 #include "prepared.h"
 
 /* sim/arctrue/device/load.py writes the frames and states their numbers. */
-const char load_use[] = "load status | load abort | load phase N DEGREES TURN | load begin, lane, "
-                        "slope, temperature, range, "
-                        "followed, conditions, real, mean, head, without, without_head, "
-                        "without_lane, force, end NUMBERS CRC: "
-                        "what arctrue load sends";
+const char load_use[] =
+    "load status | load abort | load phase N DEGREES TURN | load begin, lane, "
+    "slope, temperature, range, "
+    "followed, conditions, real, source, table, points, mean, head, without, without_head, "
+    "without_lane, force, end NUMBERS CRC: "
+    "what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
 #define TURN_MOST 8388607.0
@@ -29,6 +31,9 @@ enum {
     FOLLOWED_WORDS = 8,
     CONDITIONS_WORDS = 6,
     REAL_WORDS = 8,
+    SOURCE_WORDS = 7,
+    TABLE_WORDS = 8,
+    POINTS_WORDS = 3 + 1 + LOAD_POINTS,
     PHASE_WORDS = 5,
     MEAN_FRAME_WORDS = 7,
     HEAD_WORDS = 6,
@@ -166,6 +171,23 @@ static void real(struct console *console, char *const *words) {
            load_real(&console->application->load, (uint32_t)values[0], &lane_of_real_order, crc));
 }
 
+/* States where the phase of a lane of a real order comes from. */
+static void source(struct console *console, char *const *words) {
+    int64_t values[4];
+    uint32_t crc;
+    if (!read_numbers(words, 5, values, &crc) || !fits(values[2])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct real_lane lane_with_source = {
+        .source = (uint32_t)values[1],
+        .side = (int32_t)values[2],
+        .probe_phase = (uint32_t)values[3],
+    };
+    answer(console, load_phase_source(&console->application->load, (uint32_t)values[0],
+                                      &lane_with_source, crc));
+}
+
 /* Sets the phase of a lane that the operator knows from a probe, an index of the drive or a reference. */
 static void phase(struct console *console, char *const *words) {
     int64_t number;
@@ -249,6 +271,35 @@ static void without(struct console *console, char *const *words) {
                                              (uint32_t)values[1], &set, crc));
 }
 
+static void table(struct console *console, char *const *words) {
+    int64_t values[5];
+    uint32_t crc;
+    if (!read_numbers(words, 6, values, &crc)) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct table_place place = {
+        .choice = (uint32_t)values[0],
+        .start = {(uint32_t)values[1], (uint32_t)values[2], (uint32_t)values[3],
+                  (uint32_t)values[4]},
+    };
+    answer(console, application_load_table(console->application, &place, crc));
+}
+
+static void points(struct console *console, char *const *words) {
+    int64_t values[1 + LOAD_POINTS];
+    int32_t of_frame[LOAD_POINTS];
+    uint32_t crc;
+    bool read = read_numbers(words, 2 + LOAD_POINTS, values, &crc);
+    for (uint32_t place = 0; read && place < LOAD_POINTS; place++) {
+        read = fits(values[place + 1]);
+        of_frame[place] = (int32_t)values[place + 1];
+    }
+    answer(console,
+           read ? application_load_points(console->application, (uint32_t)values[0], of_frame, crc)
+                : LOAD_WRONG_CRC);
+}
+
 static void force(struct console *console, char *const *words) {
     int64_t value;
     uint32_t crc;
@@ -316,6 +367,11 @@ static void tell_loaded(struct console *console, const struct load *load) {
     }
     order_lines(console, "unjudged_order ", &load->loaded, load->unjudged);
     tell_real(console, &load->followed);
+    if (load->table.place.choice != 0) {
+        text_word(&console->sink, "loaded_table_crc ");
+        text_hexadecimal(&console->sink, load->table.crc);
+        text_line(&console->sink, "");
+    }
     text_word(&console->sink, "loaded_crc ");
     text_hexadecimal(&console->sink, load->loaded_crc);
     text_line(&console->sink, "");
@@ -364,8 +420,14 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         followed(console, words + 2);
     } else if (text_equal(what, "real") && number == REAL_WORDS) {
         real(console, words + 2);
+    } else if (text_equal(what, "source") && number == SOURCE_WORDS) {
+        source(console, words + 2);
     } else if (text_equal(what, "phase") && number == PHASE_WORDS) {
         phase(console, words + 2);
+    } else if (text_equal(what, "table") && number == TABLE_WORDS) {
+        table(console, words + 2);
+    } else if (text_equal(what, "points") && number == POINTS_WORDS) {
+        points(console, words + 2);
     } else if (text_equal(what, "conditions") && number == CONDITIONS_WORDS) {
         conditions(console, words + 2);
     } else if (text_equal(what, "mean") && number == MEAN_FRAME_WORDS) {

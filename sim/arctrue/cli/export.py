@@ -28,7 +28,8 @@ from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
-from arctrue.gateware.coefficient_file import write_coefficient_file
+from arctrue.gateware.capability import EVERYTHING
+from arctrue.gateware.coefficient_file import read_coefficient_file, write_coefficient_file
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
@@ -39,6 +40,7 @@ from arctrue.workbench.model.export import (
     export_model,
 )
 from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.local_errors import at_heads_of_mean, local_errors, table_of
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.model.sensor_lag import fitted_sensor_lag, set_without_lag
 from arctrue.workbench.model.stations import model_of_stations
@@ -122,11 +124,33 @@ GATEWARE = "gateware"
     "scratch, go into its table.",
 )
 @click.option(
+    "--mean",
+    "mean_file",
+    type=click.Path(path_type=Path),
+    help="With --local-table: coefficient file of a mean of heads, from arctrue calibrate --angle "
+    "mean. The output is that file with a table for all of its heads, which a scratch passes one "
+    "after the other.",
+)
+@click.option(
     "--real-orders",
     is_flag=True,
     help="For a gateware built with REAL_ORDERS = true: lines of no whole order, as of a belt or a "
     "gear of 71.4 teeth, become lanes whose phase goes on from turn to turn. Their phase is that "
     "in the turn which begins at the zero of SET.",
+)
+@click.option(
+    "--phase-from",
+    type=click.Choice(["heads", "probe"]),
+    help="With --real-orders: the device finds the phase of these lanes itself. heads: from the "
+    "difference of two heads, for lines that turn with the disc; probe: from an index of the drive "
+    "at probe_in.  [default: the operator gives it]",
+)
+@click.option(
+    "--probe",
+    type=(Finite(), Finite(min=1e-6)),
+    metavar="DEGREES RATIO",
+    help="With --phase-from probe: angle of the table in SET, counted over its turns, at which an "
+    "index of the drive came, and number of its indices in a turn of the table.",
 )
 @click.option(
     "--coefficients",
@@ -158,7 +182,10 @@ def export(
     modulators: bool,
     reversal_width: float,
     local_table: bool,
+    mean_file: Path | None,
     real_orders: bool,
+    phase_from: str | None,
+    probe: tuple[float, float] | None,
     coefficient_file: Path | None,
     force: bool,
 ) -> None:
@@ -173,6 +200,12 @@ def export(
         raise ValueError("--points: the gateware takes orders, not points; choose a --format")
     if table_format == GATEWARE and steps_per_second is not None:
         raise ValueError("--steps-per-second: expected with --format onstep only")
+    if mean_file is not None and not local_table:
+        raise ValueError("--mean: expected with --local-table only")
+    if (phase_from == "probe") != (probe is not None):
+        raise ValueError("--phase-from probe and --probe: expected both or none")
+    if phase_from is not None and not real_orders:
+        raise ValueError("--phase-from: expected with --real-orders only")
     if table_format != GATEWARE:
         _check_points(FORMATS[table_format], points)
     loaded = load(measurement_set, model_file, folders)
@@ -205,6 +238,10 @@ def export(
         _write_table(loaded, correction, form, points or form.points, path, json_file, force=force)
         return
     coefficient_file = coefficient_file or Path("coefficients.toml")
+    if mean_file is not None:
+        path = coefficient_file if out is None else out / coefficient_file.name
+        _write_table_of_mean(model, loaded, mean_file, path)
+        return
     result = export_model(
         model,
         loaded.observations,
@@ -217,6 +254,14 @@ def export(
         with_local_table=local_table,
         with_real_orders=real_orders,
     )
+    if phase_from is not None:
+        held = result.coefficients
+        held = (
+            held.with_phase_from_probe(probe[0] / 360.0, probe[1])
+            if probe is not None
+            else held.with_phase_from_heads()
+        )
+        result = replace(result, coefficients=held)
     became = outcome(
         model, loaded.observations, loaded.effects, result.coefficients, temperature_c=temperature
     )
@@ -291,6 +336,34 @@ def export(
     if not written:
         tell_error(f"{path} was not written; --force writes it")
         raise SystemExit(NOT_WRITTEN)
+
+
+def _write_table_of_mean(model: Model, loaded: LoadedSet, mean_file: Path, path: Path) -> None:
+    """Write the file of a mean with the model's local errors at all of its heads.
+
+    Raises ValueError for a file without a mean or of another table, or a model without such an
+    error.
+    """
+    of_mean = read_coefficient_file(mean_file, EVERYTHING)
+    if of_mean.extension is None or of_mean.extension.mean is None:
+        raise ValueError(f"{mean_file}: it has no mean of heads; make one with calibrate")
+    counts = of_mean.counts_per_rev
+    if counts != loaded.observations.counts_per_rev:
+        raise ValueError(
+            f"{mean_file}: counts_per_rev is {counts}, the set has "
+            f"{loaded.observations.counts_per_rev}"
+        )
+    errors = list(local_errors(model, loaded.effects).values())
+    if not errors:
+        raise ValueError("--mean: no effect of the model is an error at one place of the turn")
+    table = table_of(at_heads_of_mean(errors, of_mean.extension.mean, counts), counts)
+    extension = replace(of_mean.extension, local_table=table)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_coefficient_file(path, replace(of_mean, extension=extension), title=loaded.measurement)
+    console.print(
+        f"wrote {path}: the mean of {mean_file.name} with a local table of "
+        f"{len(table.starts_counts)} windows of 1/{2**table.width_exponent} turn"
+    )
 
 
 def _with_fitted_lag(model: Model, loaded: LoadedSet) -> tuple[Model, LoadedSet, float]:

@@ -227,6 +227,12 @@ def print_result(result: HiddenResult) -> None:
             f"{left['unit_left_out']:.2f}″ with the exported one without the {unit}, "
             f"{left['corrected']:.2f}″ with all of it"
         )
+    for place, line in enumerate(result.case.lines):
+        sizes = {name: figure(counts[place], 2) for name, counts in result.lines_counts.items()}
+        say(
+            f"Order {line:g}: {sizes['without']} counts without its lane, "
+            f"{sizes['forwards']} with it forwards, {sizes['backwards']} backwards"
+        )
     for text in result.export.followed:
         say(f"follows its condition: {text}")
     for text in result.export.real:

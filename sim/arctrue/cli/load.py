@@ -108,14 +108,21 @@ def load(
             f"{file}: its sets for a missing head were not sent: the gateware is built without "
             "FAILOVER, so that no head that fails is left out"
         )
+    if sent.has_table:
+        said += ", with a local table"
     if sent.followed:
         said += f", and {sent.followed} lanes that follow a condition"
     if sent.unseen_followed:
         said += f"; {sent.unseen_followed} of these lanes no turn of two heads shows"
     if sent.real:
         said += f", and {sent.real} lanes of real orders"
-        if turn is None:
-            said += ", which are off: their phase is unknown (--turn, or load phase at the console)"
+        if sent.sought:
+            said += f", of which {sent.sought} are off until the device has found their phase"
+        if turn is None and sent.real > sent.sought:
+            said += (
+                f", of which {sent.real - sent.sought} are off: their phase is unknown (--turn, "
+                "or load phase at the console)"
+            )
     if unjudged:
         said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"
     say(said)

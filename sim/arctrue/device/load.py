@@ -20,14 +20,22 @@ from arctrue.device.refusal import explained, reason_of
 from arctrue.gateware.capability import HEADS_MOST, Capability
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.extension import MODULATORS
+from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.table_conditions import condition_registers
 from arctrue.generated.number_formats import CLOCK_HZ
 
 DEVICE_LOADS = Capability(
-    heads=HEADS_MOST, mean=True, modulators=True, real_orders=True, failover=True
+    heads=HEADS_MOST,
+    mean=True,
+    modulators=True,
+    real_orders=True,
+    local_table=True,
+    failover=True,
 )
 """Parts of a coefficient file that the console accepts; a core that lacks one refuses the set."""
+TABLE_WINDOWS = 4
+"""Windows whose starts the device takes, used or not."""
 ATTEMPTS = 3
 """Number of attempts to send the whole set if a line was damaged during transmission."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
@@ -56,8 +64,6 @@ def _mean_of(coefficients: Coefficients) -> MeanSet | None:
     extension = coefficients.extension
     if extension is None:
         return None
-    if extension.local_table is not None:
-        raise ValueError("the device loads lanes and a mean; leave out the local table")
     if {lane for lane, _ in extension.turn_steps} & {lane for lane, _ in extension.modulators}:
         raise ValueError("the device loads no lane of a real order that follows a condition")
     return extension.mean
@@ -99,6 +105,26 @@ def _mean_values(mean: MeanSet, offset: int) -> list[tuple[str, list[int]]]:
     return [
         ("mean", [mean.carrier - 1, used, offset, delays]),
         *(("head", [head, weight, place]) for head, (weight, place) in heads),
+    ]
+
+
+POINTS_A_FRAME = 5
+
+
+def _table_values(coefficients: Coefficients) -> list[tuple[str, list[int]]]:
+    """Return names and numbers of the frames of the local table; the points end with its last."""
+    extension = coefficients.extension
+    if extension is None or extension.local_table is None:
+        return []
+    table = LocalTable.of_file(extension.local_table, coefficients.counts_per_rev)
+    points = list(extension.local_table.points)
+    points += [0] * (-len(points) % POINTS_A_FRAME)
+    return [
+        ("table", table.place_words()[: 1 + TABLE_WINDOWS]),
+        *(
+            ("points", [first, *points[first : first + POINTS_A_FRAME]])
+            for first in range(0, len(points), POINTS_A_FRAME)
+        ),
     ]
 
 
@@ -146,6 +172,7 @@ def load_frames(
     following = set(thermal.orders) if thermal is not None else set()
     followed = dict(coefficients.extension.modulators) if coefficients.extension else {}
     real = dict(coefficients.extension.turn_steps) if coefficients.extension else {}
+    sources = dict(coefficients.extension.phase_sources) if coefficients.extension else {}
     # If an order also has a lane with a condition, the calibration does not change its plain lane.
     waves = {int(coefficients.orders[lane]) for lane in followed} - {0}
     lanes = [
@@ -170,11 +197,14 @@ def load_frames(
         amplitude = int(coefficients.amplitudes[lane])
         whole = int(coefficients.real_orders[lane])
         named.append(("real", [number, whole, step & 0xFFFF_FFFF, step >> 32, amplitude]))
+        if lane in sources:
+            named.append(("source", [number, *sources[lane].numbers]))
     if coefficients.extension is not None and coefficients.extension.conditions is not None:
         registers = condition_registers(
             coefficients.extension.conditions, coefficients.counts_per_rev, clock_hz
         )
         named.append(("conditions", list(registers.values())))
+    named += _table_values(coefficients)
     if thermal is not None:
         milli = [round(1000 * thermal.reference_c), round(1000 * thermal.time_constant_s)]
         named.append(("temperature", milli))
@@ -200,8 +230,8 @@ def load_frames(
 def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
     """Return the lines that give the device the phases of its lanes of real orders.
 
-    ``turn``: the core's number of the turn that is turn 0 of the file; the file's phases are those
-    of its turn 0.
+    Phases that the device finds itself are left out. ``turn``: the core's number of the turn that
+    is turn 0 of the file; the file's phases are those of its turn 0.
     """
     if coefficients.extension is None:
         return []
@@ -209,6 +239,7 @@ def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
     return [
         f"load phase {number} {degrees[lane]:.6f} {turn}"
         for number, (lane, _) in enumerate(sorted(coefficients.extension.turn_steps))
+        if lane not in dict(coefficients.extension.phase_sources)
     ]
 
 
@@ -221,10 +252,14 @@ class SentSet:
     followed: int = 0
     """Lanes that follow a condition."""
     real: int = 0
-    """Lanes of real orders, which are off until their phase is sent."""
+    """Lanes of real orders, which are off until their phase is sent or found."""
+    sought: int = 0
+    """Those whose phase the device finds from the heads or the probe."""
     unseen_followed: int = 0
     """Number of lanes that follow a condition and that no turn of two heads shows: order 0, and
     words of the processor."""
+    has_table: bool = False
+    """The set has a local table."""
     has_sets: bool = False
     """The device accepted sets for a missing head."""
     lacks_failover: bool = False
@@ -233,7 +268,7 @@ class SentSet:
     @property
     def is_empty(self) -> bool:
         """Tell whether nothing is loaded any more."""
-        return not self.orders and not self.followed and not self.real
+        return not (self.orders or self.followed or self.real or self.has_table)
 
 
 def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
@@ -289,7 +324,9 @@ def send_coefficients(
         tuple(orders),
         followed=len(followed),
         real=sum(frame.startswith("load real ") for frame in frames),
+        sought=sum(frame.startswith("load source ") for frame in frames),
         unseen_followed=unseen_followed,
+        has_table=any(frame.startswith("load table ") for frame in frames),
         has_sets=sends_sets,
         lacks_failover=has_sets and not sends_sets,
     )

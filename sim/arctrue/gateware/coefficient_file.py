@@ -37,6 +37,7 @@ from arctrue.gateware.extension import (
     Conditions,
     Extension,
     LocalTable,
+    PhaseSource,
 )
 from arctrue.gateware.mean_set import OFFSET_ONE, WEIGHT_ONE, MeanSet
 from arctrue.gateware.thermal import SLOPE_LSB_COUNTS, ThermalLanes
@@ -109,6 +110,16 @@ class _ExtendedLane(_ThermalLane, forbid_unknown_fields=True, kw_only=True):
     order: Annotated[float, Meta(ge=0, le=ORDER_MAX)]  # type: ignore[assignment]
     turn_step: Annotated[int, Meta(ge=0, lt=2**PHASE_STEP_WIDTH)] = 0
     modulator: str = "one"
+    phase_from: str = "operator"
+    probe_side: int = 0
+    probe_phase: int = 0
+
+    @property
+    def phase_source(self) -> PhaseSource | None:
+        """Return the origin of the lane's phase; None: the operator."""
+        if self.phase_from == "operator" and not (self.probe_side or self.probe_phase):
+            return None
+        return PhaseSource(self.phase_from, self.probe_side, self.probe_phase)
 
 
 class _MeanHead(Struct, forbid_unknown_fields=True):
@@ -226,6 +237,7 @@ def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
     thermal = coefficients.thermal
     extension = coefficients.extension or Extension()
     modulators, turn_steps = dict(extension.modulators), dict(extension.turn_steps)
+    sources = dict(extension.phase_sources)
     lines: list[str] = []
     for lane in range(coefficients.lanes):
         amplitude = int(coefficients.amplitudes[lane])
@@ -250,6 +262,12 @@ def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
         ]
         if turn_step:
             lines.append(f"turn_step = {turn_step}")
+        if lane in sources:
+            source = sources[lane]
+            lines.append(f"phase_from = {json.dumps(source.source)}")
+            if source.source == "probe":
+                lines.append(f"probe_side = {source.side}")
+                lines.append(f"probe_phase = {source.probe_phase}")
         if lane in modulators:
             lines.append(f"modulator = {json.dumps(modulators[lane])}")
         if thermal is not None and order in thermal.orders:
@@ -419,6 +437,11 @@ def _of_lanes(lanes: Mapping[int, _Lane]) -> dict[str, Any]:
         ),
         "turn_steps": tuple(
             (at, lane.turn_step) for at, lane in sorted(extended.items()) if lane.turn_step
+        ),
+        "phase_sources": tuple(
+            (at, source)
+            for at, source in ((at, lane.phase_source) for at, lane in sorted(extended.items()))
+            if source is not None
         ),
     }
 

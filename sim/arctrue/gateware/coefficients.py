@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.extension import MODULATORS, Extension
+from arctrue.gateware.extension import MODULATORS, Extension, PhaseSource
 from arctrue.gateware.mean_set import OFFSET_ONE
 from arctrue.gateware.thermal import ThermalLanes, as_lane
 from arctrue.gateware.turn_offset_sweep import least_counts, turn_offsets
@@ -34,6 +34,11 @@ from arctrue.generated.number_formats import (
 ORDER_MAX = (1 << ORDER_WIDTH) - 1
 AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
 AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
+SIDE_MOST = 8
+"""Largest side of a line for which the index of a drive is tried."""
+SIDE_TOLERANCE = 0.005
+"""Largest distance of a fitted order from a multiple of the drive's index, periods a turn: five
+times the standard uncertainty of an order from one turn of a reference."""
 RANGE_STEPS = 32
 """Number of steps of a temperature range for bounds over it; equal to the firmware's."""
 STEEPEST = STEEPEST_PERCENT / 100
@@ -242,6 +247,35 @@ class Coefficients:
         extension = dataclasses.replace(self.extension or Extension(), turn_steps=turns)
         return dataclasses.replace(self, phase_steps=steps, extension=extension)
 
+    def with_phase_from_heads(self) -> Coefficients:
+        """Give the bank whose lanes of real orders get their phase on the device from the heads."""
+        return self._with_phase_sources(
+            {lane: PhaseSource("heads") for lane in np.flatnonzero(self.turn_steps).tolist()}
+        )
+
+    def with_phase_from_probe(self, edge_turns: float, edges_per_turn: float) -> Coefficients:
+        """Give the bank whose lanes of real orders get their phase from an index of the drive.
+
+        ``edge_turns``: angle of the table at an index, in turns from the start of turn 0;
+        ``edges_per_turn``: number of indices in a turn of the table. A line has the same phase at
+        every index if its order, without a side of a whole number, is a multiple of that number.
+        Raises ValueError for a line that is no such multiple.
+        """
+        sources = {}
+        for lane in np.flatnonzero(self.turn_steps).tolist():
+            order = float(self.real_orders[lane])
+            side = _side_of(order, edges_per_turn)
+            turns = self.phases_rad[lane] / (2.0 * np.pi) + (order - side) * edge_turns
+            phase = round((turns % 1.0) * 2**PHASE_WIDTH) % 2**PHASE_WIDTH
+            sources[lane] = PhaseSource("probe", side, phase)
+        return self._with_phase_sources(sources)
+
+    def _with_phase_sources(self, sources: Mapping[int, PhaseSource]) -> Coefficients:
+        extension = dataclasses.replace(
+            self.extension or Extension(), phase_sources=tuple(sorted(sources.items()))
+        )
+        return dataclasses.replace(self, extension=extension)
+
     def from_turn(self, turn: int) -> Coefficients:
         """Give the bank whose lanes in turn ``turn`` of the gateware are these in turn 0."""
         fractions = turn_offsets(-turn, self.turn_steps, np.zeros(self.lanes))
@@ -379,6 +413,23 @@ def turn_step(order: float) -> int:
 def _whole_part(nearest: int, turn_step: int) -> int:
     """Return the whole part of a real order, from the whole number nearest to the order."""
     return nearest - (turn_step >= 1 << (PHASE_STEP_WIDTH - 1))
+
+
+def _side_of(order: float, edges_per_turn: float) -> int:
+    """Return the smallest whole number s with which order - s is a multiple of ``edges_per_turn``.
+
+    Raises ValueError if no side of up to SIDE_MOST gives one.
+    """
+    if not edges_per_turn > 0.0:
+        raise ValueError(f"edges in a turn: {edges_per_turn:g}, expected more than 0")
+    for side in sorted(range(-SIDE_MOST, SIDE_MOST + 1), key=abs):
+        multiple = (order - side) / edges_per_turn
+        if abs(multiple - round(multiple)) * edges_per_turn <= SIDE_TOLERANCE:
+            return side
+    raise ValueError(
+        f"order {order:.7g}: neither it nor one of its sides up to {SIDE_MOST} is a multiple of "
+        f"{edges_per_turn:.7g} edges in a turn, so that its phase differs from edge to edge"
+    )
 
 
 def _whole_order(index: int, order: object) -> int:

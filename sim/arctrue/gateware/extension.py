@@ -9,13 +9,20 @@ import numpy as np
 
 from arctrue.gateware.capability import Capability
 from arctrue.gateware.mean_set import MeanSet
-from arctrue.generated.number_formats import ANGLE_WIDTH, PHASE_STEP_WIDTH
+from arctrue.generated.number_formats import (
+    ANGLE_WIDTH,
+    ORDER_WIDTH,
+    PHASE_STEP_WIDTH,
+    PHASE_WIDTH,
+)
 
 if TYPE_CHECKING:
     from arctrue.gateware.coefficients import Coefficients
 
 MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
 """Factors of a lane's amplitude; the index is the lane's word."""
+PHASE_SOURCES: Final = ("operator", "heads", "probe")
+"""Origins of the phase of a lane of a real order; the index is the device's number."""
 POINTS: Final = 4096
 POINT_LIMIT: Final = 1 << 17
 FRACTION_BITS: Final = (4, 6, 8, 10)
@@ -91,11 +98,45 @@ class LocalTable:
 
 
 @dataclass(frozen=True)
+class PhaseSource:
+    """Origin of the phase of a lane of a real order on the device.
+
+    ``heads``: the difference of the heads shows the line, which is fixed to the disc. ``probe``:
+    at each rising edge of ``probe_in``, an index of the drive, the line has the phase
+    ``probe_phase`` (u0.24 turn) plus ``side`` times the table's angle.
+    """
+
+    source: str
+    side: int = 0
+    probe_phase: int = 0
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for an unknown origin or a word outside its format."""
+        if self.source not in PHASE_SOURCES[1:]:
+            raise ValueError(
+                f"phase_from: {self.source!r}, expected one of {', '.join(PHASE_SOURCES[1:])}"
+            )
+        if self.source != "probe" and (self.side or self.probe_phase):
+            raise ValueError(f"probe_side, probe_phase: expected none with {self.source!r}")
+        if not 0 <= self.probe_phase < 1 << PHASE_WIDTH or abs(self.side) >= 1 << ORDER_WIDTH:
+            raise ValueError(
+                f"probe_phase: {self.probe_phase}, probe_side: {self.side}; expected 0 to "
+                f"2^{PHASE_WIDTH} - 1, and less than 2^{ORDER_WIDTH}"
+            )
+
+    @property
+    def numbers(self) -> list[int]:
+        """Return the numbers that the device's console takes."""
+        return [PHASE_SOURCES.index(self.source), self.side, self.probe_phase]
+
+
+@dataclass(frozen=True)
 class Extension:
     """The parts of a coefficient file of schema 3; lanes not in a mapping are plain.
 
     ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → ν, u0.48 turn a turn;
-    ``without``: one set for each head that may fail, its mean in its own extension.
+    ``without``: one set for each head that may fail, its mean in its own extension;
+    ``phase_sources``: lane of a real order → the origin of its phase, if it is not the operator.
     """
 
     mean: MeanSet | None = None
@@ -104,6 +145,7 @@ class Extension:
     turn_steps: tuple[tuple[int, int], ...] = ()
     local_table: LocalTable | None = None
     without: tuple[Coefficients, ...] = ()
+    phase_sources: tuple[tuple[int, PhaseSource], ...] = ()
 
     def __post_init__(self) -> None:
         """Raise ValueError if the parts do not fit each other."""
@@ -115,11 +157,20 @@ class Extension:
         for lane, step in self.turn_steps:
             if not 0 < step < 1 << PHASE_STEP_WIDTH:
                 raise ValueError(f"lane {lane}: turn_step {step}, expected 1 to 2^48 - 1")
+        alone = {lane for lane, _ in self.phase_sources} - {lane for lane, _ in self.turn_steps}
+        if alone:
+            raise ValueError(f"lane {min(alone)}: phase_from is for a lane of a real order")
         conditional = [name for _, name in self.modulators if not name.startswith("word")]
         if conditional and self.conditions is None:
             raise ValueError(f"conditions: is missing, but a lane follows {conditional[0]}")
         if self.without and self.mean is None:
             raise ValueError("without: a set for a missing head needs the mean of all heads")
+        sets = (entry.extension for entry in self.without)
+        if self.without and (self.turn_steps or any(one.turn_steps for one in sets if one)):
+            raise ValueError(
+                "without: sets for a missing head hold no turn steps, so that the file cannot have "
+                "them beside a lane of a real order; leave one of the two out"
+            )
 
     @property
     def needs(self) -> Capability:
@@ -129,7 +180,7 @@ class Extension:
             heads=self.mean.heads if self.mean else 2,
             mean=self.mean is not None,
             modulators=bool(self.modulators) or any(entry.modulators for entry in sets),
-            real_orders=bool(self.turn_steps) or any(entry.turn_steps for entry in sets),
+            real_orders=bool(self.turn_steps),
             local_table=self.local_table is not None,
             failover=bool(self.without),
         )

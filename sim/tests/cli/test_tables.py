@@ -188,7 +188,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     found = SimpleNamespace(
         case=SimpleNamespace(
-            title="something", judged_order=1, local_table=False, real_orders=False
+            title="something", judged_order=1, local_table=False, real_orders=False, lines=()
         ),
         diagnosed=SimpleNamespace(ladder=[step], effect_file=None),
         settings=SimpleNamespace(revolution=scale),

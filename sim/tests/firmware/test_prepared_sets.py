@@ -331,3 +331,24 @@ def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
     assert heads_without_sets(follows) == (1, 2)
     assert not [frame for frame in load_frames(follows) if "without" in frame]
     assert Capability(heads=4, mean=True, failover=True).lacking(coefficients.extension.needs) == []
+
+
+def test_the_firmware_refuses_sets_beside_a_lane_of_a_real_order(running: Firmware) -> None:
+    """No tool writes these frames; the gateware's prepared sets would hold no turn step."""
+    core = running.core
+    core.set("capability", core.get("capability") | 1 << 6)
+    frames = load_frames(file_of(1), unseen=True)
+    values = [0, 0, 0, 1 << 15, 2048]
+    words = struct.pack("<5I", *values)
+    frame = f"load real {' '.join(map(str, values))} {zlib.crc32(words):08X}"
+    place = next(n for n, line in enumerate(frames) if line.startswith("load mean "))
+    numbers = [line.split()[2:-1] for line in (*frames[:place], frame, *frames[place:-1])]
+    whole = b"".join(
+        struct.pack(f"<{len(row)}I", *(int(word) & 0xFFFF_FFFF for word in row)) for row in numbers
+    )
+    *before, last = send(
+        running,
+        [*frames[:place], frame, *frames[place:-1], f"load end {zlib.crc32(whole):08X}"],
+    )
+    assert set(before) == {"ok"}
+    assert last.startswith("error: load out_of_range")

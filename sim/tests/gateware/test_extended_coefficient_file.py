@@ -16,7 +16,7 @@ from arctrue.gateware.coefficient_file import (
     read_coefficient_file,
 )
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.extension import Conditions, Extension, LocalTable
+from arctrue.gateware.extension import Conditions, Extension, LocalTable, PhaseSource
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.thermal import ThermalLanes
 
@@ -38,7 +38,10 @@ PARTS = {
         modulators=((0, "direction"), (1, "word_a")), conditions=Conditions(2560, 4, 90.0)
     ),
     # 71.4 and 0.5: the fraction of the order in 2⁻⁴⁸ turn.
-    "REAL_ORDERS = true": Extension(turn_steps=((2, round(0.4 * 2**48)), (3, 1 << 47))),
+    "REAL_ORDERS = true": Extension(
+        turn_steps=((2, round(0.4 * 2**48)), (3, 1 << 47)),
+        phase_sources=((2, PhaseSource("probe", -1, 12345)), (3, PhaseSource("heads"))),
+    ),
     "LOCAL_TABLE = true": Extension(
         local_table=LocalTable((-131072, 5, 131071), (4194304, 0), 6, 8)
     ),
@@ -72,7 +75,9 @@ def test_each_part_is_read_as_written_and_refused_without_its_generic(
                 read_coefficient_file(path, less)
 
 
-def test_all_parts_in_one_file_with_temperature(tmp_path: Path) -> None:
+@pytest.mark.parametrize("has_sets", [False, True])
+def test_all_parts_in_one_file_with_temperature(tmp_path: Path, has_sets: bool) -> None:
+    """Sets for a missing head and lanes of real orders exclude each other."""
     # The prepared set belongs to the file's heads: it has their delays and conditions.
     conditions = Conditions(16, 0, 30.0)
     of_set = Extension(
@@ -80,15 +85,15 @@ def test_all_parts_in_one_file_with_temperature(tmp_path: Path) -> None:
     )
     everything = dataclasses.replace(
         HALF_ORDER,
-        phase_steps=np.array([1 << 24, 3 << 24, 0, 1 << 23], dtype=np.uint64),
+        phase_steps=np.array([1 << 24, 3 << 24, 0, (not has_sets) << 23], dtype=np.uint64),
         thermal=ThermalLanes.from_slopes({3: np.array([1.0, 2.0, 0.0, 0.5])}, 20.0, 60.0),
         extension=Extension(
             FOUR,
             conditions,
             ((1, "speed"),),
-            ((3, 1 << 47),),
+            () if has_sets else ((3, 1 << 47),),
             LocalTable((1, 2, 3), (0,), 0, 10),
-            (dataclasses.replace(PLAIN, extension=of_set),),
+            (dataclasses.replace(PLAIN, extension=of_set),) if has_sets else (),
         ),
     )
     path = tmp_path / "c.toml"
@@ -105,13 +110,27 @@ def test_the_words_of_the_mean_are_those_of_the_map() -> None:
 def test_the_example_of_the_page_is_read(tmp_path: Path) -> None:
     page = (ROOT / "docs/map-extensions.md").read_text("utf-8")
     example = page.split("```toml\n")[1].split("```")[0]
+    before, sets = example.split("[[without]]")
+    whole_order = before.replace("order = 0.5", "order = 1").replace("8388608 ", "16777216 ")
+    lines = [
+        line
+        for line in whole_order.splitlines()
+        if not line.startswith(("turn_step", "phase_from"))
+    ]
     path = tmp_path / "c.toml"
+    for text, has_real, has_sets in (
+        (before, True, False),
+        ("\n".join([*lines, f"[[without]]{sets}"]), False, True),
+    ):
+        path.write_text(text, encoding="utf-8")
+        found = read_coefficient_file(path, EVERYTHING)
+        assert found.extension is not None
+        assert found.extension.mean is not None
+        assert found.extension.mean.weights == (19661, 45875)
+        assert found.extension.needs == Capability(2, True, True, has_real, True, has_sets)
     path.write_text(example, encoding="utf-8")
-    found = read_coefficient_file(path, EVERYTHING)
-    assert found.extension is not None
-    assert found.extension.mean is not None
-    assert found.extension.mean.weights == (19661, 45875)
-    assert found.extension.needs == Capability(2, True, True, True, True, True)
+    with pytest.raises(CoefficientFileError, match="sets for a missing head hold no turn steps"):
+        read_coefficient_file(path, EVERYTHING)
 
 
 @pytest.mark.parametrize(
@@ -125,6 +144,9 @@ def test_the_example_of_the_page_is_read(tmp_path: Path) -> None:
         ("MODULATORS = true", "[conditions]", "[condition]", "condition: is not known"),
         ("REAL_ORDERS = true", "order = 0.5", "order = 0.75", "phase_step: found"),
         ("REAL_ORDERS = true", "turn_step = 140737488355328", "turn_step = 1", "turn_step: found"),
+        ("REAL_ORDERS = true", '"heads"', '"stars"', "expected one of heads, probe"),
+        ("REAL_ORDERS = true", '"probe"', '"heads"', "expected none with 'heads'"),
+        ("REAL_ORDERS = true", "probe_side = -1", "probe_side = 99999", "probe_side: 99999"),
         ("LOCAL_TABLE = true", "width_turn = 0.015625", "width_turn = 0.3", "1/2, to 1/64"),
         ("LOCAL_TABLE = true", "[4194304, 0]", "[0, 1, 2]", "expected 1, 2 or 4, found 3"),
         ("LOCAL_TABLE = true", "131071", "131072", "points"),
@@ -153,3 +175,13 @@ def test_what_is_wrong_is_named(
 def test_weights_that_leave_the_format_are_refused() -> None:
     with pytest.raises(ValueError, match=r"weight of head 1: -2\.45, the gateware holds -2"):
         MeanSet((round(-2.45 * 65536), round(3.45 * 65536)), (0, 0))
+
+
+@pytest.mark.parametrize("of_set", [False, True])
+def test_prepared_sets_stand_beside_no_lane_of_a_real_order(of_set: bool) -> None:
+    """The gateware's prepared sets hold no turn steps: a lane of a set would keep another's."""
+    steps = ((3, 1 << 47),)
+    extension = Extension(THREE, turn_steps=steps if of_set else ())
+    entry = dataclasses.replace(HALF_ORDER, extension=extension)
+    with pytest.raises(ValueError, match="without: sets for a missing head hold no turn steps"):
+        Extension(FOUR, turn_steps=() if of_set else steps, without=(entry,))

@@ -24,7 +24,6 @@ WINDOW = 0x2100
 class Script:
     """A table with given speeds for given times; its reading is late, or has a wind-up."""
 
-    counts_per_rev = COUNTS
     index_width_counts = 1
     rounding_counts = 0.0
 
@@ -35,9 +34,11 @@ class Script:
         late_clocks: int = 0,
         half_reversal: float = 0.0,
         width: float = 1.0,
+        counts_per_rev: int = COUNTS,
     ) -> None:
         """Set the course up; ``legs`` are clocks and counts a clock, reversal and width are in
         counts."""
+        self.counts_per_rev = counts_per_rev
         speed = np.concatenate([np.full(clocks // KNOT, pace) for clocks, pace in legs])
         self.clocks = speed.size * KNOT
         self.place = np.concatenate([[0.0], np.cumsum(speed * KNOT)]) - 3000.5
@@ -53,7 +54,7 @@ class Script:
         """Return a piece like Curves."""
         intervals = max(1, min(clocks, self.clocks - first_clock) // KNOT)
         at = np.clip(first_clock // KNOT + np.arange(-1, intervals + 2), 0, self.place.size - 1)
-        turn = 2.0 * np.pi / COUNTS
+        turn = 2.0 * np.pi / self.counts_per_rev
         return KNOT, self.reading[at], self.reading[at], self.place[at] * turn
 
 
@@ -63,10 +64,10 @@ def modulated() -> Iterator[Instrument]:
         yield instrument
 
 
-def order_0(counts: float, modulator: str | None) -> Coefficients:
+def order_0(counts: float, modulator: str | None, counts_per_rev: int = COUNTS) -> Coefficients:
     """Return one lane of order 0 that follows a condition, or a steady lane for None."""
     phase = 0.0 if counts > 0 else np.pi
-    bank = Coefficients.from_harmonics([0], [abs(counts)], [phase], COUNTS, LANES)
+    bank = Coefficients.from_harmonics([0], [abs(counts)], [phase], counts_per_rev, LANES)
     if modulator is None:
         return bank
     extension = Extension(conditions=Conditions(1, 0, 90.0), modulators=((0, modulator),))
@@ -79,7 +80,7 @@ def run(
     """Return clock and error (counts, of the old angle) of every output edge, and that age."""
     instrument.attach_curves(script)  # type: ignore[arg-type]
     instrument.reset()
-    instrument.write("counts_per_rev", COUNTS)
+    instrument.write("counts_per_rev", script.counts_per_rev)
     instrument.command("rearm")
     for name, value in (
         ("ramp_rate", 0xFFFF_FFFF),
@@ -96,7 +97,7 @@ def run(
     instrument.record(every=1)
     instrument.run_until(end_of_stimulus=True)
     seen = instrument.recording().output
-    error = seen.position - seen.true_angle_rad * COUNTS / (2.0 * np.pi)
+    error = seen.position - seen.true_angle_rad * script.counts_per_rev / (2.0 * np.pi)
     instrument.detach()
     return seen.clock, error, instrument.latency_clocks
 
@@ -143,6 +144,91 @@ def test_latency_is_taken_away_at_two_speeds(modulated: Instrument) -> None:
     without = speed_errors(modulated, None)
     age = LATE + modulated.latency_clocks
     assert abs(without[0] - without[1]) == pytest.approx(age * (PACES[0] - PACES[1]), abs=1.0)
+
+
+FULL_COUNTS = 1 << 24
+FULL_PACE = 30.0 / 360.0 * FULL_COUNTS / 100e6
+"""30°/s in counts a clock."""
+FULL_LATE = 2000
+"""20 µs in clocks: 28 counts at 30°/s."""
+CHANGE_CLOCKS = 200_000
+LAG_CLOCKS = 1.5 * (1 << 14)
+"""Largest lag of the speed (header of table_speed)."""
+
+
+def changing_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
+    """Return the error of every edge while the speed goes to a half and back, counts.
+
+    The zero is the mean at the first speed, because the index was read late too.
+    """
+    half = 0.5 * FULL_PACE
+    down = np.linspace(FULL_PACE, half, CHANGE_CLOCKS // KNOT)
+    legs = [(400_000, FULL_PACE), *[(KNOT, pace) for pace in down.tolist()]]
+    legs += [(150_000, half), *[(KNOT, pace) for pace in down[::-1].tolist()]]
+    legs += [(100_000, FULL_PACE)]
+    nominal = 1.1 * FULL_PACE
+    start = instrument.clock
+    clock, error, _ = run(
+        instrument,
+        Script(legs, late_clocks=FULL_LATE, counts_per_rev=FULL_COUNTS),
+        order_0(-FULL_LATE * nominal, modulator, FULL_COUNTS),
+        nominal_speed=round(nominal * 2**32),
+    )
+    at = clock - start
+    return np.asarray(error[at > 300_000] - error[(at > 300_000) & (at < 390_000)].mean())
+
+
+def test_latency_at_the_papers_scale_while_the_speed_changes(modulated: Instrument) -> None:
+    """At 2²⁴ counts at most two counts are left, and τ·a·lag; a steady lane leaves the change."""
+    slowing = 0.5 * FULL_PACE / CHANGE_CLOCKS
+    error = changing_errors(modulated, "speed")
+    assert np.abs(error).max() <= 2.0 + FULL_LATE * slowing * LAG_CLOCKS
+    # The speed stands again: two counts alone.
+    assert np.abs(error[-500:]).max() <= 2.0
+    without = changing_errors(modulated, None)
+    assert np.abs(without).max() == pytest.approx(0.5 * FULL_LATE * FULL_PACE, abs=1.5)
+
+
+FULL_HALF_REVERSAL = 1.0 / 1_296_000 * FULL_COUNTS
+"""1″ to each side."""
+FULL_WIDTH = 5000.0
+
+
+@pytest.mark.parametrize("modulator", ["direction", None])
+def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
+    """2″ between up and down at 2²⁴ counts; settled, less than a twentieth of it is left."""
+    pace = 0.25
+    legs = [(90_000, pace)]
+    for way in (-14_000.0, 13_000.0, -12_000.0):
+        legs += [(round(abs(way) / pace), pace * float(np.sign(way))), (4000, 0.0)]
+    script = Script(
+        legs, half_reversal=FULL_HALF_REVERSAL, width=FULL_WIDTH, counts_per_rev=FULL_COUNTS
+    )
+    start = modulated.clock
+    clock, error, _ = run(
+        modulated,
+        script,
+        order_0(FULL_HALF_REVERSAL, modulator, FULL_COUNTS),
+        width=round(16 * FULL_WIDTH),
+        dead_zone=2,
+    )
+    knot = np.clip((clock - start) // KNOT, 0, script.place.size - 2)
+    step = np.diff(script.place)[knot]
+    # Settled: the last 2W of travel had one direction.
+    travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(script.place)))])
+    before = np.searchsorted(travel, travel[knot] - 2.1 * FULL_WIDTH)
+    moved = np.abs(script.place[knot] - script.place[before])
+    settled = (clock - start > 70_000) & (step != 0.0) & (moved > 2.1 * FULL_WIDTH - 1.0)
+    up = error[settled & (step > 0)].mean()
+    down = error[settled & (step < 0)].mean()
+    if modulator is None:
+        assert abs(up - down) == pytest.approx(2.0 * FULL_HALF_REVERSAL, abs=1.0)
+    else:
+        assert abs(up - down) <= 2.0 * FULL_HALF_REVERSAL / 20.0
+        # In the reversals too, as at the small scale.
+        slope = FULL_HALF_REVERSAL / FULL_WIDTH
+        bound = 1.0 + slope * (2.0 + 1.0 + pace * (2 * SWEEP_CLOCKS + 20))
+        assert np.ptp(error[clock - start > 70_000]) / 2.0 <= bound
 
 
 HALF_REVERSAL = 26.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,17 @@ from sim.tests.command_line import arctrue as _run
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.capability import EVERYTHING
-from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
+from arctrue.gateware.coefficient_file import (
+    CoefficientFileError,
+    read_coefficient_file,
+    write_coefficient_file,
+)
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.extension import Extension
+from arctrue.gateware.mean_set import MeanSet
 from arctrue.measurement import write_measurement_set
 from arctrue.workbench.effects.base import LocalError
-from arctrue.workbench.model.local_errors import table_of, taken_off_arcsec
+from arctrue.workbench.model.local_errors import at_heads_of_mean, table_of, taken_off_arcsec
 
 from .small_sets import Float, measurement_set, paper_error
 
@@ -61,6 +69,34 @@ def test_a_table_takes_bells_off(
     assert left <= lines + COUNT_ARCSEC * (2.0**-table.fraction_bits + steepest) + outside
 
 
+OFFSETS_DEG = (0.0, 64.3, 177.0, 257.9)
+WEIGHTS = (0.31, 0.22, 0.3, 0.17)
+
+
+@pytest.mark.parametrize("heads", [2, 3, 4])
+def test_a_scratch_is_taken_away_at_every_head_of_the_mean(heads: int) -> None:
+    """Its bell is 20″ high and 0.2° wide, at 2²⁴ counts a turn: a tenth of it is left at most."""
+    weights = [round(weight * 65536) for weight in WEIGHTS[:heads]]
+    weights[0] += 65536 - sum(weights)
+    offsets = [round(place / 360.0 * TURN * 16) for place in OFFSETS_DEG[:heads]]
+    mean = MeanSet(tuple(weights), tuple(offsets))
+    scratch = bell(84.0, 0.2 / 2.3548, 20.0)
+    table = table_of(at_heads_of_mean([scratch], mean, TURN), TURN)
+    assert len(table.starts_counts) == {2: 2, 3: 4, 4: 4}[heads]
+    reading = np.arange(0, TURN, 211) * 2.0 * np.pi / TURN
+    total = np.zeros(reading.size)
+    for weight, place in zip(weights, OFFSETS_DEG, strict=False):
+        total += weight / 65536 * scratch.error_arcsec(reading + np.radians(place))
+    left = total - taken_off_arcsec(table, TURN, reading)
+    for weight, place in zip(weights, OFFSETS_DEG, strict=False):
+        centre = np.radians(84.0 - place)
+        near = np.abs(np.angle(np.exp(1j * (reading - centre)))) < np.radians(0.4)
+        size = 20.0 * weight / 65536
+        assert np.abs(total[near]).max() > 0.99 * size
+        assert np.abs(left[near]).max() < size / 10.0
+    assert np.abs(left).max() < 2.0 * min(weights) / 65536
+
+
 def test_an_error_that_no_point_holds_is_refused() -> None:
     with pytest.raises(ValueError, match="holds fewer than 8192"):
         table_of([bell(10.0, 1.0, 9000.0 * COUNT_ARCSEC)], TURN)
@@ -88,7 +124,7 @@ def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path: Path) -> None:
-    """The file needs LOCAL_TABLE and removes the scratch, and no console command loads it."""
+    """The file needs LOCAL_TABLE and removes the scratch; its frames have all points."""
     words = ("export", folder, "--model", model, "--out", tmp_path, "--local-table")
     answer = _run(*words, "--json", tmp_path / "e.json")
     assert answer.exit_code == 0, answer.output
@@ -114,8 +150,38 @@ def test_a_scratch_is_written_and_read_back(folder: Path, model: Path, tmp_path:
     true = scratched(reading, reading, 0.0) - paper_error(reading, reading, 0.0)
     # The fit has 16 samples of 0.1″ across the scratch; the reading is 0.025° from the angle.
     assert np.abs(taken - true).max() < 0.1 * abs(HEIGHT_ARCSEC)
-    with pytest.raises(ValueError, match="local table"):
-        load_frames(held)
+    frames = [frame.split() for frame in load_frames(held) if frame.startswith("load points ")]
+    points = [int(word) for frame in frames for word in frame[3:-1]]
+    assert tuple(points[:4096]) == held.extension.local_table.points
+
+
+def test_the_file_of_a_mean_gets_a_table_for_all_of_its_heads(
+    folder: Path, model: Path, tmp_path: Path
+) -> None:
+    offsets = tuple(round(place / 360.0 * TURN * 16) for place in OFFSETS_DEG)
+    mean = MeanSet((16384,) * 4, offsets)
+    lanes = Coefficients.from_harmonics([1], [3.0], [0.2], TURN, 8)
+    made = tmp_path / "mean.toml"
+    write_coefficient_file(made, replace(lanes, extension=Extension(mean=mean)))
+    words = ("export", folder, "--model", model, "--out", tmp_path, "--mean", made)
+    answer = _run(*words, "--local-table")
+    assert answer.exit_code == 0, answer.output
+    held = read_coefficient_file(tmp_path / "coefficients.toml", EVERYTHING)
+    assert held.extension is not None
+    assert held.extension.mean == mean
+    assert held.amplitudes.tolist() == lanes.amplitudes.tolist()
+    table = held.extension.local_table
+    assert table is not None
+    assert len(table.starts_counts) == 4
+    for place in OFFSETS_DEG:
+        at = np.radians(np.array([PLACE_DEG - place]))
+        taken = taken_off_arcsec(table, TURN, at)
+        assert taken[0] == pytest.approx(HEIGHT_ARCSEC / 4.0, abs=0.1 * abs(HEIGHT_ARCSEC) / 4.0)
+    assert _run(*words).exit_code != 0, "--mean needs --local-table"
+    write_coefficient_file(made, lanes)
+    answer = _run(*words, "--local-table")
+    assert answer.exit_code != 0
+    assert "it has no mean of heads" in " ".join(answer.output.split())
 
 
 def test_without_the_flag_it_is_left_and_said_so(folder: Path, model: Path, tmp_path: Path) -> None:

@@ -127,6 +127,37 @@ def test_the_bank_of_another_turn(observations: Observations) -> None:
     assert np.abs(first.correction - later.correction).max() <= 1
 
 
+def test_the_phase_at_an_index_of_the_drive(observations: Observations) -> None:
+    """A pinion of 21 teeth makes 3.4 turns in one of the table, with an index in each."""
+    gear = export_model(
+        Model(model().effects[1:2]),
+        observations,
+        EFFECTS,
+        lanes=8,
+        temperature_c=None,
+        with_real_orders=True,
+    ).coefficients
+    edge_turns = 0.7
+    held = gear.with_phase_from_probe(edge_turns, 3.4)
+    assert held.extension is not None
+    values = {70.4: (2.0, 0.5), 71.4: (8.0, 6.0), 72.4: (-1.0, 3.0)}
+    sides = {}
+    for lane, source in held.extension.phase_sources:
+        order = round(float(held.real_orders[lane]), 6)
+        sides[order] = source.side
+        cosine, sine = values[order]
+        for index in range(-5, 6):
+            place = edge_turns + index / 3.4
+            angle = 2.0 * np.pi * order * place
+            exact = cosine * np.cos(angle) + sine * np.sin(angle)
+            phase = 2.0 * np.pi * (source.probe_phase / 2**24 + source.side * place)
+            # Phases of the lane and of the probe are rounded to 2⁻²⁴ turn.
+            assert np.hypot(cosine, sine) * np.cos(phase) == pytest.approx(exact, abs=1e-5)
+    assert sides == {70.4: -1, 71.4: 0, 72.4: 1}
+    with pytest.raises(ValueError, match=r"order 0\.5: neither it nor one of its sides"):
+        exported(observations, with_real_orders=True).coefficients.with_phase_from_probe(0.7, 3.4)
+
+
 def test_what_they_take_away_is_counted(observations: Observations) -> None:
     held = exported(observations, with_real_orders=True)
     became = outcome(model(), observations, EFFECTS, held.coefficients, temperature_c=None)
@@ -193,3 +224,26 @@ def test_the_command(made: MeasurementSet, tmp_path: Path) -> None:
     assert answer.exit_code == 0, answer.output
     assert "order 0.5: 13″" in answer.output
     assert read_coefficient_file(tmp_path / "coefficients.toml", EVERYTHING).turn_steps.any()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--real-orders", "--phase-from", "heads"), '"heads"'),
+        (("--real-orders", "--phase-from", "probe", "--probe", "90", "0.5"), "probe_phase = "),
+        (("--real-orders", "--phase-from", "probe"), None),
+        (("--phase-from", "heads"), None),
+    ],
+)
+def test_the_command_states_where_the_phase_comes_from(
+    made: MeasurementSet, tmp_path: Path, options: tuple[str, ...], said: str | None
+) -> None:
+    write_measurement_set(tmp_path / "set", made)
+    write_model(tmp_path / "model.toml", Model(model().effects[:1]))
+    answer = _run(
+        *("export", tmp_path / "set", "--model", tmp_path / "model.toml", "--out", tmp_path),
+        *("--force", *options),
+    )
+    assert (answer.exit_code == 0) == (said is not None), answer.output
+    if said is not None:
+        assert said in (tmp_path / "coefficients.toml").read_text("utf-8")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from arctrue.base.units import RAD_PER_ARCSEC
@@ -49,6 +49,14 @@ class RunPlan:
 
 
 @dataclass(frozen=True, slots=True)
+class DriveIndex:
+    """An index of the drive, so many times in a turn of the table, the first one at ``first``."""
+
+    per_turn: float
+    first_turns: float = 0.3
+
+
+@dataclass(frozen=True, slots=True)
 class Case:
     """One hidden effect."""
 
@@ -65,6 +73,8 @@ class Case:
     instead."""
     judged_order: int | None = None
     """Order of the output's error that the effect causes in the fresh turns; None: any shape."""
+    added: tuple[str, Mapping[str, object]] | None = None
+    """Effect that the person adds with its settings, knowing the drive; None: the diagnosis'."""
     effects: int = 1
     """Number of effects that are added, one after the other."""
     least_lanes: int = 1
@@ -74,6 +84,15 @@ class Case:
     """The gateware is built with a table over the turn."""
     real_orders: bool = False
     """The gateware is built with lanes of real orders."""
+    drive_gear_teeth: float | None = None
+    """Tooth count of the drive's gear, which the measurement set states."""
+    probe: DriveIndex | None = None
+    """Index of the drive at ``probe_in``, from which the firmware gets the phase of real orders;
+    None: the operator gives it."""
+    lines: tuple[float, ...] = ()
+    """Orders whose amplitudes in the output are judged, forwards and backwards."""
+    reference_turns: int = 1
+    """Turns of the reference run while the table moves."""
     order1_warms: bool = False
     """Order 1 changes with the temperature: a correction can follow it while the table warms."""
 
@@ -146,6 +165,22 @@ GEAR_TEETH = 71.4
 def _gear(settings: HiddenSettings) -> list[Cause]:
     # The amplitude is 1″; both heads turn with the disc, so that only a reference sees it.
     return [GearMesh(GEAR_TEETH, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (0.8,))]
+
+
+MESH_WOBBLE_RAD = 0.3
+"""Wobble of an eccentric gear in radians of the mesh: a side line has 15 % of the gear's line."""
+PINION_TEETH = 21
+BELT_ORDER = 0.5
+
+
+def _eccentric_gear(settings: HiddenSettings) -> list[Cause]:
+    size = 1.0 * RAD_PER_ARCSEC * _coarser(settings)
+    return [GearMesh(GEAR_TEETH, (size,), (0.8,), MESH_WOBBLE_RAD, 1.9)]
+
+
+def _belt(settings: HiddenSettings) -> list[Cause]:
+    # The belt is twice as long as the pulley: it twists the shaft every second turn.
+    return [GearMesh(BELT_ORDER, (1.0 * RAD_PER_ARCSEC * _coarser(settings),), (-1.1,))]
 
 
 def _at_once(settings: HiddenSettings) -> list[Cause]:
@@ -240,6 +275,27 @@ _ALL = (
         local_table=True,
     ),
     Case("periodic_error", "a gear of 71.4 teeth before the table", _gear, real_orders=True),
+    Case(
+        "drive_gear_error",
+        "an eccentric gear of 71.4 teeth with its side lines, and an index of its pinion",
+        _eccentric_gear,
+        real_orders=True,
+        drive_gear_teeth=GEAR_TEETH,
+        added=("drive_gear_error", {"below": [1], "above": [1]}),
+        probe=DriveIndex(GEAR_TEETH / PINION_TEETH),
+        lines=(GEAR_TEETH - 1.0, GEAR_TEETH, GEAR_TEETH + 1.0),
+        least_lanes=8,
+    ),
+    Case(
+        "belt",
+        "a belt that twists the shaft every second turn, and an index on the belt",
+        _belt,
+        real_orders=True,
+        probe=DriveIndex(BELT_ORDER),
+        lines=(BELT_ORDER,),
+        added=("periodic_error", {}),
+        reference_turns=8,
+    ),
     Case(
         "warm_ovality",
         "a disc that ovalises with heat, which is in no catalogue",

@@ -76,6 +76,34 @@ def with_second_speed(drive: Motion, second_rad_s: float) -> Motion:
     )
 
 
+def and_back(drive: Motion, turns: float) -> Motion:
+    """Return ``drive``, followed by some turns back at the same speed."""
+    ramp_s = drive.knot_times_s[1]
+    pace = drive.knot_speeds_rad_s[1]
+    top_s = drive.knot_times_s[-1]
+    steady_s = top_s + ramp_s + turns * TURN_RAD / abs(pace)
+    return dataclasses.replace(
+        drive,
+        knot_times_s=(*drive.knot_times_s, top_s + ramp_s, steady_s, steady_s + ramp_s),
+        knot_speeds_rad_s=(*drive.knot_speeds_rad_s, -pace, -pace, 0.0),
+    )
+
+
+_LOOKS_A_TURN = 2000
+
+
+def times_at(drive: Motion, angles_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return every time of the motion, in seconds, at which the table passes one of the angles."""
+    speeds = np.abs(drive.knot_speeds_rad_s)
+    looks = int(_LOOKS_A_TURN * speeds.max() * drive.duration_s / TURN_RAD)
+    time = np.linspace(0.0, drive.duration_s, looks)
+    above = drive.state(time).angle_rad - angles_rad[:, np.newaxis]
+    row, at = np.nonzero(np.diff(np.signbit(above), axis=1))
+    left, right = above[row, at], above[row, at + 1]
+    passed = time[at] + (time[at + 1] - time[at]) * left / (left - right)
+    return np.asarray(np.sort(passed))
+
+
 @dataclass(frozen=True, slots=True)
 class StationDrive:
     """A drive that stops at stations, and an instant of each stop; arrays ``(n,)``."""

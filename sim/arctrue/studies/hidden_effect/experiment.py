@@ -17,7 +17,13 @@ from arctrue.instrument import Instrument, InstrumentError, Recording, ReportRun
 from arctrue.instrument.turn_score import TurnScore, score_turn
 from arctrue.measurement import Reference
 from arctrue.studies.hidden_effect.cases import Case, RunPlan
-from arctrue.studies.hidden_effect.drive import over_stations, turning, with_second_speed
+from arctrue.studies.hidden_effect.drive import (
+    TURN_RAD,
+    and_back,
+    over_stations,
+    turning,
+    with_second_speed,
+)
 from arctrue.studies.hidden_effect.measured import seal, write_set
 from arctrue.studies.hidden_effect.reference import (
     Readings,
@@ -44,6 +50,11 @@ FURTHER_TURNS = 0.4
 NOMINAL_SHARE = 1.1
 """Nominal speed of the modulators over the speed of the drive, whose ripple is far smaller."""
 ADOPTED = "found_on_this_table"
+LINES_TURNS = 2
+"""Turns of a fit of lines of no whole order; a half order is orthogonal to whole ones over them."""
+WHOLE_ORDERS = 16
+"""Whole orders that such a fit has too."""
+TURNS_BACK = 2.6
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,9 @@ class HiddenResult:
     firmware_orders: int
     reversal_arcsec: dict[str, float] | None
     """Mean up minus mean down of the output, with the paper's model and with the export."""
+    lines_counts: dict[str, list[float]]
+    """Amplitudes of the case's lines in the output, counts: ``without`` their lanes, ``forwards``
+    and ``backwards``; empty if the case judges no lines."""
     clocks: int
     simulating_s: float
     workbench_s: float
@@ -145,6 +159,7 @@ class HiddenResult:
             "fresh_capture_arcsec": self.fresh_capture_arcsec,
             "firmware_orders": self.firmware_orders,
             "reversal_arcsec": self.reversal_arcsec,
+            "lines_counts": self.lines_counts,
             "judged_arcsec": self.judged_arcsec(),
             "clocks": self.clocks,
             "simulating_s": self.simulating_s,
@@ -245,7 +260,14 @@ class _Run:
         if case.polygon:
             self._polygon("the polygon, head by head", None)
         measured = self.folder / "measured"
-        write_set(measured, "what the gateware measured", settings, self.runs, self.references)
+        write_set(
+            measured,
+            "what the gateware measured",
+            settings,
+            self.runs,
+            self.references,
+            case.drive_gear_teeth,
+        )
         seal(measured, case.name, self.causes)
 
         before_workbench = time.monotonic()
@@ -257,17 +279,29 @@ class _Run:
             rig.load(paper_bank, "the firmware's coefficients")
             paper = rig.recorded_turn("fresh turn with the paper's model")
         unit_left_out = None
+        lines_counts: dict[str, list[float]] = {}
         if (case.modulators or case.local_table or case.real_orders) and not case.polygon:
             stage = "fresh turn without the unit that takes the effect away"
             rig.load(without_extensions(export.coefficients), stage)
-            unit_left_out = score_turn(rig.recorded_turn(stage).output)
-        if case.real_orders:
+            without = rig.recorded_turn(stage, turns=LINES_TURNS if case.lines else 1)
+            unit_left_out = score_turn(without.output)
+            lines_counts |= self._lines("without", without)
+        if case.probe is not None:
+            rig.give_index_of_drive(case.probe)
+            rig.instrument.firmware.send("freeze off")
+            rig.load_with_index_of_drive(
+                export.coefficients.with_phase_from_probe(
+                    case.probe.first_turns, case.probe.per_turn
+                ),
+                "an index of the drive gives the phases",
+            )
+        elif case.real_orders:
             # The operator knows which turn of the core is turn 0 of the set.
             rig.load(
                 export.coefficients.from_turn(rig.first_turn_number()),
                 "swap to the exported coefficients",
             )
-        elif self._goes_on:
+        elif self._goes_on or case.local_table:
             # Like a person: send the file over the console, in addition to the calibration.
             rig.instrument.firmware.send("freeze off")
             rig.load_over_console(export.coefficients, "a turn judges what was loaded")
@@ -280,6 +314,12 @@ class _Run:
         corrected = rig.rest_of_recording("fresh turn with the effect corrected")
         fresh_set = self.folder / "fresh"
         write_set(fresh_set, "a fresh turn", settings, [[fresh]], [])
+        if case.lines:
+            stage = "some turns forwards, and back"
+            lines_counts |= self._lines("forwards", rig.recorded_turn(stage, turns=LINES_TURNS))
+            rig.go_back(stage)
+            back = rig.recorded_turn(stage, turns=LINES_TURNS, back=True)
+            lines_counts |= self._lines("backwards", back)
         reversal = None
         if case.polygon:
             reversal = {
@@ -303,10 +343,25 @@ class _Run:
             fresh_capture_arcsec=left_on_fresh_set(diagnosed, fresh_set),
             firmware_orders=int(np.count_nonzero(paper_bank.amplitudes)),
             reversal_arcsec=reversal,
+            lines_counts=lines_counts,
             clocks=rig.instrument.clock,
             simulating_s=time.monotonic() - started - workbench_s,
             workbench_s=workbench_s,
         )
+
+    def _lines(self, name: str, recording: Recording) -> dict[str, list[float]]:
+        """Return the amplitudes of the case's lines in the output, counts."""
+        if not self.case.lines:
+            return {}
+        seen = recording.output
+        turns = seen.true_angle_rad / TURN_RAD
+        orders = [*self.case.lines, *range(1, WHOLE_ORDERS + 1)]
+        phase = TURN_RAD * np.multiply.outer(turns, orders)
+        columns = np.hstack([np.ones((turns.size, 1)), np.cos(phase), np.sin(phase)])
+        error = seen.position - turns * self.settings.revolution.counts_per_rev
+        found = np.linalg.lstsq(columns, error, rcond=None)[0]
+        cosine, sine = found[1:].reshape(2, -1)
+        return {name: np.hypot(cosine, sine)[: len(self.case.lines)].tolist()}
 
     @property
     def _goes_on(self) -> bool:
@@ -325,6 +380,7 @@ class _Run:
             adopted_name=ADOPTED,
             effects_folder=effects_folder,
             effects_to_add=self.case.effects,
+            added=self.case.added,
         )
         export = diagnosed.export(
             self.settings.revolution.lanes,
@@ -362,6 +418,8 @@ class _Run:
 
     @property
     def _first_turns(self) -> float:
+        if self.case.lines:
+            return 13.0 + self.case.reference_turns
         if self.case.real_orders:
             return 8.0
         return 4.6 if self._goes_on else 2.0
@@ -369,15 +427,27 @@ class _Run:
     def _first_run(self) -> Coefficients:
         """Make two turns up, cold; the firmware calibrates after the first. Return its bank."""
         rig = self.rig
-        plan = RunPlan()
+        drive = self._drive(RunPlan(), self._first_turns)
+        several = self.case.reference_turns > 1
         rig.power_up(
-            self._drive(plan, self._first_turns),
-            frozen=False,
+            and_back(drive, TURNS_BACK) if self.case.lines else drive,
+            frozen=several,
             stage="over both indices",
         )
+        if several:
+            # The reference reads head 1 before the first calibration.
+            rig.record(self.case.reference_turns)
+            for _ in range(self.case.reference_turns):
+                rig.captured_turn("turns of the reference")
+            readings = rig.rest_of_recording("turns of the reference", self.case.reference_turns)
+            self._reference_of(readings, rig.present_drive)
+            rig.restart_capture()
+            rig.instrument.firmware.send("freeze off")
         rig.record()
         first = rig.captured_turn("first turn: captured, not corrected")
-        if not self.case.polygon:
+        if several:
+            rig.rest_of_recording("first turn")
+        elif not self.case.polygon:
             self._reference_of(rig.rest_of_recording("first turn"), rig.present_drive)
         firmware = rig.instrument.firmware
         told = firmware.telemetry[-1]
@@ -406,11 +476,12 @@ class _Run:
             self._reference_of(rig.instrument.recording(), rig.present_drive)
 
     def _fresh_power_up(self) -> None:
-        drive = self._drive(self.case.fresh, 6.0 if self.case.modulators else 4.0)
+        several = self.case.modulators or self.case.local_table
+        drive = self._drive(self.case.fresh, 6.0 if several else 4.0)
         self.rig.power_up(drive, frozen=True, stage="fresh: over both indices")
 
     def _reference_of(self, recording: Recording, drive: Motion) -> None:
-        readings = on_the_move(recording, drive, self.settings.stations)
+        readings = on_the_move(recording, drive, self.settings.stations, self.case.reference_turns)
         self.references.append(
             self._rows(readings, drive, f"rotary reference, {self.settings.stations} marks", None)
         )

@@ -29,6 +29,7 @@ def write_set(
     settings: HiddenSettings,
     runs: Sequence[Sequence[CapturedTurn]],
     references: Sequence[Reference],
+    drive_gear_teeth: float | None = None,
 ) -> None:
     """Write the turns of each run, and the rows of all reference runs one after another."""
     turns = [(number, turn) for number, run in enumerate(runs) for turn in run]
@@ -54,6 +55,7 @@ def write_set(
         grating_lines=settings.revolution.lines,
         disc_diameter_mm=2e3 * DISC_RADIUS_M,
         head_separation_deg=float(np.rad2deg(HEAD_SEPARATION_RAD)),
+        drive_gear_teeth=drive_gear_teeth,
     )
     write_measurement_set(folder, MeasurementSet(facts, capture, reference, title))
 

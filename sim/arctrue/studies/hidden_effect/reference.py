@@ -62,12 +62,15 @@ def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
     return np.asarray(track.position[place] - (side[place] < 0), dtype=np.int64)
 
 
-def on_the_move(recording: Recording, drive: Motion, stations: int) -> Readings:
-    """Read a rotary reference whose marks the moving table passes: each mark latches the output."""
+def on_the_move(recording: Recording, drive: Motion, stations: int, turns: int = 1) -> Readings:
+    """Read a rotary reference whose marks the moving table passes: each mark latches the output.
+
+    With several turns the target of a mark goes on beyond 360°.
+    """
     track = recording.output
     side = 1 if track.true_angle_rad[-1] > track.true_angle_rad[0] else -1
     first = int(np.ceil(side * track.true_angle_rad[0] * stations / TURN_RAD))
-    number = side * (first + np.arange(stations))
+    number = side * (first + np.arange(turns * stations))
     marks: Float = np.asarray(number * (TURN_RAD / stations), dtype=np.float64)
     order = slice(None, None, side)
     angle = track.true_angle_rad[order]
@@ -78,8 +81,8 @@ def on_the_move(recording: Recording, drive: Motion, stations: int) -> Readings:
     return Readings(
         begin + share * (end - begin),
         np.asarray(number * (360.0 / stations), dtype=np.float64),
-        np.full(stations, side, dtype=np.int64),
-        np.zeros(stations, dtype=np.int64),
+        np.full(number.size, side, dtype=np.int64),
+        np.zeros(number.size, dtype=np.int64),
         np.floor(position).astype(np.int64) - zero_level(recording),
         marks,
     )

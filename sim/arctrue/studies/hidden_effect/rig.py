@@ -13,9 +13,10 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.local_table import LocalTable
 from arctrue.gateware.table_conditions import slew_word
 from arctrue.generated.number_formats import CLOCK_HZ
-from arctrue.instrument import Instrument, InstrumentError, Recording
+from arctrue.instrument import PROBE_IN, Instrument, InstrumentError, PinFault, Recording
 from arctrue.instrument.turn_score import BINS
-from arctrue.studies.hidden_effect.drive import TURN_RAD
+from arctrue.studies.hidden_effect.cases import DriveIndex
+from arctrue.studies.hidden_effect.drive import TURN_RAD, times_at
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.studies.revolution import set_up
 from arctrue.table import Motion, RotaryTable
@@ -28,6 +29,9 @@ FROM_A_WRAP_TURNS = 0.02
 error of the reading."""
 
 _ENABLE_CLOCKS = 200
+PULSE_CLOCKS = 100
+TURNS_FOR_THE_PHASE = 4
+"""Turns in which an index of the drive must have come: a belt has one in two turns."""
 LEAD_IN_CLOCKS = 20_000
 """Clocks in which the correction for a new known direction fades in: a fifteenth of a turn at 2¹⁸
 counts."""
@@ -90,9 +94,9 @@ class Rig:
         """Return times of the present motion at clocks of the instrument."""
         return np.asarray((clock - self._attached_clock) / self.instrument.clock_hz)
 
-    def record(self) -> None:
-        """Begin to record a turn, and slightly more."""
-        self.instrument.record(bins=BINS, every=self.settings.kept_every, turns=1.0 + SPARE_TURNS)
+    def record(self, turns: int = 1) -> None:
+        """Begin to record a turn or some, and slightly more."""
+        self.instrument.record(bins=BINS, every=self.settings.kept_every, turns=turns + SPARE_TURNS)
 
     def captured_turn(self, stage: str) -> CapturedTurn:
         """Run until the gateware has filled a bank; read it before the firmware releases it."""
@@ -156,6 +160,41 @@ class Rig:
         self._pass(_ENABLE_CLOCKS, stage)
         self.settle(stage)
 
+    def give_index_of_drive(self, index: DriveIndex) -> None:
+        """Put a pulse on ``probe_in`` at each later index of the drive."""
+        drive = self.present_drive
+        passed_rad = drive.state(np.linspace(0.0, drive.duration_s, 1000)).angle_rad
+        numbers = (passed_rad / TURN_RAD - index.first_turns) * index.per_turn
+        number = np.arange(math.floor(numbers.min()), math.ceil(numbers.max()) + 1)
+        places_rad = TURN_RAD * (index.first_turns + number / index.per_turn)
+        clocks = np.rint(self.clock_of(times_at(drive, places_rad))).astype(np.int64)
+        later = clocks[clocks > self.instrument.clock].tolist()
+        self.instrument.disturb(*(PinFault(clock, PULSE_CLOCKS, high=PROBE_IN) for clock in later))
+
+    def load_with_index_of_drive(self, coefficients: Coefficients, stage: str) -> None:
+        """Load over the console, and run turns until the firmware knows the phase of each lane.
+
+        Raises InstrumentError if it does not within so many turns.
+        """
+        self.load_over_console(coefficients, stage)
+        firmware = self.instrument.firmware
+        for _ in range(TURNS_FOR_THE_PHASE):
+            if "phase_unknown" not in firmware.send("load status"):
+                self.settle(stage)
+                return
+            self.recorded_turn(stage)
+        raise InstrumentError("no index of the drive gave the firmware a phase")
+
+    def go_back(self, stage: str) -> None:
+        """Run until the table goes the other way at its full speed."""
+        drive = self.present_drive
+        clock = float(self.clock_of(np.array(drive.knot_times_s[-3])))
+        self.instrument.firmware.run(
+            until=lambda _: self.instrument.clock >= clock,
+            poll_clocks=self.settings.revolution.poll_clocks,
+            stage=stage,
+        )
+
     def load_over_console(self, coefficients: Coefficients, stage: str) -> None:
         """Send the frames of ``arctrue load --force``, and run the turn that judges them.
 
@@ -193,13 +232,13 @@ class Rig:
         self.instrument.update("control", capture_enable=0)
         self.instrument.update("control", capture_enable=1)
 
-    def rest_of_recording(self, stage: str) -> Recording:
-        """Run until the recording, which ends by itself, holds its turn."""
+    def rest_of_recording(self, stage: str, turns: int = 1) -> Recording:
+        """Run until the recording, which ends by itself, holds its turns."""
         drive = self.present_drive
         side = float(np.sign(drive.knot_speeds_rad_s[1]))
         instrument = self.instrument
         first = instrument.recording().output.true_angle_rad[0]
-        end = first + side * TURN_RAD * (1.0 + SPARE_TURNS)
+        end = first + side * TURN_RAD * (turns + SPARE_TURNS)
         while side * (instrument.true_angle_rad - end) < 0:
             self._pass(self.settings.revolution.poll_clocks, stage)
         return instrument.recording()
@@ -216,13 +255,16 @@ class Rig:
         """Return clocks of the instrument at times of the present motion."""
         return np.asarray(self._attached_clock + motion_s * self.instrument.clock_hz)
 
-    def recorded_turn(self, stage: str) -> Recording:
-        """Record one turn from here on, while the firmware continues with its turns."""
-        self.record()
+    def recorded_turn(self, stage: str, *, turns: int = 1, back: bool = False) -> Recording:
+        """Record a turn or some from here on, while the firmware continues with its turns.
+
+        ``back``: the table now goes the other way than at the begin of its motion.
+        """
+        self.record(turns)
         self.instrument.run(self.settings.revolution.poll_clocks, stage=stage)
         drive = self.present_drive
-        side = float(np.sign(drive.knot_speeds_rad_s[1]))
-        end = self.instrument.true_angle_rad + side * TURN_RAD * (1.0 + SPARE_TURNS)
+        side = float(np.sign(drive.knot_speeds_rad_s[1])) * (-1.0 if back else 1.0)
+        end = self.instrument.true_angle_rad + side * TURN_RAD * (turns + SPARE_TURNS)
         self.instrument.firmware.run(
             until=lambda _: side * (self.instrument.true_angle_rad - end) >= 0,
             poll_clocks=self.settings.revolution.poll_clocks,

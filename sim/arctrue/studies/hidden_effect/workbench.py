@@ -79,11 +79,17 @@ class DiagnosedModel:
 
 
 def diagnose_and_add(
-    folder: Path, *, adopted_name: str, effects_folder: Path, effects_to_add: int = 1
+    folder: Path,
+    *,
+    adopted_name: str,
+    effects_folder: Path,
+    effects_to_add: int = 1,
+    added: tuple[str, Mapping[str, object]] | None = None,
 ) -> DiagnosedModel:
     """Run ``arctrue diagnose`` and ``arctrue add``, with ``--adopt`` for an unnamed effect.
 
-    Both run once per effect to add; the last diagnosis is kept.
+    Both run once per effect to add; the last diagnosis is kept. ``added``: name and settings of
+    the effect that is added in place of the diagnosis'.
     """
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)
@@ -96,7 +102,9 @@ def diagnose_and_add(
     for number in range(effects_to_add):
         found = diagnose(observations, settle(model, observations, effects), effects)
         name, settings, file = None, {}, None
-        if found.named is not None:
+        if added is not None:
+            name, settings = added[0], dict(added[1])
+        elif found.named is not None:
             name = found.named.name
             usual = dict(effects[name].defaults)
             settings = {

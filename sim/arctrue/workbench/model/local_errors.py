@@ -17,6 +17,7 @@ from arctrue.gateware.extension import (
 )
 from arctrue.gateware.local_table import VALUE_FRACTION, local_table
 from arctrue.gateware.local_table import LocalTable as Bank
+from arctrue.gateware.mean_set import OFFSET_ONE, WEIGHT_ONE, MeanSet
 from arctrue.workbench.effects.base import Effect, LocalError
 from arctrue.workbench.model.model import Model
 
@@ -48,6 +49,47 @@ def local_errors(model: Model, effects: Mapping[str, type[Effect]]) -> dict[int,
         local = entry.effect(effects).local_error(np.array(entry.coefficients), entry.search)
         if local is not None:
             found[index] = local
+    return found
+
+
+def at_heads_of_mean(
+    errors: Sequence[LocalError], mean: MeanSet, counts_per_rev: int
+) -> list[LocalError]:
+    """Return the local errors of the mean of the heads.
+
+    A scratch passes every head: with the error ε of head 1 the mean has Σ wᵢ ε(r + oᵢ) at the
+    carrier's reading r (MeanSet).
+
+    Parameters
+    ----------
+    errors : sequence of LocalError
+        Local errors of head 1.
+    mean : MeanSet
+        Weights and offsets of the heads.
+    counts_per_rev : int
+        Counts of a turn.
+
+    Returns
+    -------
+    list of LocalError
+        One local error for each head with a weight, and each of ``errors``.
+    """
+    count_rad = 2.0 * np.pi / counts_per_rev
+    found = []
+    for weight_word, offset in zip(mean.weights, mean.offsets, strict=True):
+        weight, offset_rad = weight_word / WEIGHT_ONE, offset / OFFSET_ONE * count_rad
+        for error in errors if weight else ():
+
+            def of_head(
+                reading_rad: Float,
+                error: LocalError = error,
+                weight: float = weight,
+                offset_rad: float = offset_rad,
+            ) -> Float:
+                return weight * error.error_arcsec(reading_rad + offset_rad)
+
+            place_rad = (error.place_rad - offset_rad) % (2.0 * np.pi)
+            found.append(LocalError(place_rad, error.half_width_rad, of_head))
     return found
 
 

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* A loaded local table: its points go straight into the idle bank of the gateware, because the memory of the
+   processor is too small for them. Turns judge it, and a swap takes it. */
+
+#ifndef ARCTRUE_LOCAL_TABLE_H
+#define ARCTRUE_LOCAL_TABLE_H
+
+#include "state.h"
+
+/* Like the functions of load.h, and write the points into the idle bank. */
+enum load_answer application_load_table(struct application *application,
+                                        const struct table_place *place, uint32_t crc);
+enum load_answer application_load_points(struct application *application, uint32_t number,
+                                         const int32_t points[LOAD_POINTS], uint32_t crc);
+/* Writes 0 to the points that did not arrive, and the check sum of all points to the received table. */
+void local_table_complete(struct application *application);
+
+/* Log odds that a turn gives the table at `place`, with the points of the idle bank, against no table. */
+double local_table_evidence(const struct application *application, const struct table_place *place,
+                            const struct turn *turn);
+/* Writes the saved points into the idle bank if it does not hold them. False: flash or gateware do not hold them. */
+bool local_table_restore(struct application *application);
+/* Point of the idle bank, for the save; the context is the application. */
+int32_t local_table_point(const void *context, uint32_t number);
+
+/* True if the idle bank holds the points of the loaded table. */
+bool local_table_is_held(const struct application *application);
+
+/* Makes the next swap include the table that belongs to the candidate, or switch the former one off. False: it could
+   not be read back. */
+bool local_table_write(struct application *application);
+
+#endif

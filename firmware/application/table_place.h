@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* Place of the windows of the local table in the turn. */
+
+#ifndef ARCTRUE_TABLE_PLACE_H
+#define ARCTRUE_TABLE_PLACE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { TABLE_POINTS = 4096, TABLE_WINDOWS = 4 };
+
+/* Word `choice` and the first counts of the windows, as in the register map. Choice 0: no window is enabled. */
+struct table_place {
+    uint32_t choice;
+    uint32_t start[TABLE_WINDOWS];
+};
+
+enum { LOAD_POINTS = 5 };
+
+/* A local table; the gateware holds its points. */
+struct load_table {
+    struct table_place place;
+    /* Number of the next point, and CRC of the points so far. */
+    uint32_t next;
+    uint32_t crc;
+    /* The first point of the present window, the previous point, and the largest step between neighbours and from 0
+       to the first point of a window, units of a point. */
+    int32_t first;
+    int32_t previous;
+    uint32_t rise;
+    uint32_t leap;
+};
+
+/* True if the words are within their ranges. */
+bool load_table_is_valid(const struct table_place *place, uint32_t counts_per_rev);
+/* Number of windows, exponent of a window's width, and unit of a point in counts. */
+uint32_t load_table_windows(const struct table_place *place);
+uint32_t load_table_width(const struct table_place *place);
+double load_table_unit(const struct table_place *place);
+
+#endif

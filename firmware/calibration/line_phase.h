@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* Finds the phase of a line of no whole order from turn to turn, from the difference of two heads.
+
+   The error of head 1 has a line Re(c e^{j nu Theta}), Theta counted over the turns. Fixed to the disc, it appears in
+   head 2 minus head 1 as Re(c g e^{j nu Theta}) with g = e^{j nu alpha} - 1. The sum S of the difference times
+   e^{-j nu theta} over a turn, theta within the turn, has the same value K for whole orders in every turn:
+   S = K + (c g A + c* g* B)/2 with sums A of e^{j nu (Theta - theta)} and B of e^{-j nu (Theta + theta)}. A Kalman
+   filter follows K and c; c takes a random walk, because the line slips. sim/arctrue/calibration/line_phase.py is the
+   same in numpy. */
+
+#ifndef ARCTRUE_LINE_PHASE_H
+#define ARCTRUE_LINE_PHASE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "capture.h"
+
+enum { LINE_STATES = 4 };
+
+struct line_finder {
+    /* Re K, Im K, Re c, Im c, arcsec, and their covariance. */
+    double state[LINE_STATES];
+    double covariance[LINE_STATES][LINE_STATES];
+    uint32_t turns;
+    int32_t last_turn;
+    bool is_known;
+};
+
+/* The order is whole + turn_step/2^48; the amplitude is the loaded one. */
+struct line_sought {
+    double order;
+    uint64_t turn_step;
+    double amplitude_arcsec;
+};
+
+/* Adds a turn whose first sample of head 1 is in turn `first_turn` of the core. `separation_rad` must be the same in
+   every turn. `noise_arcsec`: standard deviation of the noise of a difference. */
+void line_finder_add(struct line_finder *finder, const struct line_sought *line,
+                     const struct turn *turn, int32_t first_turn, double separation_rad,
+                     double noise_arcsec);
+/* Phase at angle 0 of turn 0, turns: the line is |c| cos(2 pi (nu Theta + phase)). */
+double line_finder_phase(const struct line_finder *finder);
+
+#endif

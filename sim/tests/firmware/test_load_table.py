@@ -1,0 +1,274 @@
+"""Tests of the local table, from console to registers: judged by turns, whole or not at all."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from sim.tests.calibration.synthetic import ARCSEC, COUNTS, Disc
+from sim.tests.firmware import test_prepared_sets as prepared
+from sim.tests.firmware.model_core import Firmware, address
+from sim.tests.firmware.test_application import ARCSEC_PER_COUNT, active_coefficients
+from sim.tests.firmware.test_load import DISC, file_of, running, send, state, turn
+from sim.tests.firmware.test_save import Board
+
+from arctrue.device.load import load_frames
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.extension import POINTS, Extension, LocalTable
+from arctrue.gateware.local_table import LocalTable as Bank
+from arctrue.gateware.local_table import local_table
+from arctrue.generated.registers import LOCAL_POINTS_ADDRESS
+
+__all__ = ["running"]
+
+Float = NDArray[np.float64]
+HEIGHT_ARCSEC, PLACE_RAD, SIGMA_RAD = 20.0, np.radians(84.0), np.radians(0.85)
+WIDTH_EXPONENT, FRACTION = 3, 8
+LOCAL_TABLE = 1 << 7
+READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
+
+
+def bump(theta: Float) -> Float:
+    """Return the scratch in arcseconds."""
+    away = np.angle(np.exp(1j * (theta - PLACE_RAD)))
+    return np.asarray(HEIGHT_ARCSEC * np.exp(-0.5 * (away / SIGMA_RAD) ** 2))
+
+
+@dataclass(frozen=True)
+class Scratched(Disc):
+    """A disc with a scratch that passes every head."""
+
+    def error_rad(self, theta: Float) -> Float:
+        return Disc.error_rad(self, theta) + bump(theta) * ARCSEC
+
+
+SCRATCHED = Scratched(DISC.orders)
+
+
+def table_file(size: float = 1.0, shift_counts: int = 0) -> Coefficients:
+    """Return a file with only the table, ``size`` times the scratch, at its place plus a shift."""
+    width = COUNTS >> WIDTH_EXPONENT
+    start = int(PLACE_RAD / (2.0 * np.pi) * COUNTS) - width // 2
+    theta = (start + np.arange(POINTS) * width / POINTS) * (2.0 * np.pi / COUNTS)
+    words = np.rint(size * bump(theta) / ARCSEC_PER_COUNT * 2**FRACTION).astype(np.int64)
+    held = LocalTable(
+        tuple(words.tolist()), ((start + shift_counts) % COUNTS,), WIDTH_EXPONENT, FRACTION
+    )
+    return dataclasses.replace(file_of({}), extension=Extension(local_table=held))
+
+
+def bank_of(coefficients: Coefficients) -> Bank:
+    assert coefficients.extension is not None
+    assert coefficients.extension.local_table is not None
+    return Bank.of_file(coefficients.extension.local_table, COUNTS)
+
+
+def built(running: Firmware) -> None:
+    running.core.set("version", 0x000800)
+    running.core.set("capability", LOCAL_TABLE | 2)
+
+
+def loaded(running: Firmware, coefficients: Coefficients, turns: int = 3) -> str:
+    """Load; run turns of the scratched disc; return the state."""
+    built(running)
+    assert set(send(running, load_frames(coefficients))) == {"ok"}
+    assert state(running) == "load waiting"
+    for seed in range(5, 5 + turns):
+        running.turn(turn(seed, disc=SCRATCHED))
+    return state(running)
+
+
+def place_words(running: Firmware) -> list[int]:
+    first = address("local_place.choice")
+    return [running.core.words.get(first + 4 * word, 0) for word in range(7)]
+
+
+def test_a_scratch_is_taken_away(running: Firmware) -> None:
+    wanted = table_file()
+    assert loaded(running, wanted) == "load active"
+    bank = bank_of(wanted)
+    assert place_words(running) == bank.place_words()
+    points = [running.core.words[LOCAL_POINTS_ADDRESS + 4 * number] for number in range(POINTS)]
+    assert points == [int(point) & 0xFFFF_FFFF for point in bank.points]
+    assert "loaded_table_crc" in running.send("load status")
+    # The calibration continues beside it: lanes and table together.
+    angle = READINGS * (2.0 * np.pi / COUNTS)
+    wrong = np.rad2deg(angle - SCRATCHED.true_angle(angle)) * 3600.0
+    lanes = active_coefficients(running.core).error_counts(READINGS) * ARCSEC_PER_COUNT
+    corrected = lanes + local_table(READINGS, bank) * 2.0**-22 * ARCSEC_PER_COUNT
+    # The lanes also leave the subdivision error of test_load, and a part of the bump is in them.
+    assert np.abs(wrong - corrected).max() < HEIGHT_ARCSEC / 10.0
+    assert np.abs(wrong - lanes).max() > 0.9 * HEIGHT_ARCSEC
+
+
+@pytest.mark.parametrize(
+    ("size", "shift"), [(-1.0, 0), (1.0, COUNTS // 12)], ids=["negative", "elsewhere"]
+)
+def test_a_wrong_table_is_refused(running: Firmware, size: float, shift: int) -> None:
+    assert loaded(running, table_file(size, shift)) == "load refused worse_prediction"
+    assert place_words(running)[0] == 0
+
+
+def test_a_table_that_the_core_lacks_or_that_is_too_steep_is_refused(running: Firmware) -> None:
+    answers = send(running, load_frames(table_file()))
+    assert any(answer.startswith("error: load no_local_table") for answer in answers)
+    assert state(running) != "load waiting"
+    built(running)
+    one = LocalTable((0, 100_000), (0,), 6, 4)
+    steep = dataclasses.replace(file_of({}), extension=Extension(local_table=one))
+    assert one.steepest(COUNTS) > 1.0
+    *_, last = send(running, load_frames(steep))
+    assert last.startswith("error: load too_steep")
+
+
+def test_a_missing_or_changed_frame_spoils_the_whole(running: Firmware) -> None:
+    built(running)
+    frames = load_frames(table_file())
+    for number in (2, 400):
+        short = [frame for place, frame in enumerate(frames) if place != number]
+        assert send(running, short)[-1] != "ok"
+        assert state(running) != "load waiting"
+
+
+def test_a_set_without_a_table_switches_it_off(running: Firmware) -> None:
+    assert loaded(running, table_file()) == "load active"
+    send(running, load_frames(file_of({})))
+    running.turn(turn(9, disc=SCRATCHED))
+    assert place_words(running)[0] == 0
+    assert state(running) == "load none"
+
+
+@pytest.mark.parametrize("is_kept", [True, False])
+def test_after_a_rearm_the_gateware_must_still_hold_it(running: Firmware, is_kept: bool) -> None:
+    assert loaded(running, table_file()) == "load active"
+    running.send("rearm")
+    if not is_kept:
+        running.core.words[LOCAL_POINTS_ADDRESS + 4 * 2000] ^= 1
+    running.core.see_index()
+    running.step()
+    for seed in range(20, 24):
+        running.turn(turn(seed, disc=SCRATCHED))
+    assert state(running) == ("load active" if is_kept else "load refused not_read_back")
+    assert (place_words(running)[0] != 0) == is_kept
+
+
+def points_of(running: Firmware) -> list[int]:
+    return [running.core.words.get(LOCAL_POINTS_ADDRESS + 4 * at, 0) for at in range(POINTS)]
+
+
+def saved_board() -> Board:
+    board = Board()
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5), disc=SCRATCHED)
+    assert loaded(board.firmware, table_file()) == "load active"
+    return board
+
+
+def after_power_off(board: Board) -> Firmware:
+    board.power_on()
+    built(board.firmware)
+    return board.firmware
+
+
+def test_a_saved_table_outlives_the_power() -> None:
+    """The first turn that shows the scratch confirms it; the words are those that were loaded."""
+    board = saved_board()
+    words = points_of(board.firmware)
+    assert board.order("save").startswith("ok, record 1")
+    running = after_power_off(board)
+    assert board.status("saved") == ["waiting"]
+    assert place_words(running)[0] == 0
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert state(running) == "load active"
+    assert place_words(running) == bank_of(table_file()).place_words()
+    assert points_of(running) == words
+    # It is saved again from the gateware.
+    assert board.order("save").startswith("ok, record 2")
+    # Without a table loaded the next record has none.
+    send(running, load_frames(file_of({})))
+    board.work(range(11, 13), disc=SCRATCHED)
+    assert board.order("save").startswith("ok, record 3")
+    after_power_off(board)
+    board.work(range(13, 15), disc=SCRATCHED)
+    assert place_words(board.firmware)[0] == 0
+
+
+def test_a_saved_table_that_the_disc_contradicts_is_not_taken() -> None:
+    board = saved_board()
+    board.order("save")
+    running = after_power_off(board)
+    board.work(range(9, 11), disc=DISC)
+    assert board.status("saved") == ["not_confirmed"]
+    assert place_words(running)[0] == 0
+
+
+@pytest.mark.parametrize("damage", ["flash", "generic"])
+def test_a_table_that_cannot_be_restored_is_not_taken(damage: str) -> None:
+    board = saved_board()
+    board.order("save")
+    board.power_on()
+    if damage == "flash":
+        built(board.firmware)
+        data = bytes(board.chip.content)
+        wanted = table_file()
+        middle = int(bank_of(wanted).points[POINTS // 2]).to_bytes(4, "little")
+        at = data.index(middle)
+        board.chip.content[at] ^= 1
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["not_confirmed"]
+    assert place_words(board.firmware)[0] == 0
+
+
+def test_no_points_arrive_while_a_record_is_written() -> None:
+    """The record takes its points from the idle bank."""
+    board = saved_board()
+    board.firmware.send("save")
+    frames = load_frames(table_file(0.5))
+    answers = send(board.firmware, frames[:4])
+    assert answers[-1].startswith("error: load wrong_frame")
+    assert board.order("").startswith("ok, record 1")
+
+
+@pytest.mark.parametrize("steps", [52, 70, 100])
+def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(steps: int) -> None:
+    """An erase takes 0.5 s, 50 steps; then 64 pages of points come before those of the record."""
+    board = Board()
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5), disc=SCRATCHED)
+    assert board.order("save").startswith("ok, record 1")
+    assert loaded(board.firmware, table_file()) == "load active"
+    board.firmware.send("save")
+    for _ in range(steps):
+        board.controller.now_us += 10_000
+        assert board.firmware.step() == "", "the save is under way"
+    running = after_power_off(board)
+    assert board.status("saved") == ["waiting"]
+    board.work(range(9, 11), disc=SCRATCHED)
+    assert board.status("saved") == ["confirmed"]
+    assert place_words(running)[0] == 0
+
+
+def test_the_table_of_a_mean_of_four_heads_is_loaded_with_it() -> None:
+    """No turn of two heads judges it, as its lanes; it has a window for each head."""
+    running = Firmware(prepared.FailoverCore())
+    running.library.application_start(running.application)
+    running.core.see_index()
+    running.send("set orders 8")
+    running.step()
+    core = running.core
+    core.set("capability", core.get("capability") | LOCAL_TABLE)
+    running.turn(turn(1))
+    starts = (0, COUNTS // 4, COUNTS // 2, 3 * COUNTS // 4)
+    bells = np.rint(np.outer([9000, 7000, -3000, 5000], np.hanning(1024))).astype(np.int64)
+    table = LocalTable(tuple(bells.ravel().tolist()), starts, 6, 8)
+    plain = prepared.file_of()
+    assert plain.extension is not None
+    extension = dataclasses.replace(plain.extension, local_table=table)
+    wanted = dataclasses.replace(plain, extension=extension)
+    prepared.loaded(running, wanted)
+    assert place_words(running) == bank_of(wanted).place_words()
+    assert points_of(running) == [point & 0xFFFF_FFFF for point in table.points]
