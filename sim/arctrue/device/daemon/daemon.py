@@ -296,5 +296,6 @@ class Daemon:
                 self._happened("capture", f"no capture: {error}")
                 return {"error": str(error)}
         self.state.captures += 1
+        self.state.latest_capture = str(path.resolve())
         self._happened("capture", f"captured: {path}")
-        return {"capture": str(path.resolve())}
+        return {"capture": self.state.latest_capture}
