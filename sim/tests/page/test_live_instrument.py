@@ -8,22 +8,19 @@ counts a turn, 19.8″ each, so that a turn takes less than a second.
 from __future__ import annotations
 
 import dataclasses
-import queue
 import re
-import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 from sim.tests.device.daemon_process import daemon
+from sim.tests.instrument.turning import Turning
 from sim.tests.page.page_server import page_server
 
 from arctrue.device.announcement import FOLDER_VARIABLE
-from arctrue.instrument import HEAD2_A, PinFault
-from arctrue.instrument.serial_port import SerialPort
+from arctrue.instrument import HEAD2_A, Firmware, PinFault
 from arctrue.measurement import read_measurement_set
 from arctrue.studies.heads.device import HeadsDevice
 from arctrue.studies.revolution.settings import RevolutionSettings
@@ -61,78 +58,40 @@ drift of the disc during the turn adds as much. Twice that.
 """
 
 
-class TurningInstrument(threading.Thread):
-    """The instrument with its serial port; the table turns up to turn ``last``."""
-
-    def __init__(self) -> None:
-        super().__init__(daemon=True)
-        self.device = HeadsDevice(SETTINGS)
-        # Each turn stands alone, without the running average.
-        self.device.firmware.set("keep", 0.0)
-        self.port = SerialPort(self.device.firmware)
-        self.last = 0
-        self.ended = False
-        self.failure: BaseException | None = None
-        self._orders: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
-        turn_s = 2.0 * np.pi / SETTINGS.speed_rad_s
-        course = TemperatureCourse(
-            (FIRST_WARM_TURN * turn_s, LAST_WARM_TURN * turn_s), (20.0, 20.0 + WARM_K)
-        )
-        motion = Motion.steady(SETTINGS.speed_rad_s, 100.0 * turn_s, start_rad=-0.2)
-        causes = (
-            RadialMotion(3, complex(CIRCLE_M)),
-            CreepingCentre(CREEP_M_A_TURN),
-            ThermalCentre(complex(HEAT_M_A_K)),
-        )
-        instrument, firmware = self.device.instrument, self.device.firmware
-        instrument.attach(
-            self.device.table(*causes), dataclasses.replace(motion, temperature=course)
-        )
-        firmware.start()
-        begin, hertz = instrument.clock, instrument.clock_hz
-        firmware.thermometer = lambda: float(
-            course.at(np.array([(instrument.clock - begin) / hertz]))[0]
-        )
-
-    def order(self, work: Callable[[], object]) -> None:
-        """Let the thread of the instrument do something."""
-        self._orders.put(work)
-
-    def turns(self) -> int:
-        return max((int(line["turn"]) for line in self.device.firmware.telemetry), default=0)
-
-    def run(self) -> None:
-        try:
-            self._serve()
-        except BaseException as error:
-            self.failure = error
-            raise
-        finally:
-            self.port.close()
-            self.device.instrument.close()
-
-    def _serve(self) -> None:
-        firmware, poll = self.device.firmware, SETTINGS.poll_clocks
-        while not self.ended:
-            self.port.exchange()
-            while not self._orders.empty():
-                self._orders.get()()
-            if self.turns() < self.last:
-                firmware.run(poll, poll_clocks=poll)
-            else:
-                # A round of the main loop takes clocks of the bus, in which the table turns.
-                time.sleep(0.005)
+def turning_table() -> tuple[HeadsDevice, Turning]:
+    """Return the device with all causes, ready to turn."""
+    device = HeadsDevice(SETTINGS)
+    # Each turn stands alone, without the running average.
+    device.firmware.set("keep", 0.0)
+    turn_s = 2.0 * np.pi / SETTINGS.speed_rad_s
+    course = TemperatureCourse(
+        (FIRST_WARM_TURN * turn_s, LAST_WARM_TURN * turn_s), (20.0, 20.0 + WARM_K)
+    )
+    motion = Motion.steady(SETTINGS.speed_rad_s, 100.0 * turn_s, start_rad=-0.2)
+    causes = (
+        RadialMotion(3, complex(CIRCLE_M)),
+        CreepingCentre(CREEP_M_A_TURN),
+        ThermalCentre(complex(HEAT_M_A_K)),
+    )
+    instrument, firmware = device.instrument, device.firmware
+    instrument.attach(device.table(*causes), dataclasses.replace(motion, temperature=course))
+    firmware.start()
+    begin, hertz = instrument.clock, instrument.clock_hz
+    firmware.thermometer = lambda: float(
+        course.at(np.array([(instrument.clock - begin) / hertz]))[0]
+    )
+    return device, Turning(instrument, SETTINGS.poll_clocks)
 
 
 @pytest.fixture
-def instrument(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[TurningInstrument]:
+def turning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[tuple[HeadsDevice, Turning]]:
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
-    made = TurningInstrument()
+    device, made = turning_table()
     made.start()
-    yield made
-    made.ended = True
-    made.join(60.0)
-    assert made.failure is None
+    yield device, made
+    made.end()
 
 
 def circle_arcsec(x: list[float], y: list[float]) -> float:
@@ -143,8 +102,9 @@ def circle_arcsec(x: list[float], y: list[float]) -> float:
 
 
 def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
-    instrument: TurningInstrument, page: Page, tmp_path: Path
+    turning: tuple[HeadsDevice, Turning], page: Page, tmp_path: Path
 ) -> None:
+    device, instrument = turning
     store, state, port = tmp_path / "store", tmp_path / "state", instrument.port.name
     with (
         daemon(port, store, "--no-alarm-capture"),
@@ -155,7 +115,7 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         instrument.last = CALIBRATED
         expect(main).to_have_attribute("data-turn", str(CALIBRATED))
         # The present correction stays, so the page shows what the table does under it.
-        instrument.order(lambda: instrument.device.firmware.send("freeze on"))
+        instrument.order(lambda firmware: firmware.send("freeze on"))
         instrument.last = DRIFTED
         expect(main).to_have_attribute("data-turn", str(DRIFTED))
 
@@ -179,7 +139,7 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         expect(page.locator("#events")).to_contain_text("new alarm: error")
         # The firmware finds the circles of the axis once it knows the places of all heads.
         expect(page.locator("#axis")).to_be_hidden()
-        instrument.order(instrument.device.calibrate_alone)
+        instrument.order(lambda _: device.calibrate_alone())
         instrument.last = ALL_HEADS
         expect(main).to_have_attribute("data-turn", str(ALL_HEADS))
         shown = page.request.get(f"{address}/device/state").json()
@@ -208,9 +168,9 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
         picture(page, "instrument")
 
         # A wire of head 2 breaks: its turns are refused, with the reason.
-        def break_a_wire() -> None:
-            now = instrument.device.instrument.clock
-            instrument.device.instrument.disturb(PinFault(now + 1000, 10**9, low=HEAD2_A))
+        def break_a_wire(_: Firmware) -> None:
+            broken = PinFault(device.instrument.clock + 1000, 10**9, low=HEAD2_A)
+            device.instrument.disturb(broken)
 
         instrument.order(break_a_wire)
         instrument.last = instrument.turns() + 2
