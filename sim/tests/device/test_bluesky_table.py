@@ -18,8 +18,10 @@ from sim.tests.faults.scene import Scene
 from sim.tests.faults.setting import COUNTS as SCENE_COUNTS
 from sim.tests.faults.setting import POLL_CLOCKS, steady, true_error_counts
 from sim.tests.firmware.test_estimates import DISC
+from sim.tests.instrument.sizes import LANES
 from sim.tests.instrument.turning import Turning
 
+from arctrue.calibration import CalibrationSettings
 from arctrue.gateware.coefficient_file import read_coefficient_file
 
 pytest.importorskip("p4p", reason="softioc has x86-64 wheels only")
@@ -118,7 +120,8 @@ def test_the_plan_runs_on_the_compiled_instrument(
 
     def plan() -> Any:
         # Both heads have the rounding, 33″; the fit takes nearly nothing of it.
-        left.append((yield from calibrate_load_verify(table, file, 1.3 * 33.0)))
+        settings = CalibrationSettings(most_order=8, lanes=LANES)
+        left.append((yield from calibrate_load_verify(table, file, 1.3 * 33.0, settings)))
 
     turning.start()
     port = turning.port.name
