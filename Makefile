@@ -24,7 +24,7 @@ BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD))
     $(if $(ROTATION),--rotation $(ROTATION)) $(if $(HEADS),--heads $(HEADS)) $(if $(MEAN),--mean $(MEAN)) \
     $(if $(MODULATORS),--modulators $(MODULATORS)) \
     $(if $(FAILOVER),--failover $(FAILOVER)) $(if $(LOCAL_TABLE),--local-table $(LOCAL_TABLE)) \
-    $(if $(REAL_ORDERS),--real-orders $(REAL_ORDERS)) \
+    $(if $(REAL_ORDERS),--real-orders $(REAL_ORDERS)) $(if $(EVENTS),--events $(EVENTS)) \
     $(if $(TOP),--top $(TOP)) $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
 GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py register_words.py) \
   $(shell find scripts/register_block_templates -name "*.vhd")
@@ -116,7 +116,7 @@ flash: firmware ## load the firmware over JTAG and start it (ADAPTER=FILE: anoth
 flash-bitstream: setup ## load the bitstream of BOARD into the fabric over JTAG
 	@$(VENV)/python -m scripts.flash fabric --adapter $(ADAPTER) build/bitstream/$(BOARD)/arctrue.bit
 
-bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=, ROTATION=, HEADS=, MEAN=true, MODULATORS=true, FAILOVER=true, LOCAL_TABLE=true, REAL_ORDERS=true, SEED=): docs/device.md
+bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=, ROTATION=, HEADS=, MEAN=true, MODULATORS=true, FAILOVER=true, LOCAL_TABLE=true, REAL_ORDERS=true, EVENTS=true, SEED=): docs/device.md
 	@if test "$(FLOW)" = open; then scripts/install_ghdl_netlist.sh && \
 	    { test -n "$$NEXTPNR" || command -v nextpnr-himbaechel nextpnr-himbaechel-xilinx || \
 	      scripts/install_place_and_route.sh; } >/dev/null; fi

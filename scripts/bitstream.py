@@ -100,6 +100,11 @@ def _parser() -> argparse.ArgumentParser:
         choices=("true", "false"),
         help="phases of lanes continue from turn to turn",
     )
+    parser.add_argument(
+        "--events",
+        choices=("true", "false"),
+        help="events of probe and compare wait in a queue",
+    )
     parser.add_argument("--heads", type=int, choices=(2, 3, 4), default=2, help="read heads (2)")
     parser.add_argument(
         "--mean",
@@ -138,6 +143,7 @@ def main(arguments: list[str] | None = None) -> int:
         "FAILOVER": True if chosen.failover == "true" else None,
         "LOCAL_TABLE": True if chosen.local_table == "true" else None,
         "REAL_ORDERS": True if chosen.real_orders == "true" else None,
+        "EVENTS": True if chosen.events == "true" else None,
         "HEADS": chosen.heads if chosen.heads > 2 else None,
         "MEAN": True if chosen.mean == "true" and chosen.heads == 2 else None,
     }

@@ -112,6 +112,10 @@ static bool core_has_real_orders(const struct core_access *core) {
     return FIELD(core_capability(core), CAPABILITY__REAL_ORDERS) != 0;
 }
 
+bool core_has_events(const struct core_access *core) {
+    return FIELD(core_capability(core), CAPABILITY__EVENTS) != 0;
+}
+
 struct core_origin core_origin(const struct core_access *core) {
     uint32_t version = core_read(core, AT(version));
     uint32_t high = core_read(core, AT(chip_dna_high));
@@ -139,6 +143,9 @@ void core_hold(const struct core_access *core) {
 void core_set_pins(const struct core_access *core, const struct core_setup *setup) {
     core_write(core, AT(pulse_widths), setup->pulse_widths);
     core_write(core, AT(pulse_inputs), setup->pulse_inputs);
+    if (core_has_events(core)) {
+        core_write(core, AT(events.recorded), setup->recorded_events);
+    }
 }
 
 static void core_write_further_setup(const struct core_access *core,
@@ -211,6 +218,20 @@ struct core_probe core_probe(const struct core_access *core) {
     probe.angle = core_read(core, AT(probe.angle));
     probe.edges = core_read(core, AT(probe.edges));
     return probe;
+}
+
+bool core_take_event(const struct core_access *core, struct core_event *event) {
+    uint32_t state = core_read(core, AT(events.state));
+    event->kind = FIELD(state, EVENTS__STATE__KIND);
+    if (event->kind == 0) {
+        return false;
+    }
+    event->number = FIELD(state, EVENTS__STATE__SEQUENCE_NUMBER);
+    event->time = core_read_wide(core, AT(events.time_low));
+    event->position = (int32_t)core_read(core, AT(events.position));
+    event->angle = core_read(core, AT(events.angle));
+    core_write(core, AT(command), BIT(COMMAND__NEXT_EVENT));
+    return true;
 }
 
 void core_arm_compare(const struct core_access *core, const struct core_places *places,

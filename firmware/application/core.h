@@ -87,6 +87,8 @@ struct core_setup {
     uint32_t alarm;
     uint32_t pulse_widths;
     uint32_t pulse_inputs;
+    /* Kinds of events that wait for the processor; only for cores with EVENTS. */
+    uint32_t recorded_events;
 };
 
 /* When the core takes a sample. */
@@ -116,6 +118,17 @@ struct core_probe {
     uint32_t angle;
     /* Number of edges since the reset of the core, modulo 2^16. */
     uint32_t edges;
+};
+
+/* One entry of the queue of events, as the registers `events` show it. */
+struct core_event {
+    /* Bit 0: an edge of the probe; bit 1: a pulse of the position compare. */
+    uint32_t kind;
+    /* Events since the reset of the core, also lost ones, modulo 2^16. */
+    uint32_t number;
+    uint64_t time;
+    int32_t position;
+    uint32_t angle;
 };
 
 struct core_status {
@@ -168,6 +181,9 @@ bool core_resume(const struct core_access *core, const struct core_setup *setup)
 /* Sets widths of the pulses and edges of the pulse inputs; takes effect at once. */
 void core_set_pins(const struct core_access *core, const struct core_setup *setup);
 struct core_probe core_probe(const struct core_access *core);
+bool core_has_events(const struct core_access *core);
+/* Takes the oldest event from the queue; false if there is none. Only for cores with EVENTS. */
+bool core_take_event(const struct core_access *core, struct core_event *event);
 struct core_places {
     /* Counts from the index to the first pulse, and between pulses. Interval 0: one pulse. */
     uint32_t first;

@@ -58,5 +58,6 @@ struct core_setup setup_of_parameters(const struct application *application) {
         .pulse_inputs = (uint32_t)parameters->pulse_filter << 8 |
                         (uint32_t)parameters->probe_falling << 1 |
                         (uint32_t)parameters->sync_falling,
+        .recorded_events = 1U | (uint32_t)parameters->compare_events << 1,
     };
 }

@@ -73,6 +73,7 @@ static const struct parameter_description descriptions[] = {
      PLACE(compare_interval)},
     {"compare_width", 1, 65535, (double)ARCTRUE_REGISTERS__PULSE_WIDTHS__COMPARE_reset, true,
      EFFECT_PINS, PLACE(compare_width)},
+    {"compare_events", 0, 1, 0, true, EFFECT_PINS, PLACE(compare_events)},
     {"alarm_noise_arcsec", 0, MOST_ARCSEC, 1.0, false, EFFECT_NEXT_TURN, PLACE(alarm_noise_arcsec)},
     {"alarm_error_arcsec", 0, MOST_ARCSEC, 2.0, false, EFFECT_NEXT_TURN, PLACE(alarm_error_arcsec)},
     {"alarm_separation_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_ARCSEC, false,

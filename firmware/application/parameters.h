@@ -66,6 +66,8 @@ struct parameters {
     double compare_first;
     double compare_interval;
     double compare_width;
+    /* 1: pulses of the compare are recorded as events too. */
+    double compare_events;
     double alarm_noise_arcsec;
     double alarm_error_arcsec;
     double alarm_separation_arcsec;

@@ -10,12 +10,15 @@
 const char set_use[] = "set PARAMETER VALUE";
 const char trigger_use[] = "trigger | trigger width CLOCKS: the pulse with each sample";
 const char sync_use[] = "sync | sync capture 1: a sample at each edge of the pin | sync falling 1";
-const char probe_use[] = "probe: the position at its last edge | probe falling 1";
-const char compare_use[] = "compare | compare first COUNTS | compare interval COUNTS | compare on "
-                           "1 | compare width CLOCKS: "
-                           "pulses at an angle after the index and at every interval from there";
+const char probe_use[] = "probe: the position at its last edge | probe events | probe falling 1";
+const char compare_use[] =
+    "compare | compare first COUNTS | compare interval COUNTS | compare on 1 | "
+    "compare width CLOCKS | compare events 1: "
+    "pulses at an angle after the index and at every interval from there";
 
 enum { NAME_MOST = 32 };
+/* Events that one command prints, and the longest line of one: five numbers, the longest of 20 digits. */
+enum { EVENTS_MOST = 64, EVENT_CHARACTERS_MOST = 64 };
 
 static void named(const struct text_sink *sink, const char *name, int64_t value) {
     text_word(sink, name);
@@ -86,6 +89,34 @@ static void tell_probe(const struct console *console) {
     named(sink, "angle_counts ", probe.angle);
 }
 
+static void next_number(const struct text_sink *sink, int64_t value) {
+    text_word(sink, " ");
+    text_signed(sink, value);
+}
+
+/* Prints the events that wait, as far as the port has room; the operator asks again for the others. */
+static void tell_events(const struct console *console) {
+    const struct text_sink *sink = &console->sink;
+    const struct core_access *core = &console->application->core;
+    struct core_event event;
+    if (console->application->phase == PHASE_NO_CORE || !core_has_events(core)) {
+        text_error(sink, "no ", "events");
+        return;
+    }
+    for (uint32_t place = 0; place < EVENTS_MOST && text_has_room(sink, EVENT_CHARACTERS_MOST) &&
+                             core_take_event(core, &event);
+         place++) {
+        text_word(sink, "event");
+        next_number(sink, event.number);
+        next_number(sink, event.kind);
+        next_number(sink, (int64_t)event.time);
+        next_number(sink, event.position);
+        next_number(sink, event.angle);
+        text_line(sink, "");
+    }
+    text_line(sink, "ok");
+}
+
 static void tell_unit(const struct console *console, const char *unit) {
     if (console->application->phase == PHASE_NO_CORE) {
         return;
@@ -107,6 +138,10 @@ void pins_command(struct console *console, char *const *words, uint32_t number) 
     if (number == 3) {
         strncpy(name + length, words[1], NAME_MOST - 1 - length);
         set(console, name, words[2]);
+        return;
+    }
+    if (number == 2 && text_equal(words[0], "probe") && text_equal(words[1], "events")) {
+        tell_events(console);
         return;
     }
     if (number == 2) {

@@ -30,6 +30,8 @@
 --
 -- **Real orders.** With REAL_ORDERS the phase of a lane continues from turn to turn (turn_counter, turn_offset_sweep).
 --
+-- **Events.** With EVENTS each edge of the probe and each pulse of the compare waits in a queue for the processor (event_queue).
+--
 -- **Compensation** is applied while `control.compensate` is set and head 1, or each head that the mean uses, has seen its index. The
 -- position that is corrected is the one that no index changes, so the output makes no step when
 -- the index is found; the difference of the correction decays at the ramp rate.
@@ -63,7 +65,8 @@ entity arctrue_core is
     MODULATORS    : boolean                       := false;                 -- amplitudes of lanes follow conditions
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
-    REAL_ORDERS   : boolean                       := false                  -- phases of lanes continue from turn to turn
+    REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
+    EVENTS        : boolean                       := false                  -- events of probe and compare wait in a queue
   );
   port (
     clock           : in    std_ulogic;
@@ -128,6 +131,9 @@ architecture rtl of arctrue_core is
   -- position.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
+
+  -- Clocks from the strobe of the probe to the corrected position that belongs to its edge.
+  constant PROBE_DELAY : positive := POSITION_CLOCKS + CORE_LATENCY - PULSE_CLOCKS;
 
   -- Address bits that distinguish turn steps from coefficients, and the turn number from turn steps.
   constant TURN_STEPS_BIT  : positive := 10;
@@ -1027,7 +1033,7 @@ begin
 
   probe : entity work.position_latch
     generic map (
-      DELAY => POSITION_CLOCKS + CORE_LATENCY - PULSE_CLOCKS
+      DELAY => PROBE_DELAY
     )
     port map (
       clock            => clock,
@@ -1055,6 +1061,59 @@ begin
       armed    => compare_armed,
       strobe   => compare_strobe
     );
+
+  queue_of_events : if EVENTS generate
+
+    signal number      : u_unsigned(15 downto 0);
+    signal event_time  : time_count;
+    signal event_angle : angle_count;
+    signal waiting     : u_unsigned(6 downto 0);
+    signal lost        : u_unsigned(15 downto 0);
+
+  begin
+
+    queue : entity work.event_queue
+      generic map (
+        DELAY         => PROBE_DELAY,
+        COMPARE_DELAY => PROBE_DELAY + PULSE_CLOCKS + 1
+      )
+      port map (
+        clock          => clock,
+        reset          => reset,
+        probe          => probe_strobe,
+        compare        => compare_strobe,
+        recorded(0)    => hwif_out.events.recorded.probe.value,
+        recorded(1)    => hwif_out.events.recorded.compare.value,
+        position       => corrected_position,
+        angle          => corrected_angle,
+        timestamp      => timestamp,
+        take           => hwif_out.command.next_event.value,
+        kind           => hwif_in.events.state.kind.next_q,
+        number         => number,
+        event_time     => event_time,
+        event_position => hwif_in.events.position.value.next_q,
+        event_angle    => event_angle,
+        waiting        => waiting,
+        lost           => lost
+      );
+
+    hwif_in.events.state.waiting.next_q   <= std_ulogic_vector(waiting);
+    hwif_in.events.state.sequence_number.next_q  <= std_ulogic_vector(number);
+    hwif_in.events.time_low.value.next_q  <= std_ulogic_vector(event_time(31 downto 0));
+    hwif_in.events.time_high.value.next_q <= std_ulogic_vector(event_time(63 downto 32));
+    hwif_in.events.angle.value.next_q     <= std_ulogic_vector(event_angle);
+    hwif_in.events.lost.value.next_q      <= std_ulogic_vector(lost);
+
+  else generate
+    hwif_in.events.state.kind.next_q      <= (others => '0');
+    hwif_in.events.state.waiting.next_q   <= (others => '0');
+    hwif_in.events.state.sequence_number.next_q  <= (others => '0');
+    hwif_in.events.time_low.value.next_q  <= (others => '0');
+    hwif_in.events.time_high.value.next_q <= (others => '0');
+    hwif_in.events.position.value.next_q  <= (others => '0');
+    hwif_in.events.angle.value.next_q     <= (others => '0');
+    hwif_in.events.lost.value.next_q      <= (others => '0');
+  end generate queue_of_events;
 
   compare_pulse : entity work.pulse_output
     port map (
@@ -1177,6 +1236,8 @@ begin
   hwif_in.capability.local_table.next_q           <= '1' when LOCAL_TABLE else
                                                      '0';
   hwif_in.capability.failover.next_q              <= '1' when FAILOVER else
+                                                     '0';
+  hwif_in.capability.events.next_q                <= '1' when EVENTS else
                                                      '0';
   hwif_in.chip_dna_low.value.next_q               <= chip_dna(31 downto 0);
   hwif_in.chip_dna_high.value.next_q              <= chip_dna(56 downto 32);

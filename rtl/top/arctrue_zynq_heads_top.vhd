@@ -25,6 +25,7 @@ entity arctrue_zynq_heads_top is
     FAILOVER      : boolean                       := false;                 -- a head of three or four that fails is left out
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
+    EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
     LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
@@ -81,6 +82,7 @@ begin
       FAILOVER      => FAILOVER,
       LOCAL_TABLE   => LOCAL_TABLE,
       REAL_ORDERS   => REAL_ORDERS,
+      EVENTS        => EVENTS,
       LED_HOLD_LOG2 => LED_HOLD_LOG2,
       DNA_PORTS     => DNA_PORTS
     )

@@ -22,6 +22,7 @@ from tb.registers.axi_lite import Bus, start
 
 LANES = 4
 FOLD = int(os.environ.get("FOLD", "1"))
+EVENTS = "EVENTS" in os.environ
 ROTATION: Rotation = "table" if os.environ.get("ROTATION") == "table" else "cordic"
 CAPTURE_DEPTH = 64
 SAMPLE_PERIOD = 50
@@ -740,6 +741,75 @@ async def instruments_beside_the_table(dut):
     assert abs(latched + zero - probed[-1]) <= 1
 
 
+async def waiting_events(names: RegisterMap) -> NDArray[np.int64]:
+    """Take all events: a row of kind, number, time, position, angle for each."""
+    rows = []
+    while (state := await names.read_fields("events.state"))["kind"]:
+        low, high = [await names.read(f"events.time_{half}") for half in ("low", "high")]
+        place = [await names.read(f"events.{name}") for name in ("position", "angle")]
+        rows.append((state["kind"], state["sequence_number"], high << 32 | low, *place))
+        await names.command("next_event")
+    return np.array(rows, dtype=np.int64).reshape(-1, 5)
+
+
+@cocotb.test(skip=not EVENTS)
+async def events_wait_for_the_processor(dut):
+    """The pulse of the compare, wired to the probe, is the same event of both, at its clock."""
+    machine = await prepared(dut)
+    names = machine.registers
+    assert await names.read("events.recorded.compare") == 0
+    await names.update("control", output_enable=1)
+    await names.update("pulse_widths", compare=1)
+    await names.update("events.recorded", probe=1, compare=1)
+    compared = []
+
+    async def wire() -> None:
+        while True:
+            await FallingEdge(dut.clock)
+            compared.append(int(dut.compare_out.value))
+            dut.probe_in.value = dut.compare_out.value
+
+    cocotb.start_soon(wire())
+    begin = len(machine.reading)
+    zero = readings_at(table.START_COUNTS)[0]
+    motion = table.motion(5.8, CLOCKS_PER_COUNT)
+    interval = 16
+    await names.write("compare.first", machine.reading[-1][0] - zero + 50)
+    await names.write("compare.interval", interval)
+    await names.command("compare_arm")
+    await machine.turn(motion[: 60 * interval * int(CLOCKS_PER_COUNT)])
+    await ClockCycles(dut.clock, 100)
+    early = len(compared)
+    found = await waiting_events(names)
+    rises = np.flatnonzero(np.diff(compared[:early]) == 1) + 1
+    assert 20 < rises.size < 64
+    assert np.all(found[:, 0] == 3), "both kinds in one clock"
+    assert np.array_equal(found[:, 1], np.arange(rises.size))
+    assert np.array_equal(np.diff(found[:, 2]), np.diff(rises))
+    reading = np.array(machine.reading)[begin:, 0][rises]
+    assert np.abs(found[:, 3] + zero - reading).max() <= 1
+    assert await names.read("events.lost") == 0
+    # The last event is that of the latch.
+    await names.read("probe.time")
+    assert await names.read("probe.position") == found[-1, 3]
+    assert await names.read("probe.edges") == rises.size
+    # More than the queue holds: the first ones stay, and the numbers show how many are lost.
+    await machine.turn(motion[60 * interval * int(CLOCKS_PER_COUNT) :])
+    await ClockCycles(dut.clock, 100)
+    more = int(np.count_nonzero(np.diff(compared) == 1)) - rises.size
+    assert more > 70
+    assert await names.read("events.state.waiting") == 64
+    assert await names.read("events.lost") == more - 64
+    late = await waiting_events(names)
+    assert np.array_equal(late[:, 1], rises.size + np.arange(64))
+    # The probe alone from now on.
+    await names.update("events.recorded", probe=1, compare=0)
+    await names.command("compare_disarm")
+    dut.probe_in.value = 1
+    await ClockCycles(dut.clock, 100)
+    assert (await waiting_events(names)).size == 0, "the wire holds the pin"
+
+
 @cocotb.test()
 async def faults_reach_the_processor(dut):
     machine = await prepared(dut)
@@ -800,6 +870,7 @@ async def illegal_accesses_are_refused(dut):
         "real_orders": 0,
         "local_table": 0,
         "failover": 0,
+        "events": int(EVENTS),
     }
     first = (await machine.registers.snapshot()).time
     second = (await machine.registers.snapshot()).time

@@ -222,6 +222,7 @@ async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
         "real_orders": 0,
         "local_table": 0,
         "failover": 0,
+        "events": 0,
     }
     assert await names.read("pipeline.latency") == LATENCY
     cocotb.start_soon(machine.run())

@@ -33,6 +33,20 @@ def test_folded_core() -> None:
         )
 
 
+def test_core_with_events() -> None:
+    """Events of probe and compare wait for the processor with EVENTS, and a register states it."""
+    generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "EVENTS": "true"}
+    for testcase in ("events_wait_for_the_processor", "illegal_accesses_are_refused"):
+        simulate(
+            "arctrue_core",
+            "tb.core.arctrue_core_bench",
+            generics=generics,
+            testcase=testcase,
+            environment={"EVENTS": "yes"},
+            backend="llvm",
+        )
+
+
 def test_core_with_a_table() -> None:
     """The data path works with ROTATION = table, and a register states it."""
     generics = {"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 2, "ROTATION": "table"}

@@ -37,6 +37,7 @@ READ_WRITE = {
     0x0A0: (0xFFFF, 0, None),
     0x180: (WORD, 0, "compare_first"),
     0x184: (0xFFFFFF, 0, "compare_interval"),
+    0x1B8: (0x3, 1, "events_recorded"),
 }
 """Existing bits, value after reset and port that shows the value, by address."""
 
@@ -59,7 +60,7 @@ READ_ONLY = {
     0x090: (0xFFFF, "zero"),
     0x094: (WORD, "zero_slip"),
     0x098: (WORD, "put_back"),
-    0x0A8: (0x1FF, "capability"),
+    0x0A8: (0x3FF, "capability"),
     0x0C0: (0x7F, "head1_flags"),
     0x0C4: (WORD, "head1_faults"),
     0x0C8: (0xFFFF, "head1_overspeeds"),
@@ -69,6 +70,12 @@ READ_ONLY = {
     0x148: (WORD, "capture_header_sequence_number"),
     0x14C: (0xFFFF, "capture_header_sample_count"),
     0x150: (0x3FFFF, "capture_header_flags"),
+    0x1A0: (0xFFFF_7F03, "events_state"),
+    0x1A4: (WORD, "events_time_low"),
+    0x1A8: (WORD, "events_time_high"),
+    0x1AC: (WORD, "events_position"),
+    0x1B0: (0xFFFFFF, "events_angle"),
+    0x1B4: (0xFFFF, "events_lost"),
 }
 """Existing bits and driving port, by address."""
 

@@ -23,6 +23,17 @@ def test_fault_outputs() -> None:
     )
 
 
+@pytest.mark.parametrize(("depth_log2", "delay", "compare_delay"), [(1, 2, 3), (3, 30, 35)])
+def test_event_queue(depth_log2: int, delay: int, compare_delay: int) -> None:
+    generics = {"DEPTH_LOG2": depth_log2, "DELAY": delay, "COMPARE_DELAY": compare_delay}
+    simulate(
+        "event_queue",
+        "tb.signals.event_queue_bench",
+        generics=generics,
+        environment={name: str(value) for name, value in generics.items()},
+    )
+
+
 @pytest.mark.parametrize("delay", [2, 30])
 def test_position_latch(delay: int) -> None:
     simulate(

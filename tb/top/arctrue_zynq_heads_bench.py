@@ -57,6 +57,7 @@ async def each_head_has_its_pins(dut: Any) -> None:
         "real_orders": 0,
         "local_table": 0,
         "failover": 0,
+        "events": 0,
     }
     # The slave has 512 KiB: its last word is there, the one after it is not.
     (answer,) = await axi.read_burst(BASE + registers.MAP_BYTES, 1)

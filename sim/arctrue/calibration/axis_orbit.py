@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.heads_calibration import MeanSettings, calibrate_mean
 from arctrue.calibration.mean_banks import HeadsOnDisc
+from arctrue.measurement import MeasurementSet
 
 Float = NDArray[np.float64]
 LEAST_HEADS = 3
@@ -32,6 +34,21 @@ class AxisOrbit:
     x_arcsec: Float
     y_arcsec: Float
     u_arcsec: tuple[float, float]
+
+
+def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
+    """Return the axis orbit of the first run in the set's own calibration; None for two heads.
+
+    Raises CaptureRefusedError or ValueError for a set that does not determine the orbit.
+    """
+    capture, scale = measurement.capture, measurement.table
+    if capture is None or scale.counts_per_rev is None or len(capture.heads) < LEAST_HEADS:
+        return None
+    found = calibrate_mean(measurement, MeanSettings())
+    estimate = found.estimate
+    return axis_orbit(
+        found.turns[0], estimate.on_disc(), scale.counts_per_rev, estimate.noise_arcsec
+    )
 
 
 def axis_orbit(

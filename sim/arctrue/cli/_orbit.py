@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from arctrue.base.figures import figure
-from arctrue.calibration.axis_orbit import LEAST_HEADS, AxisOrbit, axis_orbit
+from arctrue.calibration.axis_orbit import AxisOrbit, orbit_of_set
 from arctrue.calibration.capture_check import CaptureRefusedError
-from arctrue.calibration.heads_calibration import MeanSettings, calibrate_mean
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console, tell_warning
 from arctrue.measurement import MeasurementSet
@@ -19,18 +18,11 @@ def orbit_of(measurement: MeasurementSet) -> AxisOrbit | None:
 
     None for two heads, or a set that does not determine the orbit.
     """
-    capture, scale = measurement.capture, measurement.table
-    if capture is None or scale.counts_per_rev is None or len(capture.heads) < LEAST_HEADS:
-        return None
     try:
-        found = calibrate_mean(measurement, MeanSettings())
+        return orbit_of_set(measurement)
     except (CaptureRefusedError, ValueError) as error:
         tell_warning(f"no orbit of the axis: {error}")
         return None
-    estimate = found.estimate
-    return axis_orbit(
-        found.turns[0], estimate.on_disc(), scale.counts_per_rev, estimate.noise_arcsec
-    )
 
 
 def _figures(orbit: AxisOrbit) -> dict[str, ErrorMotion]:

@@ -79,7 +79,7 @@ def device() -> None:
 @click.option(
     "--probe-every",
     type=Finite(min=0.01),
-    help="Seconds from one look at the latch of probe_in to the next; without it none.",
+    help="Seconds from one request for events of probe and compare to the next; without it none.",
 )
 @click.option(
     "--files", type=OutputFolder(), help="Folder for HDF5 files in NeXus form, one a day (UTC)."

@@ -15,10 +15,10 @@ from arctrue.cli._outputs import OutputFile
 from arctrue.cli._tables import live_head, live_row
 from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.console import ConsoleError
-from arctrue.device.probe import Latch, Probe, as_csv
+from arctrue.device.probe import KINDS, Latch, Probe, as_csv
 
 NO_DEVICE = 2
-COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12))
+COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12), ("kind", 17))
 
 
 @click.command(short_help="Show the table's position at each edge of a probe.")
@@ -35,10 +35,12 @@ COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12
     help="Seconds without an edge after which a warning is printed.",
 )
 def probe(port: str, count: int | None, out: Path | None, silence: float) -> None:
-    """Show the corrected position that each edge at probe_in latched, until Ctrl-C.
+    """Show the corrected position at each edge of probe_in, until Ctrl-C.
 
-    The command asks the device at PORT ten times a second. If edges come faster, it shows the last
-    one and the number of missed edges. `probe falling 1` on the console selects falling edges.
+    A bitstream with EVENTS keeps edges in a queue of 64, so that they may come in bursts; with
+    `compare events 1` on the console it keeps the pulses of compare_out too. Of any other bitstream
+    the command reads the last edge ten times a second. In both cases it shows the numbers of missed
+    edges. `probe falling 1` on the console selects falling edges.
 
     Exit code 2: the device does not answer, or the file cannot be written. The edges that were
     shown are written to the file even if the device stops answering.
@@ -79,7 +81,10 @@ def _row(latch: Latch) -> str:
             figure(latch.time_s, 6),
             figure(latch.position_counts, 0),
             figure(latch.angle_deg, 6),
+            KINDS[latch.kind],
         ],
         COLUMNS,
     )
-    return f"{line}  {latch.missed} edges missed before" if latch.missed else line
+    if latch.missed:
+        line += f"  {latch.missed} edges missed before: {latch.missed_edges}"
+    return line

@@ -195,7 +195,10 @@ def calibrated_file(folder: Path, file: Path, settings: CalibrationSettings | No
 
 
 def calibrate_load_verify(
-    table: CorrectedTable, file: Path, limit_arcsec: float
+    table: CorrectedTable,
+    file: Path,
+    limit_arcsec: float,
+    settings: CalibrationSettings | None = None,
 ) -> Generator[Msg, Any, float]:
     """Capture a turn, calibrate, load the coefficients, and verify them on further turns.
 
@@ -210,6 +213,9 @@ def calibrate_load_verify(
         Where the coefficients are written.
     limit_arcsec : float
         Largest permitted RMS of what the loaded orders leave, arcseconds.
+    settings : CalibrationSettings, optional
+        Settings of the calibration, for example the lanes of the gateware; None: those of
+        ``arctrue calibrate``.
 
     Yields
     ------
@@ -232,7 +238,7 @@ def calibrate_load_verify(
     def run() -> Generator[Msg, Any, None]:
         yield from bps.trigger_and_read([table], name="before")
         folder = yield from bps.rd(table.capture_set)
-        calibrated_file(Path(folder), file)
+        calibrated_file(Path(folder), file, settings)
         yield from bps.abs_set(table.coefficients, file, wait=True)
         readings = yield from bps.trigger_and_read([table], name="after")
         left = readings[table.error_loaded.name]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any
@@ -54,8 +55,18 @@ PROBE = (
     NumberRecord("ProbeTime", "time_s", {"EGU": "s", "PREC": 9}),
     NumberRecord("ProbePosition", "position_counts", {"EGU": "counts"}),
     NumberRecord("ProbeAngle", "angle_deg", {"EGU": "deg", "PREC": 7}),
+    NumberRecord("ProbeKind", "kind", {}),
 )
 """Fields of an event ``probe``."""
+MOST_EVENTS = 64
+PROBE_ARRAYS = (
+    NumberRecord("ProbeEdges", "edge", {}),
+    NumberRecord("ProbeTimes", "time_s", {"EGU": "s"}),
+    NumberRecord("ProbePositions", "position_counts", {"EGU": "counts"}),
+    NumberRecord("ProbeAngles", "angle_deg", {"EGU": "deg"}),
+    NumberRecord("ProbeKinds", "kind", {}),
+)
+"""Waveforms of the latest MOST_EVENTS events ``probe``, the latest one last."""
 ARRAYS = {"Orders": 0, "Amplitudes": 1, "Phases": 2, "Uncertainties": 3, "Applied": 4}
 """Waveforms, and the place of each in a harmonic of the telemetry."""
 ARRAY_UNITS = {"Amplitudes": "arcsec", "Phases": "rad", "Uncertainties": "arcsec"}
@@ -97,7 +108,18 @@ class Records:
             item.field: builder.aIn(f"{prefix}{item.name}", **item.fields, **of_daemon)
             for item in PROBE
         }
+        self._probe_arrays = {
+            item.field: builder.WaveformIn(
+                f"{prefix}{item.name}",
+                length=MOST_EVENTS,
+                datatype=float,
+                **item.fields,
+                **of_daemon,
+            )
+            for item in PROBE_ARRAYS
+        }
         self._edge: tuple[dict[str, Any], float] | None = None
+        self._edges: deque[dict[str, Any]] = deque(maxlen=MOST_EVENTS)
         self._zero = builder.aOut(
             f"{prefix}{ZERO}",
             EGU="deg",
@@ -166,14 +188,19 @@ class Records:
     def edge(self, event: dict[str, Any], recorded_s: float) -> None:
         """Show the table's position at an edge of probe_in, with the time of recording."""
         self._edge = (event, recorded_s)
+        self._edges.append(event)
         self._show_edge()
 
     def _show_edge(self) -> None:
-        """Show the latest edge; its angle is counted from the zero of the PV Zero."""
+        """Show the latest events; their angles are counted from the zero of the PV Zero."""
         if self._edge is None:
             return
         event, recorded_s = self._edge
         zero = {"angle_deg": float(self._zero.get())}
+        for field, array in self._probe_arrays.items():
+            values = [float(edge[field]) + zero.get(field, 0.0) for edge in self._edges]
+            array.set(values, timestamp=recorded_s)
+        # Last: a client that waits for the next event then finds it in the waveforms.
         for field, record in self._probe.items():
             record.set(float(event[field]) + zero.get(field, 0.0), timestamp=recorded_s)
 
@@ -215,5 +242,6 @@ class Records:
         self._connected.set(0, severity=MAJOR, alarm=COMM, **at)
         others = (self._turn, self._result, self._reason, self._alarms)
         numbers = (*self._numbers.values(), *self._probe.values())
-        for record in (*numbers, *self._arrays.values(), *others):
+        arrays = (*self._arrays.values(), *self._probe_arrays.values())
+        for record in (*numbers, *arrays, *others):
             record.set(record.get(), **lost)

@@ -1,25 +1,37 @@
-"""Reads the corrected positions that a probe's edges latched, over the console."""
+"""Reads the corrected positions at a probe's edges and at compare pulses, over the console.
+
+A core with the generic EVENTS keeps its events in a queue, so that edges may come in bursts. Of
+another core only the latch can be read, which keeps the last edge.
+"""
 
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 from arctrue.device.console import Console, ConsoleError
 
-EDGES_WRAP = 1 << 16
+EDGES_WRAP: Final = 1 << 16
 LOOK_S = 0.1
 """Time between two reads of the latch; of faster edges only the last one is seen."""
-CSV_HEAD = "edge,time_s,position_counts,angle_deg"
+QUEUE_LOOK_S = 0.02
+"""Time between two reads of an empty queue, which holds 64 events."""
+CSV_HEAD: Final = "edge,time_s,position_counts,angle_deg,kind,missed"
+EVENTS_COMMAND: Final = "probe events"
+KINDS: Final = {1: "probe", 2: "compare", 3: "probe and compare"}
+"""Names of the kinds of an event: an edge of probe_in, a pulse of compare_out, both at once."""
+_EVENT_WORDS: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
 class Latch:
-    """Position of the table at an edge of the probe."""
+    """Position of the table at an edge of the probe, or at a pulse of the compare."""
 
     edge: int
-    """Edges since the reset of the device, modulo 2¹⁶."""
+    """Number of the event since the reset of the device, modulo 2¹⁶."""
     time_s: float
     """Time by the device's clock."""
     position_counts: int
@@ -27,15 +39,49 @@ class Latch:
     angle_deg: float
     """Corrected angle after the index."""
     missed: int
-    """Edges between the previous one and this one, whose positions nobody read."""
+    """Events between the previous one and this one, whose positions nobody read."""
+    kind: int = 1
+    """A key of KINDS."""
+
+    @property
+    def missed_edges(self) -> str:
+        """Return the numbers of the missed events: the first and the last one."""
+        first, last = (self.edge - self.missed) % EDGES_WRAP, (self.edge - 1) % EDGES_WRAP
+        return f"{first}" if self.missed == 1 else f"{first} to {last}"
 
     def as_csv(self) -> str:
         """Return a row below CSV_HEAD."""
-        return f"{self.edge},{self.time_s:.9f},{self.position_counts},{self.angle_deg:.7f}"
+        return (
+            f"{self.edge},{self.time_s:.9f},{self.position_counts},{self.angle_deg:.7f},"
+            f"{self.kind},{self.missed}"
+        )
+
+
+def missed_before(edge: int, before: int | None) -> int:
+    """Return the number of events between two that follow each other; 0 without an earlier one."""
+    return 0 if before is None else (edge - before - 1) % EDGES_WRAP
+
+
+def event_of(text: str, clock_hz: float, counts_per_rev: float, before: int | None) -> Latch | None:
+    """Read a line ``event NUMBER KIND TIME POSITION ANGLE``; None for any other or damaged line.
+
+    ``before``: number of the event before it.
+    """
+    words = text.split()
+    if len(words) != _EVENT_WORDS or words[0] != "event":
+        return None
+    try:
+        edge, kind, clocks, position, angle = map(int, words[1:])
+    except ValueError:
+        return None
+    if not 0 <= edge < EDGES_WRAP or kind not in KINDS:
+        return None
+    missed = missed_before(edge, before)
+    return Latch(edge, clocks / clock_hz, position, angle / counts_per_rev * 360.0, missed, kind)
 
 
 class Probe:
-    """The latch of a device; only edges from now on count."""
+    """The events of a device; only those from now on count."""
 
     def __init__(self, console: Console) -> None:
         """Connect. Raises ConsoleError if no device answers, or its core has no probe."""
@@ -43,21 +89,55 @@ class Probe:
         self._clock_hz = _value(_told(console, "version"), "clock_hz", console)
         parameters = _told(console, "show parameters")
         self._counts_per_rev = _value(parameters, "counts_per_rev", console)
-        self._edge = int(self._read("edges"))
         self._latest: dict[str, str] = {}
+        self._waiting: deque[Latch] = deque()
+        self._edge: int | None = None
+        self.has_queue = self._forget_queue()
+        """True if the device has a queue of events."""
+        if not self.has_queue:
+            self._edge = int(self._read("edges"))
 
     def wait(self, seconds: float) -> Latch | None:
-        """Return the next edge; None if none arrives within ``seconds``. Raises ConsoleError."""
+        """Return the next event; None if none arrives within ``seconds``. Raises ConsoleError."""
         end = time.monotonic() + seconds
         while True:
-            edge = int(self._read("edges"))
-            if edge != self._edge:
-                missed = (edge - self._edge) % EDGES_WRAP - 1
-                self._edge = edge
-                return self._latch(edge, missed)
+            found = self._next_in_queue() if self.has_queue else self._next_in_latch()
+            if found is not None:
+                return found
             if time.monotonic() >= end:
                 return None
-            time.sleep(LOOK_S)
+            time.sleep(QUEUE_LOOK_S if self.has_queue else LOOK_S)
+
+    def _forget_queue(self) -> bool:
+        """Take the events that wait; False if the device has no queue."""
+        try:
+            self._read_queue()
+        except ConsoleError as error:
+            if "the device says error" in str(error):
+                return False
+            raise
+        self._waiting.clear()
+        return True
+
+    def _next_in_queue(self) -> Latch | None:
+        if not self._waiting:
+            self._read_queue()
+        return self._waiting.popleft() if self._waiting else None
+
+    def _read_queue(self) -> None:
+        """Take the events that wait in the queue, at most 64."""
+        for line in self._console.command(EVENTS_COMMAND):
+            found = event_of(line, self._clock_hz, self._counts_per_rev, self._edge)
+            if found is not None:
+                self._edge = found.edge
+                self._waiting.append(found)
+
+    def _next_in_latch(self) -> Latch | None:
+        edge = int(self._read("edges"))
+        if edge == self._edge:
+            return None
+        missed, self._edge = missed_before(edge, self._edge), edge
+        return self._latch(edge, missed)
 
     def _read(self, name: str) -> float:
         self._latest = _told(self._console, "probe")

@@ -6,7 +6,7 @@ import json
 import sqlite3
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -37,6 +37,8 @@ _TURN = {
 """Columns of a turn and their types."""
 _FIELDS = tuple(name for name in _TURN if name not in ("recorded", "number", "alarms"))
 """Columns that have the same name as a field of the telemetry."""
+_KIND_OF_EDGE = "kind INTEGER NOT NULL DEFAULT 1"
+"""Column that files of earlier versions lack: a key of arctrue.device.probe.KINDS."""
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS turn (
     id INTEGER PRIMARY KEY,
@@ -59,7 +61,8 @@ CREATE TABLE IF NOT EXISTS edge (
     time_s REAL NOT NULL,
     position_counts INTEGER NOT NULL,
     angle_deg REAL NOT NULL,
-    missed INTEGER NOT NULL
+    missed INTEGER NOT NULL,
+    {_KIND_OF_EDGE}
 );
 CREATE TABLE IF NOT EXISTS identity (name TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS event (
@@ -123,6 +126,8 @@ class Recorder:
         present = {row[1] for row in self._connection.execute("PRAGMA table_info(turn)")}
         for name in _TURN.keys() - present:
             self._connection.execute(f"ALTER TABLE turn ADD COLUMN {name} {_TURN[name]}")
+        if "kind" not in {row[1] for row in self._connection.execute("PRAGMA table_info(edge)")}:
+            self._connection.execute(f"ALTER TABLE edge ADD COLUMN {_KIND_OF_EDGE}")
 
     def _state_a_clock_behind_the_record(self) -> None:
         row = self._connection.execute("SELECT recorded FROM turn ORDER BY id DESC").fetchone()
@@ -158,14 +163,16 @@ class Recorder:
                 (self._now(), self._last_id, kind, text),
             )
 
-    def edge(self, latch: Latch) -> None:
-        """Append the table's position at an edge of probe_in."""
-        values = (latch.edge, latch.time_s, latch.position_counts, latch.angle_deg, latch.missed)
+    def edges(self, latches: Sequence[Latch]) -> None:
+        """Append the table's positions at edges of probe_in and pulses of compare_out."""
+        names = ("edge", "time_s", "position_counts", "angle_deg", "missed", "kind")
+        before = (self._now(), self._last_id)
+        rows = [(*before, *(getattr(latch, name) for name in names)) for latch in latches]
         with self._transaction():
-            self._connection.execute(
-                "INSERT INTO edge (recorded, after_turn, edge, time_s, position_counts, angle_deg, "
-                "missed) VALUES (?, ?, ?, ?, ?, ?, ?)",
-                (self._now(), self._last_id, *values),
+            self._connection.executemany(
+                f"INSERT INTO edge (recorded, after_turn, {', '.join(names)}) "
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                rows,
             )
 
     def apply_retention(self) -> None:

@@ -59,6 +59,8 @@ class Firmware:
         self._view = ctypes.cast(self._bus, ctypes.POINTER(FirmwareBus)).contents
         self.telemetry: list[dict[str, Any]] = []
         """Telemetry of all turns so far."""
+        self.listener: Callable[[str], None] | None = None
+        """Function that gets everything that the console prints, telemetry included."""
         self.thermometer: Callable[[], float | None] | None = None
         """Function that gives the thermometer's present value, °C; None as a value: no answer."""
         self.send("telemetry on")
@@ -184,7 +186,22 @@ class Firmware:
         str
             The answer.
         """
-        self._library.firmware_type(self._processor, line.encode() + b"\r")
+        return self.type(line.encode() + b"\r")
+
+    def type(self, characters: bytes) -> str:
+        """Type characters at the console, also parts of lines.
+
+        Parameters
+        ----------
+        characters : bytes
+            What the console receives; a zero ends it.
+
+        Returns
+        -------
+        str
+            Answer to the lines that are complete, without telemetry.
+        """
+        self._library.firmware_type(self._processor, characters)
         self._check_bus()
         return self._said()
 
@@ -270,6 +287,8 @@ class Firmware:
 
     def _said(self) -> str:
         text = self._library.firmware_said(self._processor).decode()
+        if text and self.listener is not None:
+            self.listener(text)
         rest = []
         for line in text.splitlines():
             if line.startswith("{"):

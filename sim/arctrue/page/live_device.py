@@ -10,10 +10,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from arctrue.calibration.axis_orbit import AxisOrbit, orbit_of_set
+from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.device.announcement import Announcement
 from arctrue.device.changes import calibration_turn, changes_since, order_change
 from arctrue.device.connection import Watch, ask, daemon_of
 from arctrue.device.console import ConsoleError
+from arctrue.measurement import MeasurementError, read_measurement_set
+from arctrue.metrology.iso230_7 import error_motion
 
 _MOST_TURNS = 2_000
 _MOST_POINTS = 400
@@ -21,6 +27,10 @@ _MOST_POINTS = 400
 _MOST_ORDERS = 6
 """Number of orders in their chart: those that changed most in units of u."""
 _MOST_EVENTS = 20
+_MOST_SAMPLES = 1_500
+"""Largest number of samples in the chart of the axis orbit."""
+_DECIMALS = 4
+"""Decimals of its figures, arcseconds."""
 _AGAIN_S = 1.0
 _EVENT_S = 2.0
 _CAPTURE_S = 400.0
@@ -36,6 +46,8 @@ class LiveDevice:
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
         self._connected, self._alarms = False, list[str]()
         self._machine_alarms: list[str] = []
+        self._captured = ""
+        self._orbit: dict[str, Any] | None = None
         self._problem = f"{port}: no daemon runs; start it with arctrue device run"
         self._lock = threading.Lock()
         threading.Thread(target=self._keep_following, daemon=True).start()
@@ -59,6 +71,7 @@ class LiveDevice:
                 "connected": self._connected and not self._problem,
                 "alarms": list(self._alarms),
                 "machine_alarms": list(self._machine_alarms),
+                "orbit": self._orbit,
             }
         found["events"] = [{**event, "time": _utc(event["recorded_s"])} for event in events]
         return found | ({"turn": None} if not turns else _history(turns))
@@ -110,6 +123,24 @@ class LiveDevice:
     def _take_state(self, state: dict[str, Any]) -> None:
         self._connected = bool(state["connected"])
         self._machine_alarms = list(state["machine_alarms"].values())
+        path = str(state.get("latest_capture", ""))
+        if path and path != self._captured:
+            self._captured = path
+            threading.Thread(target=self._find_orbit, args=(Path(path),), daemon=True).start()
+
+    def _find_orbit(self, path: Path) -> None:
+        """Calculate the axis orbit of a capture, if its heads determine it."""
+        try:
+            measurement = read_measurement_set(path)
+            orbit = orbit_of_set(measurement)
+        except (CaptureRefusedError, MeasurementError, OSError, ValueError):
+            orbit = None
+        if orbit is None:
+            return
+        assert measurement.capture is not None
+        columns = _orbit_columns(orbit)
+        with self._lock:
+            self._orbit = {**columns, "set": path.name, "heads": len(measurement.capture.heads)}
 
 
 def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
@@ -138,6 +169,7 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
             "u_separation": [turn.get("u_separation_arcsec") for turn in drawn],
             "die": [turn.get("temperature_c") for turn in drawn],
             "table": [turn.get("table_c") for turn in drawn],
+            "axis": _axis_columns(drawn),
         },
     }
 
@@ -162,6 +194,37 @@ def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
     axis = [[order, *pair] for order, pair in enumerate(circles, start=1)]
     parity = turns[-1].get("parity_counts")
     return {"rows": rows, "axis": axis, "parity_counts": parity, "turn": now["turn"]}
+
+
+def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Radii of the axis' circles at each drawn turn, of the circles that any turn has.
+
+    A device that calibrates the mean of its heads sends them; with three heads it cannot tell some
+    from the disc's error and sends 0.
+    """
+    columns = []
+    for sense in ("forward", "backward"):
+        radii = [turn.get(f"axis_{sense}_arcsec", []) for turn in drawn]
+        for place in range(max(map(len, radii), default=0)):
+            values = [row[place] if len(row) > place else None for row in radii]
+            if any(values):
+                columns.append({"name": f"{place + 1} a turn, {sense}", "arcsec": values})
+    return columns
+
+
+def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
+    """Return every sample, or of many every second, third, …, and the mean of the turns."""
+    every = -(-orbit.angle_rad.size // _MOST_SAMPLES)
+    samples = {"x": orbit.x_arcsec, "y": orbit.y_arcsec}
+    columns: dict[str, Any] = {"u": list(orbit.u_arcsec)}
+    for name, values in samples.items():
+        mean = error_motion(orbit.angle_rad, values).mean
+        columns[name] = np.round(values[::every], _DECIMALS).tolist()
+        closed = np.append(mean, mean[0])
+        columns[f"mean_{name}"] = [
+            None if np.isnan(value) else round(float(value), _DECIMALS) for value in closed
+        ]
+    return columns
 
 
 def _comparison(

@@ -74,6 +74,55 @@ def test_each_edge_is_told_and_those_that_were_missed(device: ProbedDevice, tmp_
     assert "5 edges: " in done.output
 
 
+LOST = range(60, 64)
+
+
+class QueueDevice(Device):
+    """A device with a queue of events: bursts of 50 come as soon as the queue is empty.
+
+    Of the second burst the events from the 11th to the 14th are lost.
+    """
+
+    def attach(self, made: Firmware) -> None:
+        self.core = made.core
+        self.core.build_events()
+        self.bursts = 0
+
+    def tell(self, said: str) -> None:
+        super().tell(said)
+        if "ok\r\n" in said and not self.core.events and self.bursts < 4:
+            numbers = range(50 * self.bursts, 50 * self.bursts + 50)
+            self.core.events.extend(queued(number) for number in numbers if number not in LOST)
+            self.bursts += 1
+
+
+def queued(number: int) -> tuple[int, int, int, int, int]:
+    """Return an event of the queue; its number wraps after the 20th."""
+    position = position_of(number)
+    clocks = 1000 * number + (1 << 40)
+    return (65_516 + number) % (1 << 16), 1 + number % 3, clocks, position, position % TURN
+
+
+def test_every_event_of_a_burst_is_written(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    device, out = QueueDevice(), tmp_path / "edges.csv"
+    with device.running(monkeypatch):
+        arguments = ["probe", device.port, "--count", "100", "--csv", str(out)]
+        done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 0, done.output
+    rows = np.loadtxt(out, delimiter=",", skiprows=1)
+    first = int(rows[0, 0] - 65_516) % (1 << 16)
+    numbers = np.array([n for n in range(first, first + 104) if n not in LOST])
+    wanted = np.array([queued(int(number)) for number in numbers])
+    np.testing.assert_array_equal(rows[:, 0], wanted[:, 0])
+    np.testing.assert_allclose(rows[:, 1], wanted[:, 2] / CLOCK_HZ, atol=5.1e-10)
+    np.testing.assert_array_equal(rows[:, 2], wanted[:, 3])
+    np.testing.assert_allclose(rows[:, 3], wanted[:, 4] / TURN * 360.0, atol=5.1e-8)
+    np.testing.assert_array_equal(rows[:, 4], wanted[:, 1])
+    np.testing.assert_array_equal(rows[:, 5], np.where(numbers == LOST[-1] + 1, len(LOST), 0))
+    assert done.output.count("edges missed before") == 1
+    assert "4 edges missed before: 40 to 43" in done.output
+
+
 class StillDevice(Device):
     """A device whose probe is not touched."""
 

@@ -17,7 +17,16 @@ import numpy as np
 import pytest
 from sim.tests.cli.test_load import file_of
 from sim.tests.cli.test_monitor import COUNTS, Device
-from sim.tests.cli.test_probe import CLOCK_HZ, FIRST_EDGE, TURN, ProbedDevice, position_of
+from sim.tests.cli.test_probe import (
+    CLOCK_HZ,
+    FIRST_EDGE,
+    LOST,
+    TURN,
+    ProbedDevice,
+    QueueDevice,
+    position_of,
+    queued,
+)
 from sim.tests.command_line import arctrue
 from sim.tests.device.daemon_process import (
     PATIENCE_S,
@@ -205,6 +214,36 @@ def test_edges_of_the_probe_are_recorded(monkeypatch: pytest.MonkeyPatch, tmp_pa
     shown = [(event["edge"], event["position_counts"], event["missed"]) for event in found]
     place = recorded.index(shown[0])
     assert recorded[place : place + len(shown)] == shown
+
+
+def test_every_event_of_the_queue_is_recorded(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Two hundred events in bursts, of which the gateware lost four, and the numbers that show
+    it."""
+    device = QueueDevice()
+    os.close(device.far)
+    with (
+        device.running(monkeypatch),
+        daemon(device.port, tmp_path, "--probe-every", "0.01", "--no-alarm-capture"),
+    ):
+        found = announcement(device.port)
+        until(lambda: device.bursts == 4 and not device.core.events)
+        until(lambda: ask(found, "status")["probe_edges"] == 200 - len(LOST))
+        assert ask(found, "status")["probe_missed"] == len(LOST)
+        # A program that only reads may take events, and the daemon records them too.
+        console = console_through(found)
+        assert console.command("probe events") == []
+        console.close()
+    with sqlite3.connect(tmp_path / "telemetry.sqlite") as database:
+        columns = "edge, kind, time_s, position_counts, missed"
+        rows = database.execute(f"SELECT {columns} FROM edge ORDER BY id").fetchall()
+    numbers = [number for number in range(200) if number not in LOST]
+    for row, number in zip(rows, numbers, strict=True):
+        edge, kind, clocks, position, _ = queued(number)
+        assert row[:2] == (edge, kind)
+        assert row[2] == pytest.approx(clocks / CLOCK_HZ, abs=1e-9)
+        assert row[3:] == (position, len(LOST) * (number == LOST[-1] + 1))
 
 
 class AlarmedDevice(Device):

@@ -12,8 +12,10 @@ import time
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
+import numpy as np
 import pytest
 from sim.tests.device.daemon_process import (
     PATIENCE_S,
@@ -102,10 +104,17 @@ def test_nobody_writes_unless_it_is_allowed(
 
 
 class ProbedReplay(Replay):
-    """A device that answers requests for its latch; the test sets the latched values."""
+    """A device that answers requests for its latch; the test sets the latched values.
 
-    def __init__(self) -> None:
+    With ``has_queue`` it has a queue, into which the test puts number, kind, time, position and
+    angle of events.
+    """
+
+    def __init__(self, *, has_queue: bool = False) -> None:
         super().__init__()
+        self.events: SimpleQueue[tuple[int, int, int, int, int]] | None = None
+        if has_queue:
+            self.events = SimpleQueue()
         self.latched = (65_535, 0, 0, 0)
         threading.Thread(target=self._answer, daemon=True).start()
 
@@ -121,6 +130,13 @@ class ProbedReplay(Replay):
                     b"show parameters": "counts_per_rev 16777216\r\nlanes many\r\n",
                     b"probe": "".join(f"{name} {value}\r\n" for name, value in latched),
                 }
+                if self.events is not None:
+                    answers[b"probe events"] = "".join(
+                        f"event {' '.join(map(str, self.events.get()))}\r\n"
+                        for _ in range(self.events.qsize())
+                    )
+                elif line == b"probe events":
+                    self.send(b"error: no events\r\n")
                 if line in answers:
                     self.send(answers[line].encode() + b"ok\r\n")
 
@@ -151,6 +167,32 @@ def test_edges_of_the_probe_count_from_the_zero_of_a_motor_record(
         shows("ProbeAngle", lambda found: found.data[0] == 77.5)
         device.latched = (2, 4 << 32, 5 * 2**24 + 2**23, 2**23)
         shows("ProbeAngle", lambda found: found.data[0] == 167.5)
+
+
+def test_the_latest_events_are_waveforms(tmp_path: Path, ports: dict[str, str]) -> None:
+    """Of 70 events in two bursts the last 64 are shown, and all are recorded."""
+    device = ProbedReplay(has_queue=True)
+    assert device.events is not None
+    with daemon(device.port, tmp_path, "--probe-every", "0.01"), pvs(device.port):
+        shows("Connected", lambda found: found.data[0] == 1)
+        for first in (0, 40):
+            for number in range(first, min(first + 40, 70)):
+                device.events.put((number, 1 + number % 3, 1000 * number, number, 2**18 * number))
+            last = min(first + 40, 70) - 1
+            shows("ProbeEdge", lambda found, last=last: found.data[0] == last)
+        latest = np.arange(6, 70)
+        for name, wanted in (
+            ("ProbeEdges", latest),
+            ("ProbeTimes", latest / 1e5),
+            ("ProbePositions", latest),
+            ("ProbeAngles", latest * 360.0 / 64.0),
+            ("ProbeKinds", 1 + latest % 3),
+        ):
+            np.testing.assert_allclose(read(name).data, wanted, rtol=1e-12)
+        assert read("ProbeKind").data[0] == 1 + 69 % 3
+    with sqlite3.connect(tmp_path / "telemetry.sqlite") as database:
+        rows = database.execute("SELECT edge, kind, missed FROM edge ORDER BY id").fetchall()
+    assert rows == [(number, 1 + number % 3, 0) for number in range(70)]
 
 
 def asks_for_a_capture(replay: Replay) -> None:

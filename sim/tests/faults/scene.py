@@ -95,14 +95,16 @@ class Scene:
         parameters: Mapping[str, float] | None = None,
         *faults: PinFault,
         flash: bytes | None = None,
+        generics: Mapping[str, int | str] | None = None,
     ) -> None:
         """Set the scene up; ``faults`` exist from the beginning; the table may be too fast for the
         pins.
 
-        ``flash`` is that of a board that was calibrated before; then no parameter is typed.
+        ``generics`` are further ones of the core. ``flash`` is that of a board that was
+        calibrated before; then no parameter is typed.
         """
         clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
-        self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz)
+        self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz, generics=generics)
         self.instrument.attach(table(), motion or steady(), may_jump=True)
         self.instrument.disturb(*faults)
         firmware = self.instrument.firmware

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,8 @@ class ModelCore:
         self.lasting_faults: set[str] = set()
         """Names of ``FAULTS`` that no command ends."""
         self.release_causes = 0
+        self.events: deque[tuple[int, int, int, int, int]] | None = None
+        """Number, kind, time, position and angle of the events that wait; None: without EVENTS."""
         self.set("identification", 0x41524354)
         self.set("version", 0x000100)
         self.set("core_configuration", lanes | 18 << 8 | depth << 16)
@@ -76,6 +79,8 @@ class ModelCore:
             if self.broken_lane == (offset - COEFFICIENTS) // 16:
                 return 0xDEAD
             return self.idle.get(offset, 0)
+        if offset == address("events.state") and self.events is not None:
+            self.show_event()
         if offset == address("status"):
             on = self.get("control") & bit("control", "compensate")
             applied = bool(on and self.get("head1.flags") & INDEX_SEEN)
@@ -115,6 +120,9 @@ class ModelCore:
             self.set("status", self.get("status") | bit("status", "compare_armed"))
         if word & bit("command", "compare_disarm"):
             self.set("status", self.get("status") & ~bit("status", "compare_armed"))
+        if word & bit("command", "next_event") and self.events:
+            self.events.popleft()
+            self.show_event()
         if word & bit("command", "rearm"):
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
 
@@ -136,6 +144,22 @@ class ModelCore:
         assert self.get("status") & bit("status", "capture_ready"), "no bank is ready"
         assert number <= self.bank.size
         return ffi.cast("int32_t *", self.bank.ctypes.data)
+
+    def build_events(self) -> None:
+        """Build the core with EVENTS, with an empty queue."""
+        self.events = deque()
+        self.set("version", 0x000800)
+        self.set("capability", 2 | bit("capability", "events"))
+
+    def show_event(self) -> None:
+        """Show the oldest event in its registers."""
+        assert self.events is not None
+        number, kind, time, position, angle = self.events[0] if self.events else (0,) * 5
+        self.set("events.state", number << 16 | len(self.events) << 8 | kind)
+        self.set("events.time_low", time)
+        self.set("events.time_high", time >> 32)
+        self.set("events.position", position)
+        self.set("events.angle", angle)
 
     def see_index(self) -> None:
         for head in ("head1", "head2"):

@@ -95,6 +95,32 @@ def test_the_probe_is_read_after_its_low_word(running: Firmware) -> None:
     ]
 
 
+def test_events_are_printed_once_and_as_they_are_in_the_queue(running: Firmware) -> None:
+    core = running.core
+    assert running.send("probe events") == "error: no events\r\n"
+    core.build_events()
+    assert running.send("probe events") == "ok\r\n"
+    values = [
+        (65_535, 3, 2**63 - 1, -(2**31), TURN - 1),
+        (0, 1, 0, 2**31 - 1, 0),
+        *((number, 2, 77 * number, number - 5, 3 * number) for number in range(1, 99)),
+    ]
+    core.events.extend(values)
+    wanted = ["event " + " ".join(map(str, value)) for value in values]
+    assert lines(running, "probe events") == [*wanted[:64], "ok"]
+    assert lines(running, "probe events") == [*wanted[64:], "ok"]
+    assert running.send("probe events") == "ok\r\n"
+
+
+def test_pulses_of_the_compare_are_recorded_on_request(running: Firmware) -> None:
+    running.core.build_events()
+    assert running.send("compare events 1") == "ok\r\n"
+    assert running.core.get("events.recorded") == 0b11
+    assert "compare_events 1.000000000" in lines(running, "compare")
+    assert running.send("compare events 0") == "ok\r\n"
+    assert running.core.get("events.recorded") == 0b01
+
+
 @given(
     angle=st.integers(0, TURN - 1),
     interval=st.sampled_from([0, 1, 4096, 77_777, TURN - 1]),

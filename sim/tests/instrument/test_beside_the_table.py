@@ -81,7 +81,8 @@ class Beside(Scene):
 
     def __init__(self) -> None:
         super().__init__(
-            Motion.steady(SPEED_RAD_S, 30.0 * TURN_S, ramp_s=RUN_UP_S, start_rad=START_RAD)
+            Motion.steady(SPEED_RAD_S, 30.0 * TURN_S, ramp_s=RUN_UP_S, start_rad=START_RAD),
+            generics={"EVENTS": "true"},
         )
         assert not any(self.instrument.read(f"head{k}.flags.index_seen") for k in (1, 2))
         self.first_clock = self.instrument.clock
@@ -213,6 +214,47 @@ def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
     assert np.abs(at_place - places).max() <= correction_bound_counts(bank)
     assert np.array_equal(np.diff(places), np.full(places.size - 1, interval))
     assert places.size >= 31
+
+
+def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
+    """Each edge and each pulse is read with its clock and the corrected count of its clock."""
+    instrument, bank = scene.instrument, scene.coefficients
+    bound = correction_bound_counts(bank)
+    probe = Probe(ConsoleOfTheFirmware(scene))  # type: ignore[arg-type]
+    assert probe.has_queue
+    for line in (
+        "probe falling 0",
+        "compare interval 512",
+        "compare first 100",
+        "compare events 1",
+        "compare on 1",
+    ):
+        assert scene.firmware.send(line) == "ok"
+    begin = instrument.clock
+    gaps = np.random.default_rng(8).integers(40, TURN_CLOCKS // 16, 25)
+    edges = begin + np.cumsum(gaps)
+    scene.pulses(PROBE_IN, edges)
+    instrument.run(int(edges[-1]) + 100 - begin)
+    assert scene.firmware.send("compare on 0") == "ok"
+    found = []
+    while (event := probe.wait(0.0)) is not None:
+        found.append(event)
+    pins = scene.pins()
+    rises = pins.rises(COMPARE_OUT, begin)
+    # A wire from compare_out would show the pulse to the probe in the next clock.
+    pulses = rises + NOTED
+    assert min(edges.size, rises.size) >= 15
+    clocks = np.concatenate([edges, pulses])
+    kinds = np.concatenate([np.full(edges.size, 1), np.full(pulses.size, 2)])
+    order = np.argsort(clocks, kind="stable")
+    assert np.unique(clocks).size == clocks.size, "no event is both"
+    assert [event.kind for event in found] == kinds[order].tolist()
+    assert not any(event.missed for event in found)
+    times = np.array([event.time_s for event in found]) * instrument.read("clock_hz")
+    assert np.array_equal(np.diff(np.round(times)), np.diff(clocks[order]))
+    wanted = corrected(pins.of(clocks[order])[0], bank)
+    told = np.array([event.angle_deg for event in found]) * COUNTS / 360.0
+    assert np.abs((told - wanted + COUNTS / 2) % COUNTS - COUNTS / 2).max() <= bound
 
 
 def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:

@@ -8,7 +8,7 @@ import os
 import signal
 import sqlite3
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -210,7 +210,7 @@ class Daemon:
                 self._link.write(b"\rtelemetry on\r")
 
     async def _watch_probe(self) -> None:
-        """Look at the latch of probe_in while no operator has the console."""
+        """Ask for events of probe and compare while no operator has the console."""
         every_s = self._settings.probe_every_s
         while every_s > 0.0:
             await asyncio.sleep(every_s)
@@ -219,14 +219,15 @@ class Daemon:
             else:
                 self._probe.look(time.monotonic())
 
-    def _probed(self, latch: Latch) -> None:
-        """Record an edge at probe_in and send it to the watchers."""
-        self.state.probe_edges += 1
-        self.state.probe_missed += latch.missed
-        self._server.broadcast({"event": "probe", "recorded_s": time.time(), **asdict(latch)})
+    def _probed(self, latches: Sequence[Latch]) -> None:
+        """Record events of probe or compare and send them to the watchers."""
+        self.state.probe_edges += len(latches)
+        self.state.probe_missed += sum(latch.missed for latch in latches)
+        for latch in latches:
+            self._server.broadcast({"event": "probe", "recorded_s": time.time(), **asdict(latch)})
         if self._recorder is not None:
             try:
-                self._recorder.edge(latch)
+                self._recorder.edges(latches)
             except sqlite3.Error as error:
                 self._record_failed(error)
 
@@ -295,5 +296,6 @@ class Daemon:
                 self._happened("capture", f"no capture: {error}")
                 return {"error": str(error)}
         self.state.captures += 1
+        self.state.latest_capture = str(path.resolve())
         self._happened("capture", f"captured: {path}")
-        return {"capture": str(path.resolve())}
+        return {"capture": self.state.latest_capture}

@@ -1,41 +1,56 @@
-"""Edges at probe_in: the daemon asks the device for its latch while no operator has the console."""
+"""Events of probe and compare: the daemon asks the device while no operator has the console."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-from arctrue.device.probe import EDGES_WRAP, Latch
+from arctrue.device.probe import EVENTS_COMMAND, Latch, event_of, missed_before
 
 ANSWER_S = 2.0
 """Longest time for an answer: a calibration takes 0.3 s."""
 
 
 class ProbeWatch:
-    """Sends each new edge to ``found``; ``send`` sends to the device."""
+    """Sends the new events of each answer to ``found``; ``send`` sends to the device.
 
-    def __init__(self, send: Callable[[bytes], None], found: Callable[[Latch], None]) -> None:
+    It asks for the queue of events, and for the latch of the probe if the device has no queue.
+    Events that an operator takes from the queue are found in the lines of the answer as well.
+    """
+
+    def __init__(
+        self, send: Callable[[bytes], None], found: Callable[[Sequence[Latch]], None]
+    ) -> None:
         """Start without any values of the device."""
         self._send, self._found = send, found
         self._asked_s: float | None = None
         self._answer: dict[str, float] = {}
-        self._clock_hz = self._counts_per_rev = 0.0
-        self._edge: int | None = None
+        self._events: list[Latch] = []
+        self.forget()
 
     def forget(self) -> None:
         """Ask again for clock and counts: the port was lost, or the board was restarted."""
         self._clock_hz = self._counts_per_rev = 0.0
-        self._edge = self._asked_s = None
+        self._edge: int | None = None
+        self._asked_s = None
+        self._send_events()
+        self._asks_queue = False
+        self._has_queue = True
+        """False after the device has refused the command."""
 
     def look(self, now_s: float) -> None:
-        """Ask for missing values, else for the latch, unless an answer is still open."""
+        """Ask for missing values, else for events, unless an answer is still open."""
         if self._asked_s is not None and now_s < self._asked_s + ANSWER_S:
             return
         self._asked_s, self._answer = now_s, {}
+        self._asks_queue = False
         if not self._clock_hz:
             self._send(b"version\r")
         elif not self._counts_per_rev:
             self._send(b"show parameters\r")
+        elif self._has_queue:
+            self._asks_queue = True
+            self._send(f"{EVENTS_COMMAND}\r".encode())
         else:
             self._send(b"probe\r")
 
@@ -45,15 +60,36 @@ class ProbeWatch:
 
     def line(self, text: str) -> None:
         """Process a line of the device that is not telemetry."""
+        if text.startswith("event "):
+            self._take_event(text)
+            return
+        if text.startswith(("ok", "error")):
+            self._send_events()
         if self._asked_s is None:
             return
         if text.startswith(("ok", "error")):
             self._asked_s = None
-            self._take_answer()
+            if self._asks_queue:
+                self._has_queue = text.startswith("ok")
+            else:
+                self._take_answer()
             return
         name, _, value = text.partition(" ")
         with contextlib.suppress(ValueError):
             self._answer[name] = float(value)
+
+    def _take_event(self, text: str) -> None:
+        if not (self._clock_hz and self._counts_per_rev):
+            return
+        latch = event_of(text, self._clock_hz, self._counts_per_rev, self._edge)
+        if latch is not None:
+            self._edge = latch.edge
+            self._events.append(latch)
+
+    def _send_events(self) -> None:
+        events, self._events = self._events, []
+        if events:
+            self._found(events)
 
     def _take_answer(self) -> None:
         answer = self._answer
@@ -65,12 +101,11 @@ class ProbeWatch:
         self._edge = edge
         if before is None or edge == before or not (self._clock_hz and self._counts_per_rev):
             return
-        self._found(
-            Latch(
-                edge,
-                answer["time_clocks"] / self._clock_hz,
-                int(answer["position_counts"]),
-                answer["angle_counts"] / self._counts_per_rev * 360.0,
-                (edge - before) % EDGES_WRAP - 1,
-            )
+        latch = Latch(
+            edge,
+            answer["time_clocks"] / self._clock_hz,
+            int(answer["position_counts"]),
+            answer["angle_counts"] / self._counts_per_rev * 360.0,
+            missed_before(edge, before),
         )
+        self._found([latch])

@@ -22,6 +22,8 @@ class DaemonState:
     recording: bool = True
     dropped_clients: int = 0
     captures: int = 0
+    latest_capture: str = ""
+    """Folder of the latest capture since the start."""
     failed_captures: int = 0
     probe_edges: int = 0
     """Edges at probe_in whose positions are recorded."""

@@ -48,8 +48,31 @@ function showHeads(heads) {
   document.getElementById("heads-note").textContent = `By turn ${heads.turn}.${parity}`;
   rows(document.querySelector("#heads section tbody"), heads.rows.map(([head, place, u, radius, uRadius, left, use]) =>
     [head, figure(place, 4, "°"), figure(u, 1, "″"), figure(radius, 6, ""), figure(uRadius, 6, ""), figure(left, 3, "″"), use]));
-  rows(document.querySelector("#axis tbody"), heads.axis.map(([order, forward, backward]) =>
+  rows(document.querySelector("#axis-circles tbody"), heads.axis.map(([order, forward, backward]) =>
     [order, figure(forward, 3, "″"), figure(backward, 3, "″")]));
+}
+
+function orbitTraces(orbit) {
+  const samples = { type: "scatter", mode: "markers", name: "every sample", x: orbit.x, y: orbit.y };
+  samples.marker = { size: 2, color: "#888888" };
+  const mean = { type: "scatter", mode: "lines", name: "mean of the turns", x: orbit.mean_x, y: orbit.mean_y };
+  mean.line = { color: COLOURS[0], width: 2 };
+  return [samples, mean];
+}
+
+async function showAxis(state) {
+  const orbit = state.orbit, circles = state.charts.axis;
+  document.getElementById("axis").hidden = !orbit && !circles.length;
+  if (circles.length)
+    await chart("chart-axis", circles.map((c, n) => line(c.name, state.charts.time, c.arcsec, null, n)), "arcsec");
+  if (!orbit) return;
+  document.getElementById("orbit-note").textContent = `${orbit.set}, ${orbit.heads} heads; u of a sample: ` +
+    `${orbit.u[0].toFixed(3)}″ in x, ${orbit.u[1].toFixed(3)}″ in y. The circle once a turn with the table is not in it.`;
+  const layout = { height: 400, margin: { l: 60, r: 10, t: 10, b: 40 }, showlegend: true, uirevision: "orbit" };
+  layout.xaxis = { title: { text: "x, arcsec" } };
+  layout.yaxis = { title: { text: "y, arcsec" }, scaleanchor: "x" };
+  layout.legend = { orientation: "h", y: 1.12 };
+  await Plotly.react(document.getElementById("chart-orbit"), orbitTraces(orbit), dressed(layout), OPTIONS);
 }
 
 async function show(state) {
@@ -86,6 +109,7 @@ async function show(state) {
   await chart("chart-orders", since.orders.map((o, n) => line(`order ${o.order}`, time, o.change, o.u, n)), "arcsec");
   await chart("chart-separation", [line("head 2", time, separation, u, 0)], "arcsec");
   await chart("chart-temperatures", [line("die", time, die, null, 0), line("table", time, table, null, 1)], "°C");
+  await showAxis(state);
 }
 
 document.addEventListener("DOMContentLoaded", async () => {
