@@ -212,7 +212,7 @@ def test_c_equals_numpy(world: World) -> None:
     circles = np.array([[*c.found.forward_arcsec], [*c.found.backward_arcsec]]).T
     assert np.abs(circles - numpy.circles).max() < same
     # C has the noise of the last pass. The step d after it ends the fit, and the variance falls by
-    # d² at most: d² <= 0.1·REFINED_SHARE·largest value·step before (heads_fit.c), which is below 1″.
+    # d² at most: d² <= 0.1·REFINED_SHARE·largest value·step before (heads_fit.c), which is < 1″.
     last_step = 0.1 * 1e-11 * np.abs(numpy.disc).max()
     variance = numpy.noise_arcsec**2
     assert c.estimate.noise_arcsec**2 == pytest.approx(variance, rel=2e-8, abs=last_step)
