@@ -64,9 +64,8 @@ def test_own_effect() -> None:
     assert _follow(DOCS / "own-effect.md") >= 6
 
 
-@pytest.mark.large
+@pytest.mark.slow
 def test_real_data() -> None:
-    """The page adds line after line; ``test_real_data.py`` diagnoses the same two sets."""
     assert _follow(DOCS / "real-data.md") >= 12
 
 
