@@ -34,7 +34,8 @@ VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 # The longest begin first: two run at a time.
 LINTS := $(addprefix lint-,types vhdl documents style)
 # A worker keeps the tests of one file, which share what they build; the first to end helps the other.
-PYTEST := $(VENV)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal
+# Bytecode is kept, or each worker and each command that a test starts would compile all sources anew.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(VENV)/python -m pytest -n $(PYTEST_WORKERS) --dist worksteal
 
 .PHONY: help setup generate demo test test-large lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark bound blind peers fuzz coverage-gateware coverage-firmware mutate nightly site lock ci clean distclean
 

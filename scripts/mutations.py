@@ -241,7 +241,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "rtl/core/rearm_control.vhd",
         "(or requested(requested'high downto COUNTS_PER_REV_WIDTH - 1)) = '1'",
         "requested(COUNTS_PER_REV_WIDTH - 1) = '1'",
-        "tb/core/test_arctrue_core.py::test_core",
+        "tb/core/test_arctrue_core.py::test_folded_core",
     ),
     Mutation(
         "grid_of_the_old_zero",
@@ -553,7 +553,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "rtl/core/arctrue_core.vhd",
         "follow <= hwif_out.control.output_enable.value and not changes_turn;",
         "follow <= hwif_out.control.output_enable.value;",
-        "tb/core/test_arctrue_core.py::test_core",
+        "tb/core/test_arctrue_core.py::test_folded_core",
     ),
     Mutation(
         "reference_before_its_angle",

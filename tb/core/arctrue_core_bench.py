@@ -39,6 +39,8 @@ class Machine:
     def __init__(self, dut, bus: Bus) -> None:
         self.dut = dut
         self.bus = bus
+        self.out_a, self.out_b, self.out_z = dut.out_a, dut.out_b, dut.out_z
+        self.corrected_position = dut.unit.corrected_position
         self.index_scatter: tuple[int, ...] = (0,)
         self.registers: RegisterMap = bus.registers()
         self.now = table.START_COUNTS
@@ -80,15 +82,15 @@ class Machine:
     def log(self) -> None:
         self.angle.append(self.now)
         self.reading.append(self.pair)
-        phase = OUTPUT_STEP[int(self.dut.out_a.value) | int(self.dut.out_b.value) << 1]
+        phase = OUTPUT_STEP[int(self.out_a.value) | int(self.out_b.value) << 1]
         if self.output:
             step = (phase - self.output[-1] + 1) % 4 - 1
             assert step != 2, "the output changed A and B together"
             self.output.append(self.output[-1] + step)
         else:
             self.output.append(phase)
-        self.z.append(int(self.dut.out_z.value))
-        self.corrected.append(self.dut.unit.corrected_position.value.to_signed())
+        self.z.append(int(self.out_z.value))
+        self.corrected.append(self.corrected_position.value.to_signed())
 
 
 def readings_at(angle_counts: float) -> tuple[int, int]:

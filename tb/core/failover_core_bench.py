@@ -46,6 +46,9 @@ SWAP_WAITS = 12
 CARRIERS = {0: 1, 1: 2, 2: 1, 3: 1, 4: 1}
 LANES_ERROR = 2.0
 """Largest difference of E between the sets of this table in counts: two harmonics of 2.1."""
+UNTIL_ZEROS = 190 + max(-place if place < 140 else COUNTS - place for place in PLACES)
+"""Counts from the start at -150 until every head has passed its index, which the axis and the disc
+move by up to 11."""
 EVERYONE = tuple(range(1, HEADS + 1))
 
 
@@ -65,7 +68,7 @@ async def guarded(dut: Any, **settings: int) -> Table:
     for missing in range(HEADS + 1):
         mean = set_of(missing)
         await names.write_set(missing, lanes_of(mean), mean)
-    await machine.turn(COUNTS + 150)
+    await machine.turn(UNTIL_ZEROS)
     await names.write("missing_edges", MISSING)
     await names.write("parity.step_limit", STEP_LIMIT)
     await names.write("index_tolerance", 2)

@@ -22,7 +22,8 @@ from tb.core import arctrue_core_table as table
 from tb.registers.axi_lite import start
 
 HEADS = int(os.environ.get("HEADS", "2"))
-LANES = 4
+LANES = 2
+"""As many as DISC has orders."""
 CAPTURE_DEPTH = 64
 COUNTS = table.COUNTS_PER_REV
 CLOCKS_PER_COUNT = 6.0
@@ -38,6 +39,8 @@ MOTION = ((1, 5.0, 0.3), (3, 4.0, 1.7))
 INTERRUPTS = [f"head{head}_{event}" for event in ("index", "fault") for head in (3, 4)]
 LATENCY = number_formats.PIPELINE_LATENCY + (HEADS > 2)
 PINS = [f"head{head}_{pin}" for head in range(1, HEADS + 1) for pin in "abz"]
+AHEAD = 4096
+"""Clocks whose readings are calculated in one step."""
 OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}
 
 
@@ -91,6 +94,8 @@ class Table:
     def __init__(self, dut: Any, registers: RegisterMap) -> None:
         self.dut = dut
         self.registers = registers
+        self.pins = [getattr(dut, name) for name in PINS]
+        self.levels: list[tuple[int, ...]] = [()] * HEADS
         self.now = -150.0
         self.angle: list[float] = []
         self.corrected: list[int] = []
@@ -115,34 +120,45 @@ class Table:
         for head, reading in enumerate(row):
             if head + 1 not in self.stands:
                 self.shown[head] = reading
-        levels = []
-        for reading, slip in zip(self.shown, self.slips, strict=True):
+        for head, (reading, slip) in enumerate(zip(self.shown, self.slips, strict=True)):
             pins = table.pins(reading + slip) & 0b11 | table.pins(reading) & 0b100
-            levels += [pins >> bit & 1 for bit in range(3)]
-        for name, level in zip(PINS, levels, strict=True):
-            getattr(self.dut, name).value = level
+            levels = tuple(pins >> bit & 1 for bit in range(3))
+            if levels != self.levels[head]:
+                for pin, level in zip(self.pins[3 * head :], levels, strict=False):
+                    pin.value = level
+                self.levels[head] = levels
 
     async def run(self) -> None:
         """Turn the table and log every clock."""
         last: list[int] = []
+        falling = FallingEdge(self.dut.clock)
+        corrected = self.dut.unit.corrected_position
+        out_a, out_b = self.dut.out_a, self.dut.out_b
+        ahead = [self.now]
+        rows: list[list[int]] = []
+        place = 0
         while True:
-            row = readings(np.array([self.now]))[0].tolist()
+            if place == len(rows):
+                steps = np.full(AHEAD + 1, 1.0 / CLOCKS_PER_COUNT)
+                steps[0] = ahead[-1]
+                angles = np.add.accumulate(steps)
+                ahead, rows, place = angles.tolist(), readings(angles[:-1]).tolist(), 0
+            self.now, row = ahead[place], rows[place]
             if len(self.angle) % 2 and row == last[:HEADS]:
                 for head in range(HEADS):
                     self.slip(head)
             if [*row, *self.slips] != last:
                 self.drive(row)
                 last = [*row, *self.slips]
-            await FallingEdge(self.dut.clock)
+            await falling
             self.angle.append(self.now)
-            self.corrected.append(self.dut.unit.corrected_position.value.to_signed())
-            phase = OUTPUT_STEP[int(self.dut.out_a.value) | int(self.dut.out_b.value) << 1]
+            self.corrected.append(corrected.value.to_signed())
+            phase = OUTPUT_STEP[int(out_a.value) | int(out_b.value) << 1]
             before = self.output[-1] if self.output else phase
             step = (phase - before + 1) % 4 - 1
             assert step != 2, "the output changed A and B together"
             self.output.append(before + step)
-            if self.moves:
-                self.now += 1.0 / CLOCKS_PER_COUNT
+            place += self.moves
 
     async def turn(self, counts: float) -> None:
         await ClockCycles(self.dut.clock, int(counts * CLOCKS_PER_COUNT))

@@ -5,32 +5,37 @@ import pytest
 from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
+UNFOLDED = (
+    "from_edges_to_corrected_edges",
+    "illegal_accesses_are_refused",
+    "interrupt_of_a_swap_and_its_ramp",
+)
+"""Tests in which the pipeline's lanes and latency matter."""
 
-@pytest.mark.slow
-def test_core() -> None:
+
+@pytest.mark.parametrize("testcase", [*UNFOLDED, pytest.param(None, marks=pytest.mark.large)])
+def test_core(testcase: str | None) -> None:
+    """Every lane has a pipeline; ``make test-large`` runs all tests, as ``test_folded_core``
+    does."""
     simulate(
         "arctrue_core",
         "tb.core.arctrue_core_bench",
         generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH},
+        testcase=testcase,
         backend="llvm",
     )
 
 
+@pytest.mark.slow
 def test_folded_core() -> None:
     """The core has one pipeline for four lanes, and registers that state it."""
-    for testcase in (
-        "from_edges_to_corrected_edges",
-        "illegal_accesses_are_refused",
-        "interrupt_of_a_swap_and_its_ramp",
-    ):
-        simulate(
-            "arctrue_core",
-            "tb.core.arctrue_core_bench",
-            generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 4},
-            testcase=testcase,
-            environment={"FOLD": "4"},
-            backend="llvm",
-        )
+    simulate(
+        "arctrue_core",
+        "tb.core.arctrue_core_bench",
+        generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 4},
+        environment={"FOLD": "4"},
+        backend="llvm",
+    )
 
 
 def test_core_with_events() -> None:

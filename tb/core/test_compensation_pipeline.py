@@ -179,6 +179,6 @@ def test_real_orders(fold: int) -> None:
         TOPLEVEL,
         "tb.core.real_orders_pipeline_bench",
         generics={"LANES": 4, "FOLD": fold, "REAL_ORDERS": "true"},
-        environment={"LANES": "4", "FOLD": str(fold), "COUNTS_PER_REV": "4096"},
+        environment={"LANES": "4", "FOLD": str(fold), "COUNTS_PER_REV": "2048"},
         backend="llvm",
     )

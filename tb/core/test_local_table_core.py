@@ -1,4 +1,7 @@
-"""Test of the whole core with a local table."""
+"""Test of the whole core with a local table.
+
+With a pipeline for each lane, ``hidden_effect/test_scratch.py`` runs it as a netlist.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("fold", [1, 4])
+@pytest.mark.parametrize("fold", [pytest.param(1, marks=pytest.mark.large), 4])
 def test_core_with_a_local_table(fold: int) -> None:
     simulate(
         "arctrue_core",

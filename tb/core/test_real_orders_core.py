@@ -1,4 +1,7 @@
-"""Test of the whole core with lanes of real orders."""
+"""Test of the whole core with lanes of real orders.
+
+``test_compensation_pipeline.py`` compares a pipeline for each lane with the model in every clock.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from tb.core.arctrue_core_bench import CAPTURE_DEPTH, LANES
 from tb.support.simulation import simulate
 
 
-@pytest.mark.parametrize("fold", [1, 4])
+@pytest.mark.parametrize("fold", [pytest.param(1, marks=pytest.mark.large), 4])
 def test_core_with_real_orders(fold: int) -> None:
     simulate(
         "arctrue_core",

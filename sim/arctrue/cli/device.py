@@ -67,7 +67,7 @@ def device() -> None:
     show_default=True,
     help="Delete the oldest turns above this size of the record.",
 )
-@click.option("--capture-every", type=Finite(min=0.01), help="Hours from one capture to the next.")
+@click.option("--capture-every", type=Finite(min=0.001), help="Hours from one capture to the next.")
 @click.option("--no-alarm-capture", is_flag=True, help="Take no capture when an alarm begins.")
 @click.option(
     "--most-captures",

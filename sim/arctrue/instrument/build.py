@@ -30,6 +30,8 @@ BUILT = ROOT / "build" / "instrument"
 FIRMWARE = ROOT / "firmware"
 FIRMWARE_FOLDERS = ("calibration", "application", "console")
 GENERATED_C = ROOT / "build" / "generated" / "c"
+OF_THE_MODEL = ("abi.cpp", "bus.cpp", "harness.cpp")
+"""Sources of the harness that include the core's model."""
 OLDEST_VERILATOR = 5
 
 # Registers start with the values of the VHDL, which the netlist contains, and with 0 otherwise.
@@ -236,6 +238,37 @@ def firmware_sources() -> list[Path]:
     return sorted(path for folder in FIRMWARE_FOLDERS for path in (FIRMWARE / folder).glob("*.c"))
 
 
+def _headers() -> list[Path]:
+    return [
+        *NATIVE.glob("*.h"),
+        *(path for folder in FIRMWARE_FOLDERS for path in (FIRMWARE / folder).glob("*.h")),
+        *GENERATED_C.glob("*.h"),
+    ]
+
+
+def _include_options() -> list[str]:
+    folders = (*(FIRMWARE / name for name in FIRMWARE_FOLDERS), GENERATED_C, NATIVE)
+    return [f"-I{folder}" for folder in folders]
+
+
+def _of_every_core() -> list[Path]:
+    """The compiled firmware and the parts of the harness that do not include the core's model.
+
+    They are the same for every configuration and are compiled once, into build/instrument.
+    """
+    natives = (path for path in NATIVE.iterdir() if path.suffix in (".cpp", ".c"))
+    sources = sorted(path for path in natives if path.name not in OF_THE_MODEL)
+    sources += firmware_sources()
+    flags = [*CXX_FLAGS, *CXX_WARNINGS, *C_FLAGS]
+    key = digest([tool_versions()["gcc"], *flags], [*sources, *sorted(_headers())])
+    target = BUILT / f"firmware-{key}"
+    log = target.with_suffix(".log")
+    with building(target, log) as folder:
+        if folder is not None:
+            compile_all(sources, folder, _include_options(), log)
+    return sorted(target.glob("*.o"))
+
+
 def build(
     lanes: int = LANES_DEFAULT,
     capture_depth: int = CAPTURE_DEPTH_DEFAULT,
@@ -271,15 +304,10 @@ def build(
     model = _model(lanes, capture_depth, generics or {}, report_step)
     natives = sorted(path for path in NATIVE.iterdir() if path.suffix in (".cpp", ".c"))
     sources = [*natives, *firmware_sources()]
-    headers = [
-        *NATIVE.glob("*.h"),
-        *(path for folder in FIRMWARE_FOLDERS for path in (FIRMWARE / folder).glob("*.h")),
-        *GENERATED_C.glob("*.h"),
-    ]
     flags = [*CXX_FLAGS, *CXX_WARNINGS, *C_FLAGS, *LINK_FLAGS]
     windows = (str(CAPTURE_ADDRESS), str(FURTHER_CAPTURE_ADDRESS))
     texts = [model.name, versions["gcc"], *flags, *windows]
-    key = digest(texts, [*sources, *sorted(headers)])
+    key = digest(texts, [*sources, *sorted(_headers())])
     target = BUILT / f"instrument-{lanes}-{capture_depth}-{key}"
     log = target.with_suffix(".log")
     with building(target, log) as folder:
@@ -289,15 +317,13 @@ def build(
             options = [
                 *(f"-isystem{path}" for path in (model / "verilated", include)),
                 f"-isystem{include / 'vltstd'}",
-                *(f"-I{FIRMWARE / name}" for name in FIRMWARE_FOLDERS),
-                f"-I{GENERATED_C}",
-                f"-I{NATIVE}",
+                *_include_options(),
                 f"-DINTERRUPT_PORT={_interrupt_port(model)}",
                 f"-DCAPTURE_ADDRESS={CAPTURE_ADDRESS}U",
                 f"-DFURTHER_CAPTURE_ADDRESS={FURTHER_CAPTURE_ADDRESS}U",
             ]
-            objects = compile_all(sources, folder, options, log)
-            objects += [*sorted(model.glob("*.o")), *runtime()]
+            objects = compile_all([NATIVE / name for name in OF_THE_MODEL], folder, options, log)
+            objects += [*_of_every_core(), *sorted(model.glob("*.o")), *runtime()]
             library = folder / "instrument.so"
             command = ["g++", *map(str, objects), "-o", str(library), *LINK_FLAGS]
             run_tool(command, log, "Linking the instrument")

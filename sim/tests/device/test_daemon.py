@@ -274,7 +274,7 @@ def test_a_new_alarm_takes_one_capture(monkeypatch: pytest.MonkeyPatch, tmp_path
 
 
 def test_captures_are_taken_on_a_schedule(device: Device, tmp_path: Path) -> None:
-    with daemon(device.port, tmp_path, "--capture-every", "0.01", "--no-alarm-capture") as running:
+    with daemon(device.port, tmp_path, "--capture-every", "0.001", "--no-alarm-capture") as running:
         running.heard("captured: ")
     names = [path.name for path in (tmp_path / "captures").iterdir()]
     assert names[0].endswith("-schedule")

@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import design_matrix
-from arctrue.workbench.inference.design_matrix import BLOCK_ROWS, Term
+from arctrue.workbench.inference.design_matrix import (
+    BLOCK_ROWS,
+    Term,
+    block_columns,
+    row_blocks,
+)
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.noise.row_noise import Factor
 from arctrue.workbench.observations import Observations, part
 from arctrue.workbench.observations.build import observations_of
 
+Float = NDArray[np.float64]
 EFFECTS = built_in()
 ROWS = 40_000
 LIMIT = 10_000
 ORDER = 37.3
 NOISE_ARCSEC = 0.3
+
+
+def _line(angle: Float) -> Float:
+    return 0.05 * np.cos(ORDER * angle)
 
 
 def _observations(limit: int, *, with_time: bool = True) -> Observations:
@@ -30,7 +44,7 @@ def _observations(limit: int, *, with_time: bool = True) -> Observations:
     way = np.arange(ROWS // 2) * (5.0 * 360.0 / (ROWS // 2))
     target = np.concatenate([way, way[::-1]])
     angle = np.radians(target)
-    error = 4.0 * np.cos(angle + 0.3) + 0.05 * np.cos(ORDER * angle)
+    error = 4.0 * np.cos(angle + 0.3) + _line(angle)
     rows = Reference(
         target_deg=target,
         error_arcsec=error + random.normal(0.0, NOISE_ARCSEC, ROWS),
@@ -69,12 +83,34 @@ def _all_at_once(searched: Solution) -> Solution:
     return fit([_base()], observations, searched.context, noise=noise)
 
 
+def _estimator(whole: Solution, blocks: Iterable[slice]) -> Float:
+    """Return the matrix of generalised least squares whose noise is uncorrelated between blocks.
+
+    (XᵀV⁻¹X)⁻¹XᵀV⁻¹ with the columns X and a constant; its rows are those of the coefficients.
+    """
+    rows, noise = whole.observations.reference, whole.noise.reference
+    assert rows is not None
+    assert noise is not None
+    (spectrum,) = noise.spectra
+    columns = block_columns(whole.terms, whole.widths, rows, whole.context)
+    columns = np.column_stack([columns, np.ones(rows.run.size)])
+    precise, normal = np.empty_like(columns), np.zeros((columns.shape[1], columns.shape[1]))
+    for block in blocks:
+        factor = Factor(np.ascontiguousarray(noise.clock[block]), spectrum)
+        whitened = factor.whiten(columns[block])
+        precise[block] = factor.unwhiten_transposed(whitened)
+        normal += whitened.T @ whitened
+    return np.asarray(np.linalg.solve(normal, precise.T)[:-1])
+
+
 @pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
 def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
     """In one block both are the same sum; otherwise the correlation is cut at the end of a block.
 
-    The cut moves a coefficient by a part of its standard uncertainty. The bound of 0.1 is chosen,
-    not derived: the largest part here is 0.058, of the constant.
+    The cut gives the rows other weights: it changes the coefficients by D·rows, where D is the
+    difference of both estimators. White noise of ``NOISE_ARCSEC`` gives this change the standard
+    uncertainty NOISE_ARCSEC·|D|, for order 1 a share of 0.043 of that of the coefficient; the line
+    in the rows adds D·line.
     """
     searched = fit([_base()], _observations(LIMIT))
     whole = _all_at_once(searched)
@@ -82,14 +118,24 @@ def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
         patch.setattr(design_matrix, "BLOCK_ROWS", block_rows)
         streamed = on_every_row(searched)
         figures = channel_figures(streamed, "reference")
+        cut = _estimator(whole, row_blocks(ROWS))
     expected = channel_figures(whole, "reference")
     assert figures is not None
     assert expected is not None
     assert figures.rows == expected.rows == ROWS
     assert figures.rms_arcsec == pytest.approx(expected.rms_arcsec, rel=1e-4)
     sigma = np.sqrt(np.diag(whole.covariance))
-    share = 1e-6 if block_rows > ROWS else 0.1
-    np.testing.assert_array_less(np.abs(streamed.coefficients - whole.coefficients), share * sigma)
+    rows = whole.observations.reference
+    assert rows is not None
+    rounding = 1e-6 * sigma
+    np.testing.assert_array_less(
+        np.abs(streamed.coefficients - cut @ rows.measured_arcsec), rounding
+    )
+    change = cut - _estimator(whole, [slice(0, ROWS)])
+    moved = streamed.coefficients - whole.coefficients - change @ _line(rows.target_rad)
+    moved_sigma = NOISE_ARCSEC * np.linalg.norm(change, axis=1)
+    np.testing.assert_array_less(np.abs(moved), 4.0 * moved_sigma + rounding)
+    assert (moved_sigma.max() > rounding.max()) == (block_rows < ROWS)
     np.testing.assert_allclose(np.sqrt(np.diag(streamed.covariance)), sigma, rtol=0.01)
     # The part has a quarter of the rows: twice the uncertainty.
     assert np.median(np.sqrt(np.diag(searched.covariance)) / sigma) == pytest.approx(2.0, rel=0.1)

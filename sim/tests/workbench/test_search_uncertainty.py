@@ -19,7 +19,6 @@ from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
-REPEATS = 40
 TURNS = 5
 FREQUENCY, ORDER, PLACE, WIDTH, HEIGHT = 7.31, 3.37, 140.0, 1.5, 3.0
 TRUTH = {"frequency": FREQUENCY, "order": ORDER, "place": PLACE, "width": WIDTH}
@@ -54,15 +53,16 @@ def _found(seed: int) -> tuple[dict[str, Parameter], list[float]]:
     return parameters, [float(solution.coefficients[height]), float(spread[height])]
 
 
-def test_scatter_is_what_the_linearised_jacobian_says() -> None:
+@pytest.mark.parametrize("repeats", [12, pytest.param(40, marks=pytest.mark.large)])
+def test_scatter_is_what_the_linearised_jacobian_says(repeats: int) -> None:
     scaled: dict[str, list[float]] = {name: [] for name in [*TRUTH, "height"]}
-    for seed in range(REPEATS):
+    for seed in range(repeats):
         parameters, (height, sigma) = _found(seed)
         for name, true in TRUTH.items():
             scaled[name].append((parameters[name].value - true) / parameters[name].sigma)
         scaled["height"].append((height - HEIGHT) / sigma)
     # Five tests at 1 in 2,000 each: a correct implementation fails once in 400.
-    low, high = chi2.ppf([0.00025, 0.99975], REPEATS)
+    low, high = chi2.ppf([0.00025, 0.99975], repeats)
     for name, values in scaled.items():
         assert low < float(np.sum(np.square(values))) < high, (name, np.std(values))
 
@@ -98,10 +98,11 @@ def test_place_of_a_step_scatters_as_stated(ratio: float) -> None:
     assert position_sigma_samples(ratio, 1.0) == pytest.approx(np.std(places), rel=0.15)
 
 
-def test_instant_of_a_slip_is_within_its_uncertainty() -> None:
+@pytest.mark.parametrize("repeats", [8, pytest.param(25, marks=pytest.mark.large)])
+def test_instant_of_a_slip_is_within_its_uncertainty(repeats: int) -> None:
     period = 12.0 / SAMPLES_A_TURN
     scaled = []
-    for seed in range(25):
+    for seed in range(repeats):
         instant = 10.0 + 0.37 * seed
         observations = observations_of(
             measurement_set(

@@ -84,7 +84,7 @@ def test_a_wave_in_proportion_to_a_condition(
     assert left["unit_left_out"] == pytest.approx(size_arcsec, rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_three_of_them_and_heat_at_once(tmp_path: Path) -> None:
     """The turn goes down, warm and with a changing speed: each effect leaves as much as alone.
 

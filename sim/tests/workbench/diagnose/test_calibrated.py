@@ -64,10 +64,10 @@ def test_nothing_is_stated_surer_than_it_was_counted(answers: int) -> None:
 
 @pytest.mark.parametrize("verdict", KINDS)
 def test_the_farther_from_the_benchmark_the_less_sure(verdict: str) -> None:
-    """The confidence falls with every step away from the benchmark, by one distance or by all of
-    them.
+    """Every distance from the benchmark lowers the confidence, and all of them lower it most.
 
-    A single distance may leave it unchanged; all distances together always lower it.
+    The probability before the limit that few counted answers set is compared: the limit would hide
+    a distance that does not count.
     """
     away = [
         replace(USUAL.distance, untested=0.9),
@@ -76,12 +76,20 @@ def test_the_farther_from_the_benchmark_the_less_sure(verdict: str) -> None:
         replace(USUAL.distance, runs=1, visits=0.0),
         Distance(0.95, 1, 0.0, 8.0, 300.0),
     ]
-    usual = confidence(verdict, USUAL)
-    assert usual is not None
-    found = [confidence(verdict, replace(USUAL, distance=one)) for one in away]
-    most = 1.0 - 1.0 / (calibration().answers[verdict] + 2.0)
-    assert all(value is not None and (value < usual or value == most) for value in found)
-    assert found[-1] == min(value for value in found if value is not None)
+    unlimited = replace(calibration(), answers=dict.fromkeys(KINDS, 10**12))
+
+    def stated(distance: Distance) -> float:
+        grounds = replace(USUAL, distance=distance)
+        found = unlimited.confidence(verdict, features(verdict, grounds))
+        most = 1.0 - 1.0 / (calibration().answers[verdict] + 2.0)
+        limited = min(max(found, 1.0 - most), most)
+        assert confidence(verdict, grounds) == pytest.approx(limited, abs=1e-12)
+        return found
+
+    usual = stated(USUAL.distance)
+    found = [stated(distance) for distance in away]
+    assert all(value < usual for value in found)
+    assert found[-1] == min(found)
 
 
 def test_faulty_data_have_no_confidence() -> None:

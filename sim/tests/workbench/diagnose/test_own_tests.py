@@ -13,7 +13,7 @@ from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import measurement_set, paper_error
 
 
-@pytest.mark.parametrize("pairs", [6, 7])
+@pytest.mark.parametrize("pairs", [6, pytest.param(7, marks=pytest.mark.large)])
 def test_a_disc_written_in_sectors_is_no_single_order(pairs: int) -> None:
     """Every other sector is off by 0.8″: a square wave, with 3, 5 and 7 times its order."""
 

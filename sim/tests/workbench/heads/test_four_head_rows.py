@@ -13,6 +13,7 @@ from arctrue.workbench.diagnose.planned import PLANS
 from arctrue.workbench.effects.base import FitContext
 from arctrue.workbench.effects.capture_block import capture_block
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.observations import part
 from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.heads.four_heads import COUNTS, PLACES_DEG, FourHeads
@@ -72,15 +73,26 @@ def test_a_capture_without_a_place_for_each_head_is_refused() -> None:
         observations_of(replace(measurement, table=table))
 
 
-def test_the_part_of_a_long_capture_has_every_head() -> None:
-    """The capture exceeds 150,000 rows: 4 runs of 14,000 samples with three differences each."""
-    found = diagnosis_of(FourHeads(slip=(1, 3, 40), samples=14_000).measured(7))
+@pytest.mark.parametrize("size", [0.1, pytest.param(1.0, marks=pytest.mark.large)])
+def test_the_part_of_a_long_capture_has_every_head(
+    size: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The capture exceeds 150,000 rows: 4 runs of 14,000 samples with three differences each.
+
+    The small one has a tenth of the rows, of the limit and of the rows that a turn keeps.
+    """
+    samples = round(14_000 * size)
+    for name in ("MOST_ROWS", "LEAST_ROWS_A_TURN"):
+        monkeypatch.setattr(part, name, round(getattr(part, name) * size))
+    measured = FourHeads(slip=(1, 3, 40), samples=samples).measured(7)
+    assert observations_of(measured).stored is not None
+    found = diagnosis_of(measured)
     assert found.decision.first is not None
     values = found.decision.first.parameters()
     assert (values["run"].value, values["head"].value) == (1.0, 3.0)
     # The step lies half-way between two samples in the middle of the run.
     duration = 2.0 * 2.0 * np.pi / 0.5
-    assert abs(values["instant"].value - (400.0 + 0.5 * duration)) < duration / 14_000
+    assert abs(values["instant"].value - (400.0 + 0.5 * duration)) < duration / samples
     assert abs(values["counts"].value - 40.0) < 5.0 * values["counts"].sigma
 
 

@@ -76,7 +76,7 @@ def test_a_backward_circle_of_order_1_is_no_eccentric_disc() -> None:
     assert diagnosis_of(forward.measured(7)).decision.verdict == "adequate"
 
 
-@pytest.mark.parametrize("head", [1, 3])
+@pytest.mark.parametrize("head", [pytest.param(1, marks=pytest.mark.large), 3])
 def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
     creep = tuple(0.5 if number == head else 0.0 for number in range(1, 5))
     _, values = _named(FourHeads(creep_arcsec_k=creep), "thermal_head_drift")
@@ -114,7 +114,15 @@ def test_an_order_that_two_heads_do_not_see_is_named() -> None:
     assert 120 in two.covers.blind_orders
 
 
-@pytest.mark.parametrize(("order", "size_arcsec"), [(120, 0.6), (120, 2.0), (97, 0.6), (200, 2.0)])
+@pytest.mark.parametrize(
+    ("order", "size_arcsec"),
+    [
+        (97, 0.6),
+        (120, 2.0),
+        pytest.param(120, 0.6, marks=pytest.mark.large),
+        pytest.param(200, 2.0, marks=pytest.mark.large),
+    ],
+)
 def test_an_order_of_an_eccentric_disc_is_an_order_of_the_disc(
     order: int, size_arcsec: float
 ) -> None:
