@@ -129,6 +129,9 @@ static const struct {
     {"too_few_counts", "a lane of a real order needs 72 counts a turn for each lane of the "
                        "gateware, and 48 more: leave "
                        "it out, or build fewer lanes"},
+    {"no_local_table",
+     "the file has a local table, and this gateware is built without LOCAL_TABLE: "
+     "export without it, or build it with LOCAL_TABLE=true"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
              "differs, then bypass off"},
