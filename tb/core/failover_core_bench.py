@@ -48,7 +48,9 @@ LANES_ERROR = 2.0
 """Largest difference of E between the sets of this table in counts: two harmonics of 2.1."""
 UNTIL_ZEROS = 190 + max(-place if place < 140 else COUNTS - place for place in PLACES)
 """Counts from the start at -150 until every head has passed its index, which the axis and the disc
-move by up to 11."""
+move by up to 11. The error with three heads contains the axis and follows a whole turn."""
+if HEADS < 4:
+    UNTIL_ZEROS = COUNTS + 150
 EVERYONE = tuple(range(1, HEADS + 1))
 
 
