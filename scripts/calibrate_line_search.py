@@ -24,7 +24,7 @@ from sim.tests.workbench.noisy_logs import NULLS, clock, with_lines
 
 from arctrue.workbench.inference.forward.events import search_steps
 from arctrue.workbench.inference.forward.record import Record, record_of
-from arctrue.workbench.inference.forward.search import noise_beside, search_lines, search_record
+from arctrue.workbench.inference.forward.search import noise_with, search_lines, search_record
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 
 ROWS, STEP_S = 1200, 3.0
@@ -77,7 +77,7 @@ def short_of(kind: str, design: str, number: int) -> Record:
 def steps_of(record: Record) -> int:
     """Return the number of steps that the search finds in a record."""
     none = np.zeros((record.clock.size, 0))
-    return len(search_steps(record, none, noise_beside(record, none)))
+    return len(search_steps(record, none, noise_with(record, none)))
 
 
 ORDER_ROWS, ORDERS = (150, 300, 600), (0, 6, 20)

@@ -144,7 +144,7 @@ def _section(name: str, effect: type[Effect]) -> list[str]:
         "|---|---|",
         f"| Capture sees | {_cell(effect.capture_sees)} |",
         f"| Reference run sees | {_cell(effect.reference_sees)} |",
-        f"| Told apart by | {_cell(effect.told_apart_by)} |",
+        f"| Separated by | {_cell(effect.separated_by)} |",
         f"| Next measurement | {_cell(effect.next_measurement)} |",
         f"| Sizes seen | {_cell(effect.plausible)} |",
         f"| Compensated | {_cell(compensation_words(effect))} |",

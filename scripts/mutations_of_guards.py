@@ -115,7 +115,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{INFERENCE}/likelihood_ratio.py",
         "        base = _with_noise(residuals, under(grown, base.solution))\n",
         "        base = _with_noise(residuals, base.solution.noise)\n",
-        f"{GUARDS}::test_the_noise_beside_an_effect_is_estimated_anew",
+        f"{GUARDS}::test_the_noise_with_an_effect_is_estimated_anew",
     ),
     Mutation(
         "no_scatter_is_no_noise",
@@ -309,7 +309,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "        if step[place] > SIDE_ROWS * float(np.median(around)):\n",
         "        if step[place] > 1e9 * float(np.median(around)):\n",
-        f"{OUTLIERS}::test_a_wrong_row_beside_missing_rows_is_masked",
+        f"{OUTLIERS}::test_a_wrong_row_with_missing_rows_is_masked",
     ),
     Mutation(
         "rows_stay_hidden",
@@ -398,7 +398,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{DIAGNOSE}/every_pass.py",
         "    if item.evidence is not None:\n",
         "    if False:\n",
-        f"{GUARDS}::test_passes_are_asked_beside_the_model_that_the_effect_was_weighed_with",
+        f"{GUARDS}::test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with",
     ),
     Mutation(
         "offsets_of_runs_are_asked",
@@ -430,7 +430,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sim/arctrue/workbench/effects/catalogue/bearing_ball_pass.py",
         "TOLD_APART_SIGMA = 5.5\n",
         "TOLD_APART_SIGMA = 0.0\n",
-        f"{CONTRADICTIONS}::test_an_order_that_cannot_be_told_from_a_half_one_is_no_ball_pass",
+        f"{CONTRADICTIONS}::test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass",
     ),
     Mutation(
         "probability_without_the_untestable",
@@ -463,7 +463,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "        moment = moment - cross.T @ (self._inverse @ self._left_moment)\n",
         "",
         "sim/tests/workbench/test_scores.py"
-        "::test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit",
+        "::test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit",
     ),
     Mutation(
         "parts_by_a_decimal",
@@ -510,8 +510,8 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "an_effect_or_noise_is_noise",
         "the verdict is adequate although an effect and slow noise explain the rows equally well",
         f"{DIAGNOSE}/coverage.py",
-        "_p_beside_it(item, item.evidence.score, tests) < SIGNIFICANCE",
-        "_p_beside_it(item, item.evidence.score, tests) < 0.0",
+        "_p_with(item, item.evidence.score, tests) < SIGNIFICANCE",
+        "_p_with(item, item.evidence.score, tests) < 0.0",
         f"{COVERAGE}::test_a_drift_that_slow_noise_may_be_is_not_adequate",
     ),
     Mutation(
@@ -538,7 +538,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{DIAGNOSE}/coverage.py",
         "item.trials, tests, item.freedom)",
         "item.trials, tests)",
-        f"{COVERAGE}::test_noise_beside_many_columns_is_little_known",
+        f"{COVERAGE}::test_noise_with_many_columns_is_little_known",
     ),
     Mutation(
         "markup_is_obeyed",

@@ -18,8 +18,8 @@ from arctrue.cli._terminal import tell_error
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import (
     judged_sets,
-    score_beside,
     score_folders,
+    score_of_peers,
     write_sets,
 )
 from arctrue.studies.benchmark.cases import FILE as CASES_FILE
@@ -138,7 +138,7 @@ def score(
 
     Several folders are shards of one run. --answers: a JSON object by set, as `benchmark sets`
     names them. An answer is an object with `verdict` and optionally `named`, `class`,
-    `parts`, `beside`, `probability` and `held_out_arcsec`, as in the JSON of `arctrue diagnose`.
+    `parts`, `further`, `probability` and `held_out_arcsec`, as in the JSON of `arctrue diagnose`.
     """
     from arctrue.report.benchmark_page import reason_words, said_words
 
@@ -258,7 +258,7 @@ def page(
 
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
-    compared = None if peers is None else score_beside(peers)
+    compared = None if peers is None else score_of_peers(peers)
     picture = None
     if out is not None:
         picture = Path(relpath(plot_benchmark(found, out), path.parent)).as_posix()

@@ -94,7 +94,7 @@ def show(context: click.Context, name: str, json_file: Path | None) -> None:
 
 def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Give label and text of each line; empty entries are left out."""
-    separation = ("capture_sees", "reference_sees", "told_apart_by", "next_measurement")
+    separation = ("capture_sees", "reference_sees", "separated_by", "next_measurement")
     for key in ("physics", "equation", "source", "plausible", *separation):
         if data[key]:
             yield key.replace("_", " "), data[key]
@@ -187,7 +187,9 @@ def effect_data(effect: type[Effect]) -> dict[str, Any]:
         "source": effect.source,
         "capture_sees": effect.capture_sees,
         "reference_sees": effect.reference_sees,
-        "told_apart_by": effect.told_apart_by,
+        "separated_by": effect.separated_by,
+        # The former name, for one release.
+        "told_apart_by": effect.separated_by,
         "next_measurement": effect.next_measurement,
         "plausible": effect.plausible,
         "compensation": effect.compensation,

@@ -129,7 +129,7 @@ def _data(found: Explanation) -> dict[str, Any]:
             for cause in found.causes
         ],
         "dropped": list(found.dropped),
-        "not_told_apart": [
+        "not_separated": [
             {
                 "effects": list(item.effects),
                 "description": item.description,

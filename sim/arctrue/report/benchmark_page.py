@@ -22,7 +22,7 @@ from arctrue.studies.benchmark.score import (
     SIMULATED,
     goal_of,
 )
-from arctrue.studies.campaign.store import told_state
+from arctrue.studies.campaign.store import stated_code
 
 SETS_PAGE = "benchmark-sets.md"
 MOST_FAILURES = 12
@@ -85,7 +85,7 @@ right one, of an effect that is not in the set. Intervals are Clopper–Pearson,
 """
 
 
-PEERS_TOLD = {
+PEERS_STATED = {
     "arctrue": "`arctrue diagnose`.",
     "stepwise_bic": (
         "Stepwise regression: the effect whose columns lower the BIC most is added, up to three, "
@@ -143,7 +143,7 @@ def _provenance(header: Mapping[str, Any], found: Mapping[str, Any]) -> list[str
         sets = f"**{found['sets']} of its {plan['sets']} sets** (the run was not finished)"
     return [
         f"Tier *{plan['tier']}*, seed {plan['seed']}: {sets}, {found['visible']} with something "
-        f"that the oracle sees. {told_state(header)}, generator `{plan['generator']}`, scored by "
+        f"that the oracle sees. {stated_code(header)}, generator `{plan['generator']}`, scored by "
         f"`{files_digest(SCORING)}`; {libraries}.",
         "",
         _goals_met(found),
@@ -281,7 +281,7 @@ def _peers(peers: Mapping[str, Mapping[str, Any]], header: Mapping[str, Any]) ->
         lines.append(f"| {score.name} | " + " | ".join(cells) + " |")
     lines.append("")
     lines += [
-        f"- `{name}`: {PEERS_TOLD[name]} {told_state(scores['header'])}."
+        f"- `{name}`: {PEERS_STATED[name]} {stated_code(scores['header'])}."
         for name, scores in peers.items()
     ]
     own = peers.get(header.get("subject", "arctrue"))
@@ -373,9 +373,9 @@ def _by_effect(found: Mapping[str, Any]) -> list[str]:
 
 def said_words(item: Mapping[str, Any]) -> str:
     """Describe the answer of a failure: verdict or name, a second name, or the error."""
-    beside = f", and beside it {item['second_name']}" if item["second_name"] else ""
+    further = f", and in addition {item['second_name']}" if item["second_name"] else ""
     error = f": {item['error']}" if item["error"] else ""
-    return f"{item['said']}{beside}{error}"
+    return f"{item['said']}{further}{error}"
 
 
 def reason_words(item: Mapping[str, Any], reasons: Mapping[str, Reason]) -> str:

@@ -134,7 +134,7 @@ def benchmark_sets_page() -> str:
         f"| {name} | {' '.join((make.__doc__ or '').split())} |" for name, make in WORLDS.items()
     ]
     lines += ["", SECOND_TOLD.rstrip()]
-    lines += [f"| {name} | {world.told} |" for name, world in independent_worlds().items()]
+    lines += [f"| {name} | {world.about} |" for name, world in independent_worlds().items()]
     lines += ["", INDEPENDENCE_TOLD.rstrip()]
     lines += [f"| `{name}` | {text} |" for name, text in INDEPENDENCE.items()]
     return "\n".join([*lines, "", NOISE_TOLD])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from arctrue.studies.campaign.store import told_state
+from arctrue.studies.campaign.store import stated_code
 from arctrue.studies.monte_carlo.inputs import CASES, INPUTS
 from arctrue.studies.monte_carlo.trial import ECCENTRICITY_UM, GRADUATION_ARCSEC
 
@@ -60,7 +60,7 @@ def monte_carlo_page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str
     lines += [
         f"{number} trials of each case{part}, seed {plan['seed']}; {runs} of {turns} with "
         f"{plan['samples']:,} samples a turn, method {plan['method']}. "
-        f"{told_state(header)}; {libraries}.",
+        f"{stated_code(header)}; {libraries}.",
         "",
         *_summary(found),
         "",

@@ -31,12 +31,12 @@ def page(browser: Browser) -> Iterator[Page]:
     found = context.new_page()
     errors: list[str] = []
 
-    def told(said: ConsoleMessage) -> None:
+    def reported(said: ConsoleMessage) -> None:
         if said.type == "error" and not any(text in said.text for text in EXPECTED):
             errors.append(said.text)
 
     found.on("pageerror", lambda error: errors.append(str(error)))
-    found.on("console", told)
+    found.on("console", reported)
     yield found
     context.close()
     assert errors == []

@@ -59,7 +59,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_new_effect("evil_effect", made / "effects")
     file = made / "effects" / "evil_effect.py"
     text = file.read_text(encoding="utf-8")
-    for name in ("physics", "next_measurement", "told_apart_by"):
+    for name in ("physics", "next_measurement", "separated_by"):
         text = re.sub(rf'    {name} = ".*"', lambda _, n=name: f"    {n} = {EVIL!r}", text)
     text = text.replace('return ["cos", "sin"]', f'return ["cos {MARK}", "sin {MARK}"]')
     file.write_text(text, encoding="utf-8")

@@ -58,10 +58,10 @@ def test_every_section_and_figure_is_there(written: tuple[Path, Result]) -> None
 
 def test_it_says_what_diagnose_says(written: tuple[Path, Result]) -> None:
     folder, _ = written
-    told = json.loads((folder / "told.json").read_text(encoding="utf-8"))
+    reported = json.loads((folder / "told.json").read_text(encoding="utf-8"))
     text = (folder / "out" / "report.html").read_text(encoding="utf-8")
-    assert told["named"] == "hysteresis"
-    assert f"Verdict: {told['verdict']}" in text
+    assert reported["named"] == "hysteresis"
+    assert f"Verdict: {reported['verdict']}" in text
     assert '<li class="candidate named">' in text
 
 

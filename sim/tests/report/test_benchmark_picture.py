@@ -31,16 +31,16 @@ def test_picture_holds_every_count_and_the_curve_only_where_there_is_one(tmp_pat
         {"mean_probability": 0.5, "hits": 1, "of": 2, "rate": 0.5, "low": 0.013, "high": 0.987},
         {"mean_probability": 0.99, "hits": 17, "of": 17, "rate": 1.0, "low": 0.805, "high": 1.0},
     ]
-    told = {}
+    shown_text = {}
     for name, stated in (("with", {"reliability": bins}), ("without", None)):
         found = {"confusion": CONFUSION, "probability": stated}
         path = plot_benchmark(found, tmp_path / name)
         tree = ElementTree.parse(path)
-        told[name] = [
+        shown_text[name] = [
             "".join(item.itertext()).strip() for item in tree.iter() if "text" in item.tag
         ]
     for name in CONFUSION:
-        assert name in told["with"]
-    assert told["with"].count("7") == 1
-    assert "17 sets" in told["with"]
-    assert "17 sets" not in told["without"]
+        assert name in shown_text["with"]
+    assert shown_text["with"].count("7") == 1
+    assert "17 sets" in shown_text["with"]
+    assert "17 sets" not in shown_text["without"]

@@ -22,7 +22,7 @@ def test_evidence_says_how_rare_it_is(p_value: float, said: str) -> None:
     assert said in evidence_in_words(p_value, 12.3)
 
 
-def test_angles_are_told_in_the_unit_of_the_reader() -> None:
+def test_angles_are_reported_in_the_unit_of_the_reader() -> None:
     # An arcsecond is 4.848 µrad.
     assert angle_text(DisplaySettings(), -1.0) == "−1.000″"
     assert angle_text(DisplaySettings(unit="urad"), -1.0) == "−4.85 µrad"

@@ -160,7 +160,9 @@ def test_an_effect_at_the_bound_is_found(effect: str, channel: str) -> None:
         assert stated is not None
         made = _made(effect, seed + SETS, stated.rms_arcsec[channel])
         residuals = _residuals(made)
-        told = evidence(residuals, restricted_likelihood(residuals), of, {})
-        p_value = corrected_p_value(told.gain, told.score.rank, 1.0, TESTS, told.freedom)
+        reported = evidence(residuals, restricted_likelihood(residuals), of, {})
+        p_value = corrected_p_value(
+            reported.gain, reported.score.rank, 1.0, TESTS, reported.freedom
+        )
         found += p_value < SIGNIFICANCE
     assert found >= LEAST

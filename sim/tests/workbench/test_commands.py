@@ -86,8 +86,8 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     channels = _json(tmp_path / "n.json")["channels"]
     assert channels["capture"]["rms_arcsec"] < 1.05 * channels["capture"]["noise_arcsec"]
 
-    told = _run("history", "--model", model, "--out", pictures)
-    assert told.exit_code == 0, told.output
+    reported = _run("history", "--model", model, "--out", pictures)
+    assert reported.exit_code == 0, reported.output
     assert (pictures / "history.png").stat().st_size > 10_000
 
     exported = _run("export", warm_set, "--model", model, "--temperature", 24, "--out", tmp_path)

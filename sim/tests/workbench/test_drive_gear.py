@@ -48,7 +48,7 @@ def _narrowed(measurement: MeasurementSet):  # type: ignore[no-untyped-def]
         ({90: 1.0, 89: 0.4, 91: 0.4}, {"multiples": [1], "below": [1], "above": [1]}),
     ],
 )
-def test_lines_beside_the_tooth_count_are_taken_where_they_are_there(lines, expected) -> None:  # type: ignore[no-untyped-def]
+def test_lines_with_the_tooth_count_are_taken_where_they_are_there(lines, expected) -> None:  # type: ignore[no-untyped-def]
     effect, _ = _narrowed(_with_lines(90, lines))
     assert effect.settings == expected
 
@@ -61,7 +61,7 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
     assert trials > 1.0
 
 
-def test_side_lines_that_only_the_noise_beside_the_gear_shows_are_taken() -> None:
+def test_side_lines_that_only_the_noise_with_the_gear_shows_are_taken() -> None:
     """The side lines are insignificant in the noise that contains the gear, but have 20 σ of the
     rows.
 

@@ -26,7 +26,7 @@ from arctrue.workbench.effects.base import Effect, Parameter, SearchParameter
 class Mine(Effect):
     name = "mine"
     physics = equation = source = capture_sees = reference_sees = "text"
-    told_apart_by = next_measurement = plausible = "text"
+    separated_by = next_measurement = plausible = "text"
     search = (SearchParameter("tau", "s", 2.0, 60.0, "fades"),)
     {declared}
     def missing(self, observations):

@@ -35,7 +35,7 @@ def test_the_whole_catalogue_is_there() -> None:
 def test_declarations(name: str) -> None:
     effect = EFFECTS[name]
     for text in (effect.physics, effect.equation, effect.source, effect.capture_sees,
-                 effect.reference_sees, effect.told_apart_by, effect.next_measurement,
+                 effect.reference_sees, effect.separated_by, effect.next_measurement,
                  effect.plausible):  # fmt: skip
         assert text.strip()
     assert effect.physics.count(". ") == 1, "physics in two sentences"

@@ -89,7 +89,7 @@ def test_a_table_that_warms_is_explained_and_what_is_left_is_adequate(tmp_path: 
     assert found["diagnosis"]["verdict"] in {"adequate", "cannot_tell"}
 
 
-def test_what_cannot_be_told_apart_is_said_with_the_measurement_that_would(tmp_path: Path) -> None:
+def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_path: Path) -> None:
     """A line of 3.3 Hz at one speed may be fixed to the time or to the angle."""
     folder, model = tmp_path / "line", tmp_path / "model.toml"
     made = measurement_set(
@@ -101,7 +101,7 @@ def test_what_cannot_be_told_apart_is_said_with_the_measurement_that_would(tmp_p
     file = tmp_path / "explained.json"
     done = _run("explain", folder, "--json", file, "--model", model)
     assert done.exit_code == 0, done.output
-    (unclear,) = json.loads(file.read_text(encoding="utf-8"))["not_told_apart"]
+    (unclear,) = json.loads(file.read_text(encoding="utf-8"))["not_separated"]
     assert {"vibration", "bearing_ball_pass"} <= set(unclear["effects"])
     assert "speed" in unclear["next_measurement"]
     said = f"This set cannot tell between {', '.join(unclear['effects'])}"

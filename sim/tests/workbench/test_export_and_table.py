@@ -112,9 +112,9 @@ def test_a_model_of_another_table_is_refused(
         assert "another table: 33° between the heads, the set 32.9°" in answer.stderr
         assert "Traceback" not in answer.output
     assert model.read_bytes() == before
-    told = _run("compare", apart, "--model", model, "--other-table")
-    assert told.exit_code == 0, told.output
-    assert "another table" in told.stderr
+    reported = _run("compare", apart, "--model", model, "--other-table")
+    assert reported.exit_code == 0, reported.output
+    assert "another table" in reported.stderr
 
     counts = tmp_path / "counts"
     coarse = replace(

@@ -33,24 +33,29 @@ def _graduation(**settings: object) -> Term:
     return Term(EFFECTS["graduation_harmonics"](**settings), {})
 
 
-def test_blind_order_and_unseparable_motion_are_told() -> None:
+def test_blind_order_and_unseparable_motion_are_reported() -> None:
     alone = observations_of(measurement_set(runs=1, reference=False))
-    told = identifiability(fit([_graduation(orders=[1, 2, 120])], alone))
-    assert told.undetermined == ["graduation_harmonics: cos 120", "graduation_harmonics: sin 120"]
-    assert told.rank == 4 + 1
+    reported = identifiability(fit([_graduation(orders=[1, 2, 120])], alone))
+    assert reported.undetermined == [
+        "graduation_harmonics: cos 120",
+        "graduation_harmonics: sin 120",
+    ]
+    assert reported.rank == 4 + 1
     motion = Term(EFFECTS["radial_error_motion"](orders=[2]), {})
     # Without a reference, the difference shows only two of the six columns of order 2.
-    told = identifiability(fit([_graduation(orders=[1, 2]), motion], alone))
-    assert any("2" in name for name in told.undetermined)
+    reported = identifiability(fit([_graduation(orders=[1, 2]), motion], alone))
+    assert any("2" in name for name in reported.undetermined)
     both = observations_of(measurement_set())
     assert identifiability(fit([_graduation()], both)).undetermined == []
 
 
 def test_weak_orders_are_the_weakest() -> None:
-    told = identifiability(fit([_graduation()], observations_of(measurement_set(reference=False))))
+    reported = identifiability(
+        fit([_graduation()], observations_of(measurement_set(reference=False)))
+    )
     # Order 11 is amplified 19 times at 33°, orders 10 and 12 five times.
-    assert {name.split()[-1] for name in list(told.weakest)[:2]} == {"11"}
-    sigma = next(iter(told.weakest.values()))
+    assert {name.split()[-1] for name in list(reported.weakest)[:2]} == {"11"}
+    sigma = next(iter(reported.weakest.values()))
     rows = len(RUNS) * SAMPLES_A_TURN * TURNS
     expected = np.sqrt(2.0 / rows * 2.0 * (CAPTURE_NOISE**2 + 0.0772**2 / 12.0)) / abs(
         np.exp(11j * np.radians(33.0)) - 1.0

@@ -116,4 +116,4 @@ def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
     found = diagnose(_fast_log(100e-6), [_base()], EFFECTS)
     assert found.named is not None, found.decision.unlike
     assert found.named.name == "latency"
-    assert not found.beside
+    assert not found.further

@@ -85,7 +85,7 @@ def test_an_order_that_depends_on_direction_is_a_whole_one(
         assert found[f"{way}_amplitude"].value == pytest.approx(amplitude, abs=5.0 * sigma)
         degrees = np.degrees(sigma / amplitude)
         assert found[f"{way}_phase"].value == pytest.approx(phase, abs=5.0 * degrees)
-    words = effect.seen(found)
+    words = effect.describe_values(found)
     assert words.startswith("A line in the reference run of order 72, up ")
     assert f"∠ {found['down_phase'].value:.0f}°" in words
 

@@ -54,7 +54,7 @@ def test_a_half_order_is_no_ball_pass() -> None:
     assert abs(order - 2.5) > 1.0 / 24.0
 
 
-def test_an_order_that_grows_is_no_vibration_beside_it() -> None:
+def test_an_order_that_grows_is_no_vibration_with_it() -> None:
     """θ·cos 6θ is a line beside order 6 whose size the graduation absorbs whatever it is."""
 
     def error(disc: Float, temperature: Float, speed: float) -> Float:

@@ -156,7 +156,7 @@ def test_a_slip_between_the_stretches_is_found_at_its_row(in_part: None) -> None
     assert grown.effects[1].parameters["counts"].value == pytest.approx(16.0, abs=0.2)
 
 
-def test_a_fault_that_the_part_does_not_show_is_told(in_part: None) -> None:
+def test_a_fault_that_the_part_does_not_show_is_reported(in_part: None) -> None:
     made = measurement_set(turns=TURNS)
     assert made.capture is not None
     assert data_faults(observations_of(made)) == []
@@ -229,15 +229,15 @@ def test_dense_turns_are_thinned_evenly() -> None:
     assert pieces == [(0, 200_000, 8)]
 
 
-def test_progress_of_a_pass_is_told(warm: MeasurementSet, in_part: None) -> None:
-    told: list[tuple[int, int]] = []
+def test_progress_of_a_pass_is_reported(warm: MeasurementSet, in_part: None) -> None:
+    reported: list[tuple[int, int]] = []
     observations = observations_of(warm)
-    shown = SHOW_ROWS.set(lambda done, total: told.append((done, total)))
+    shown = SHOW_ROWS.set(lambda done, total: reported.append((done, total)))
     on_every_row(fit([_graduation()], observations))
     SHOW_ROWS.reset(shown)
     rows = observations.capture_rows
-    assert told[-1] == (rows, rows)
-    assert len(told) == -(-rows // BLOCK_ROWS)
+    assert reported[-1] == (rows, rows)
+    assert len(reported) == -(-rows // BLOCK_ROWS)
 
 
 def test_the_command_judges_all_rows_and_tells_how_far_it_is(

@@ -130,9 +130,9 @@ def test_chart_table_and_json_have_one_figure(
     words = ["history", "--model", str(model), "--json", str(tmp_path / "h.json")]
     said = CliRunner().invoke(main, words)
     assert said.exit_code == 0, said.output
-    told = json.loads((tmp_path / "h.json").read_text(encoding="utf-8"))["history"]
+    reported = json.loads((tmp_path / "h.json").read_text(encoding="utf-8"))["history"]
     floor = floor_of(read_model(model).history)
-    assert [step["noise_arcsec"] for step in told] == [floor, floor]
+    assert [step["noise_arcsec"] for step in reported] == [floor, floor]
     assert json.loads((tmp_path / "a.json").read_text("utf-8"))["noise_arcsec"] == floor
     assert said.output.count(f"{floor['capture']:.4f}") >= 2
 

@@ -93,10 +93,10 @@ def test_every_place_shows_what_adding_leaves(name: str, tmp_path: Path) -> None
         )
         assert f"{channel}: left {figure(value, 4)}″ RMS" in table.replace("\n", " ")
 
-    told = [item for item in data["candidates"] if item["rms_after_arcsec"]]
+    reported = [item for item in data["candidates"] if item["rms_after_arcsec"]]
     spoken = {data["named"], data["resembles"], *data["class"]} - {None}
-    assert spoken >= {item["effect"] for item in told}
-    for item in told:
+    assert spoken >= {item["effect"] for item in reported}
+    for item in reported:
         assert set(item["heldout_before_arcsec"]) == set(first.rms_arcsec)
         after = with_effect(seen, item["effect"], {})
         step = after.model.history[-1]

@@ -31,7 +31,7 @@ from arctrue.workbench.effects.base import Effect, Lane, Parameter, SearchParame
 class Mine(Effect):
     name = "mine"
     physics = equation = source = capture_sees = reference_sees = "text"
-    told_apart_by = next_measurement = plausible = "text"
+    separated_by = next_measurement = plausible = "text"
     {declared}
     def column_names(self, observations):
         {names}

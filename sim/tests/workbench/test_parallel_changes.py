@@ -28,8 +28,8 @@ def test_three_parallel_additions_keep_three_effects(tmp_path: Path) -> None:
         for name in ADDED
     ]
     for process in started:
-        told, _ = process.communicate()
-        assert process.returncode == 0, told
+        reported, _ = process.communicate()
+        assert process.returncode == 0, reported
     found = read_model(model)
     assert sorted(found.names()) == sorted(["graduation_harmonics", *ADDED])
     # One row for the first fit and one for each effect: the history also loses no step.

@@ -44,7 +44,7 @@ def _line(order: int) -> Term:
 
 
 @pytest.mark.parametrize("name", ["moteus_motor_encoder", "worm_axis_telescope"])
-def test_source_and_licence_are_beside_the_data(name: str) -> None:
+def test_source_and_licence_are_with_the_data(name: str) -> None:
     assert "github.com/" in (DATA / name / "SOURCE.txt").read_text(encoding="utf-8")
     assert (DATA / name / "LICENSE").stat().st_size > 1000
 
@@ -107,7 +107,7 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
     assert all(order % 21 == 0 or order % 36 == 0 for order in orders)
 
 
-def test_motor_lack_of_fit_is_told_without_repeats(motor: Observations) -> None:
+def test_motor_lack_of_fit_is_reported_without_repeats(motor: Observations) -> None:
     """No station repeats, yet order 126 is a lack of fit and is named."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
@@ -143,7 +143,7 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
     assert 0.45 < after < 0.65
 
 
-def test_beside_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
+def test_with_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -> None:
     """On 9°, order 30 is three quarters of a period: a slow curve, and no property of the axis.
 
     The second record of such a mount, from another night, shows the same 16 periods a tooth.

@@ -68,7 +68,7 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
     assert score.gain == pytest.approx(float(moment @ np.linalg.solve(information, moment)), 1e-6)
 
 
-def test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
+def test_a_score_with_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
     """A gain of 1 % changes ε and so its own column: the residual is that of no least squares fit.
 
     The gain has absorbed all but 1 % of one direction of a first order beside it, in which the
@@ -176,7 +176,7 @@ def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None
     assert found.gain < 18.4
 
 
-def test_a_score_beside_coefficients_away_from_the_maximum_is_that_of_the_fit() -> None:
+def test_a_score_with_coefficients_away_from_the_maximum_is_that_of_the_fit() -> None:
     """This holds also in the dropped directions of a block: of four columns, two are the faces'.
 
     Without a column that depends on the model, the score test is quadratic: the values of the

@@ -55,7 +55,7 @@ def test_the_lag_is_found_within_its_uncertainty(lagging: SimulatedSet) -> None:
     assert lag.sigma < 0.05 * LAG_S
 
 
-def test_a_thermometer_that_does_not_lag_is_told_as_such() -> None:
+def test_a_thermometer_that_does_not_lag_is_reported_as_such() -> None:
     lag = _lag(_simulated([]))
     assert lag.value < 2.0 * lag.sigma < 0.1 * LAG_S
 

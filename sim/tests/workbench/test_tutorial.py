@@ -84,7 +84,7 @@ def test_comparison_of_lines(wanted: str, line: str, expected: bool) -> None:
     assert same(wanted, line) is expected
 
 
-def test_a_missing_line_is_told() -> None:
+def test_a_missing_line_is_reported() -> None:
     with pytest.raises(AssertionError, match="not in the output: Verdict: named"):
         assert_shown(Command(["arctrue"], ["Verdict: named"]), "Verdict: unknown\n")
 

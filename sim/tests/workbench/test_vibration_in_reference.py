@@ -56,16 +56,16 @@ def test_nothing_of_it_is_left_in_the_reference() -> None:
 
 def test_a_bracket_of_head_2_leaves_the_reference_alone() -> None:
     solution = _fitted(head1=False)
-    told = solution.terms[-1].effect.parameters(
+    reported = solution.terms[-1].effect.parameters(
         solution.coefficients[solution.part(1)],
         solution.covariance[solution.part(1), solution.part(1)],
         solution.terms[-1].nonlinear,
         solution.observations,
     )
-    size = told["reference_amplitude"]
+    size = reported["reference_amplitude"]
     assert size.value < 4.0 * size.sigma
     # R₂ − R₁ of 14,400 rows: √(2/n) of the noise of two heads, times five.
-    assert told["amplitude"].value == pytest.approx(
+    assert reported["amplitude"].value == pytest.approx(
         SIZE_ARCSEC, abs=5.0 * 0.15 * np.sqrt(2 / 14_400)
     )
 

@@ -36,7 +36,7 @@ class _Answer(Struct, rename={"effects": "class"}):
     named: str | None = None
     effects: list[str] | None = None
     parts: list[str] | None = None
-    beside: list[str] | None = None
+    further: list[str] | None = None
     probability: dict[str, NotNegative] | None = None
     parameters: dict[str, float] | None = None
     """Parameters of the named effect: ``order`` (per turn) and ``frequency`` (Hz) of a line."""
@@ -92,7 +92,7 @@ def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> 
     return sets
 
 
-def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
+def score_of_peers(folder: Path) -> dict[str, dict[str, Any]]:
     """Score every subject with results in ``folder`` on the sets that all subjects have.
 
     Each score has the ``header`` of the campaign that made its answers: all answers of one subject
@@ -176,6 +176,9 @@ def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
     if missing:
         raise AnswersError(f"{path}: {len(missing)} sets have no answer, the first is {missing[0]}")
     for name, answer in given.items():
+        if "beside" in answer:
+            # The former name, for one release.
+            answer.setdefault("further", answer.pop("beside"))
         try:
             typed(answer, _Answer, name)
         except ContentError as error:

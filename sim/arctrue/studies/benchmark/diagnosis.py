@@ -48,7 +48,7 @@ def answer_of(data: Mapping[str, Any]) -> Answer:
         "named": data.get("named"),
         "class": list(data.get("class") or []),
         "parts": list(data.get("parts") or []),
-        "beside": list(data.get("beside") or []),
+        "further": list(data.get("further") or []),
         "probability": None
         if probability is None
         else {name: round(float(value), 6) for name, value in probability.items()},

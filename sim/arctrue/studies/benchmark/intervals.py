@@ -52,9 +52,9 @@ class Rate:
         )
 
 
-def rate(told: Sequence[bool]) -> Rate:
+def rate(outcomes: Sequence[bool]) -> Rate:
     """Return the rate of the true elements."""
-    return Rate(sum(bool(item) for item in told), len(told))
+    return Rate(sum(bool(item) for item in outcomes), len(outcomes))
 
 
 @dataclass(frozen=True, slots=True)

@@ -131,9 +131,9 @@ def _sums(
     for channel, block in columns.items():
         sound = ~noise[channel].struck
         process = noise[channel].gaussian.rows(sound)
-        beside = np.column_stack([block[sound], signal_arcsec[channel][sound]])
-        weighted = inverse_times(_in_arcsec(process), beside)
-        products = beside.T @ weighted
+        with_signal = np.column_stack([block[sound], signal_arcsec[channel][sound]])
+        weighted = inverse_times(_in_arcsec(process), with_signal)
+        products = with_signal.T @ weighted
         normal += products[:-1, :-1]
         right += products[:-1, -1]
         square += float(products[-1, -1])

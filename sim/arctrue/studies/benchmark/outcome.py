@@ -209,7 +209,8 @@ class Judged:
         if self.answer["verdict"] != "named":
             return None
         return next(
-            (name for name in self.answer.get("beside") or [] if name not in self.right_names), None
+            (name for name in self.answer.get("further") or [] if name not in self.right_names),
+            None,
         )
 
     def probability_of_truth(self) -> float | None:

@@ -364,7 +364,7 @@ def failure(item: Judged) -> dict[str, Any]:
     return {
         "set": set_name(item.task),
         "world": item.world,
-        "bad": list(item.truth["told"]),
+        "bad": list(item.truth["adverse_conditions"]),
         "hidden": [
             f"{effect['effect']} {effect['size']:.3g} {effect['unit']}, "
             f"{sight(effect).size_in_limits:.3g} limits"

@@ -45,7 +45,9 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
     if task["content"] == "nothing":
         # A head at another angle than stated would be a cause.
         surroundings.extra = []
-        surroundings.told = [name for name in surroundings.told if name != "head_angle"]
+        surroundings.adverse_conditions = [
+            name for name in surroundings.adverse_conditions if name != "head_angle"
+        ]
     wanted = hidden(task["content"], random)
     wanted += [item for item in surroundings.extra if item.name not in {w.name for w in wanted}]
     # Drop causes that act only on a channel that the set does not have.
@@ -76,7 +78,7 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
         "noise": [
             {key: item[key] for key in ("noise", "size", "unit")} for item in made.truth["noise"]
         ],
-        "told": surroundings.told,
+        "adverse_conditions": surroundings.adverse_conditions,
         "floor_arcsec": {key: _seven(value) for key, value in made.truth["floor_arcsec"].items()},
     }
     return BenchmarkSet(surroundings.stated(made.measurement), truth)

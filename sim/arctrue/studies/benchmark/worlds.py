@@ -39,7 +39,7 @@ class Surroundings:
     """Causes of the catalogue that are equivalent to a wrong statement."""
     understated: float = 1.0
     """Factor by which the stated uncertainty of the reference is too small."""
-    told: list[str] = field(default_factory=list)
+    adverse_conditions: list[str] = field(default_factory=list)
     """Descriptions of the wrong statements or bad data in this set."""
 
     def thin(self, samples: int) -> None:
@@ -77,7 +77,7 @@ def coloured(random: Random) -> Surroundings:
     found.noise = [Wanted(str(random.choice(COLOURS)))]
     if random.random() < 0.5:
         found.noise.append(Wanted("wandering_reference"))
-    found.told = [item.name for item in found.noise]
+    found.adverse_conditions = [item.name for item in found.noise]
     return found
 
 
@@ -85,14 +85,14 @@ def wrong_statements(random: Random) -> Surroundings:
     """One or two of: α off, index ±3 counts, a lagging sensor, an uncertainty stated too small."""
     found = _usual(random)
     number = 1 + int(random.random() < 0.3)
-    found.told = [str(name) for name in random.choice(WRONG, number, replace=False)]
-    if "index" in found.told:
+    found.adverse_conditions = [str(name) for name in random.choice(WRONG, number, replace=False)]
+    if "index" in found.adverse_conditions:
         found.index_scatter_counts = UNSTATED_INDEX_COUNTS
-    if "sensor_lag" in found.told:
+    if "sensor_lag" in found.adverse_conditions:
         found.noise.append(Wanted("sensor_lag"))
-    if "uncertainty" in found.told:
+    if "uncertainty" in found.adverse_conditions:
         found.understated = UNDERSTATED
-    if "head_angle" in found.told:
+    if "head_angle" in found.adverse_conditions:
         low, high = np.log(HEAD_ANGLE_ARCSEC)
         # A separation stated wrong is a head elsewhere than stated: one cause.
         found.extra = [Wanted("head_angle_error", float(np.exp(random.uniform(low, high))))]
@@ -107,7 +107,7 @@ def few_data(random: Random) -> Surroundings:
     samples = FEW_SAMPLES_A_RUN if kind == 3 else SAMPLES_A_RUN
     cycles = planned.reference.cycles if planned.reference else CYCLES
     found.experiment = planned.smaller(samples, min(cycles, CYCLES))
-    found.told = [("lean", "one pass", "one speed", "few samples")[kind]]
+    found.adverse_conditions = [("lean", "one pass", "one speed", "few samples")[kind]]
     return found
 
 
@@ -116,7 +116,7 @@ def outliers_and_gaps(random: Random) -> Surroundings:
     found = _usual(random)
     chosen = (("outliers",), ("gaps",), ("outliers", "gaps"))[int(random.integers(3))]
     found.noise = [Wanted(name) for name in chosen]
-    found.told = list(chosen)
+    found.adverse_conditions = list(chosen)
     return found
 
 
@@ -124,7 +124,7 @@ def swinging_speed(random: Random) -> Surroundings:
     """A drive whose speed swings."""
     found = _usual(random)
     found.noise = [Wanted("swinging_speed")]
-    found.told = ["swinging_speed"]
+    found.adverse_conditions = ["swinging_speed"]
     return found
 
 

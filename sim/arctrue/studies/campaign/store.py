@@ -140,7 +140,7 @@ def read_header(folder: Path) -> dict[str, Any]:
         raise StoreError(str(error)) from None
 
 
-def told_state(header: Mapping[str, Any]) -> str:
+def stated_code(header: Mapping[str, Any]) -> str:
     """Describe the state of the code that made the results."""
     made_by = header.get(COMMIT)
     words = f"Commit `{made_by}`" if made_by else "No commit known"

@@ -240,9 +240,12 @@ class _Subject:
         units: dict[str, set[str]] = {}
         # A line in time has a frequency, one in the angle an order: parameters of all places count.
         for place in self.places[1:] or self.places:
-            told = self.effect.parameters(ones, np.diag(ones), place, self.observations)
-            told = {**told, **self.effect.derived(told, place, self.observations)}
-            for name, item in told.items():
+            derived_values = self.effect.parameters(ones, np.diag(ones), place, self.observations)
+            derived_values = {
+                **derived_values,
+                **self.effect.derived(derived_values, place, self.observations),
+            }
+            for name, item in derived_values.items():
                 units.setdefault(name, set()).add(item.unit)
         faults = [
             f"{name}: unit {unit!r} is not known to model files"

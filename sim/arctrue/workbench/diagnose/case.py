@@ -273,7 +273,7 @@ class Case:
         )
 
     @cached_property
-    def beside(self) -> Decision | None:
+    def further(self) -> Decision | None:
         """The decision with the best effect in the model."""
         return None if self.with_best is None else self.with_best.decision
 

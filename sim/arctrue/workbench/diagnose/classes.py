@@ -108,11 +108,11 @@ def family_gain(score: Score) -> float:
     s²λ) − log(1 + s²λ) (random effects; Harville, J. Am. Stat. Assoc. 72 (1977) 320).
     """
     values, vectors = np.linalg.eigh(score.information)
-    told = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
-    if not told.any():
+    determined = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
+    if not determined.any():
         return 0.0
-    values = values[told]
-    gains = (vectors[:, told].T @ score.moment) ** 2 / values
+    values = values[determined]
+    gains = (vectors[:, determined].T @ score.moment) ** 2 / values
 
     def loss(log_square: float) -> float:
         ratio = np.exp(log_square) * values
@@ -163,5 +163,5 @@ def of_its_order(line: Candidate, other: Candidate) -> bool:
     if own - base.score(line.effect, there).gain > TOLD_APART:
         return False
     score = base.score(other.effect, other.nonlinear)
-    beside = Residuals(base.solution_with(other.effect, other.nonlinear, score))
-    return beside.score(line.effect, there).gain < OF_THE_SAME_KIND * own
+    with_other = Residuals(base.solution_with(other.effect, other.nonlinear, score))
+    return with_other.score(line.effect, there).gain < OF_THE_SAME_KIND * own

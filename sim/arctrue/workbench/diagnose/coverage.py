@@ -138,7 +138,7 @@ def effect_or_noise(
         for item in candidates
         if item.evidence is not None
         and max(item.size_arcsec.values(), default=0.0) >= matters
-        and _p_beside_it(item, item.evidence.score, tests) < SIGNIFICANCE
+        and _p_with(item, item.evidence.score, tests) < SIGNIFICANCE
     ]
     if not alike:
         return None
@@ -152,7 +152,7 @@ def effect_or_noise(
     )
 
 
-def _p_beside_it(item: Candidate, score: Score, tests: int) -> float:
+def _p_with(item: Candidate, score: Score, tests: int) -> float:
     """Return p of an effect with the noise that it leaves, at that noise's degrees of freedom."""
     return corrected_p_value(score.gain, score.rank, item.trials, tests, item.freedom)
 

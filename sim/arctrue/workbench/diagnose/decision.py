@@ -52,7 +52,7 @@ class Decision:
     """
     next: NextMeasurement | None = None
     """The next measurement, where the rule itself knows it."""
-    beside: Decision | None = None
+    further: Decision | None = None
     """The decision with the first effect in the model; None where that was not asked."""
 
     @property

@@ -111,13 +111,13 @@ class Diagnosis:
         return None if self.measurement is None else self.measurement.kind
 
     @property
-    def beside(self) -> list[Candidate]:
+    def further(self) -> list[Candidate]:
         """Effects that would be named, one after another, with the first in the model."""
         names: list[Candidate] = []
-        further = self.decision.beside if self.verdict == "named" else None
+        further = self.decision.further if self.verdict == "named" else None
         while further is not None and further.verdict == "named" and further.first is not None:
             names.append(further.first)
-            further = further.beside
+            further = further.further
         return names
 
 
@@ -170,11 +170,11 @@ def diagnose(
     after = {name: adding.after(name) for name in [*names, *found.effect_class]}
     left = {name: item for name, item in after.items() if item is not None}
     second = _second(found.decision, left) if found.verdict == "named" else None
-    findings = _beside_the_found(findings, found, case, effects)
+    findings = _with_the_found(findings, found, case, effects)
     return replace(found, before=adding.before, left=left, second=second, findings=findings)
 
 
-def _beside_the_found(
+def _with_the_found(
     findings: Findings, found: Diagnosis, case: Case, effects: Mapping[str, type[Effect]]
 ) -> Findings:
     """Return the findings that remain with the named effect in the model.
@@ -193,7 +193,7 @@ def _beside_the_found(
     if item is None or findings.empty or case.with_best is None:
         return findings
     if item.regular is None:
-        return findings.beside(item.name, case.with_best.survey.findings)
+        return findings.further(item.name, case.with_best.survey.findings)
     if findings.oscillation is None:
         return findings
     return replace(findings, oscillation=findings_of(item.at_maximum, effects).oscillation)
@@ -202,7 +202,7 @@ def _beside_the_found(
 def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
     """Return what is left with the named effect; None where a further effect would be named."""
     assert found.first is not None
-    further = found.beside
+    further = found.further
     if found.first.name not in left or (further is not None and further.verdict == "named"):
         # A further effect would be named.
         return None
@@ -265,7 +265,7 @@ def _deepest(found: Decision, base: Solution) -> Solution:
         if first is not None and first.effect.local_on_disc:
             break
         base = base if first is None else first.solution
-        further = further.beside
+        further = further.further
     return base
 
 

@@ -140,7 +140,7 @@ def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
             and (real is None or item.delta_bic > real.delta_bic)
         ):
             real = item
-            waiting = _best_beside(waiting, real)
+            waiting = _best_with(waiting, real)
     parts = [
         *(_judged_product(item, real, tried, null, progress) for item in products),
         *tried.parts[len(products) :],
@@ -186,18 +186,18 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
     ]
     if not fixed:
         return []
-    found = _seen_beside(without_slow_noise(tried.residuals), fixed, tried)
+    found = _seen_with(without_slow_noise(tried.residuals), fixed, tried)
     if tried.residuals.observations.runs:
         known = without_slow_noise(with_index_as_known(tried.residuals))
         found += [
             item
-            for item in _seen_beside(known, fixed, tried)
+            for item in _seen_with(known, fixed, tried)
             if item not in found and leaves_the_index(known, item.effect, item.nonlinear)
         ]
     return found
 
 
-def _seen_beside(white: Residuals, items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
+def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
     """Return those of ``items`` that are significant with this noise."""
     scores = white.scores([(item.effect, item.nonlinear) for item in items])
     tests = tried.absent * tried.looks
@@ -224,25 +224,25 @@ def takes_most(grown: Solution, base: Solution) -> bool:
     )
 
 
-def _score_beside(items: Sequence[Candidate], real: Candidate) -> None:
+def _score_with(items: Sequence[Candidate], real: Candidate) -> None:
     """Score all of them at once, for :func:`_gain_beside`."""
     assert real.evidence is not None
     real.evidence.base.scores([(item.effect, item.nonlinear) for item in items])
 
 
-def _gain_beside(item: Candidate, real: Candidate) -> float:
+def _gain_with(item: Candidate, real: Candidate) -> float:
     """Return the gain with the noise of a real effect, on the scale of its likelihoods."""
     assert real.evidence is not None
     scale = real.gain / max(real.evidence.score.gain, 1e-300)
     return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
 
 
-def _bic_beside(item: Candidate, real: Candidate) -> float:
+def _bic_with(item: Candidate, real: Candidate) -> float:
     """Return the BIC by which an effect is ahead of a real one, both with the noise of the real
     one."""
     assert real.evidence is not None
     rows = rows_moved(item.size_arcsec, real.evidence.base.solution)
-    return delta_bic(_gain_beside(item, real), item.rank, item.trials, rows) - real.delta_bic
+    return delta_bic(_gain_with(item, real), item.rank, item.trials, rows) - real.delta_bic
 
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
@@ -251,29 +251,29 @@ def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candid
 
     The disc order at which a line was found is weighed however far it is behind the line.
     """
-    _score_beside(items, real)
+    _score_with(items, real)
     return [
         item
         for item in items
-        if _bic_beside(item, real) > -FAR_BEHIND
-        or _gain_beside(item, real) > real.gain
+        if _bic_with(item, real) > -FAR_BEHIND
+        or _gain_with(item, real) > real.gain
         or (real.effect.unspecific and of_its_order(real, item))
     ]
 
 
-def _best_beside(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    _score_beside(items, real)
-    return sorted(items, key=lambda item: -_bic_beside(item, real))
+def _best_with(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
+    _score_with(items, real)
+    return sorted(items, key=lambda item: -_bic_with(item, real))
 
 
 def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
     """Give candidates without evidence of their own the gain with the noise of the real effect."""
     assert real.evidence is not None
     base = real.evidence.base
-    _score_beside([item for item in items if item.evidence is None], real)
+    _score_with([item for item in items if item.evidence is None], real)
     found = []
     for item in items:
-        if item.evidence is None and (gain := _gain_beside(item, real)) > item.gain:
+        if item.evidence is None and (gain := _gain_with(item, real)) > item.gain:
             score = base.score(item.effect, item.nonlinear)
             rows = rows_moved(item.size_arcsec, base.solution)
             item = replace(
@@ -367,7 +367,7 @@ def _judged_product(
     item: Candidate, real: Candidate | None, tried: Survey, null: float, progress: ReportStep
 ) -> Candidate:
     """Return a product of parts with its evidence, where it may become a description."""
-    ahead = real is None or _bic_beside(item, real) > -FAR_BEHIND
+    ahead = real is None or _bic_with(item, real) > -FAR_BEHIND
     if item.p_corrected >= NEAR_P or not ahead:
         return item
     if real is None or not _same_columns(item, real):

@@ -108,8 +108,8 @@ def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> 
         for channel, inside in enumerate(channel_rows(rows, block)):
             sums[channel] += weighted[:, inside] @ waves[inside]
             constant[channel] += weighted[:, inside].sum(axis=1)
-    told = np.full((len(factors), orders.size), 1e-30)
-    told_constant = np.full(len(factors), 1e-30)
+    information = np.full((len(factors), orders.size), 1e-30)
+    information_of_constant = np.full(len(factors), 1e-30)
     for part, spectrum in zip(of_rows.stretches, of_rows.spectra, strict=True):
         if part.stop - part.start < 2:
             continue
@@ -118,11 +118,15 @@ def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> 
         density = spectrum.density(orders * (way / max(step_s, 1e-300)), step_s)
         level = of_rows.mean_square_scale(part)
         squares = np.array([float(np.sum(factor[part] ** 2)) for factor in factors])
-        told += squares[:, np.newaxis] / (density * level)
-        told_constant += squares / (float(spectrum.density(np.zeros(1), step_s)[0]) * level)
+        information += squares[:, np.newaxis] / (density * level)
+        information_of_constant += squares / (
+            float(spectrum.density(np.zeros(1), step_s)[0]) * level
+        )
     # Each channel has its share of the information, and the gains of the channels add up.
     power = channels * np.sum(sums[..., ::2] ** 2 + sums[..., 1::2] ** 2, axis=0)
-    return 2.0 * power / told, channels * np.sum(constant**2, axis=0) / told_constant
+    return 2.0 * power / information, channels * np.sum(
+        constant**2, axis=0
+    ) / information_of_constant
 
 
 def _capture_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:

@@ -20,12 +20,12 @@ from arctrue.workbench.inference.forward.events import Step, search_steps, step_
 from arctrue.workbench.inference.forward.of_solution import (
     records_of,
     records_of_events,
-    reversal_beside,
+    reversal_with_steps,
 )
 from arctrue.workbench.inference.forward.oscillation import Oscillation, oscillation_of
 from arctrue.workbench.inference.forward.record import Record
 from arctrue.workbench.inference.forward.reversal import Reversal
-from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_beside, search_record
+from arctrue.workbench.inference.forward.search import Line, LineSearch, noise_with, search_record
 from arctrue.workbench.inference.forward.slow import SlowChange, slow_change
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.solution import Solution
@@ -186,7 +186,7 @@ class Findings:
         lists = self.causes or self.steps or self.not_noise
         return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
-    def beside(self, name: str, left: Findings) -> Findings:
+    def further(self, name: str, left: Findings) -> Findings:
         """Return the findings that are ``left`` with an effect in the model, and which ones it
         explained."""
         kept = [(cause, line) for cause in left.causes for line in cause.lines]
@@ -330,7 +330,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     if not bands:
         steps, slow = _of_stations(solution, timed=timed)
     times = [step.time_s for step in steps if step.time_s is not None]
-    reversal = reversal_beside(solution, times)
+    reversal = reversal_with_steps(solution, times)
     causes.sort(key=lambda item: -item.taken_arcsec)
     # The records over time and over the angle have the same rows: if one is white, the rows are.
     return Findings(
@@ -369,7 +369,7 @@ def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowCh
     slow: SlowChange | None = None
     for number, record in enumerate(records_of_events(solution)):
         none = np.zeros((record.clock.size, 0))
-        steps = search_steps(record, none, noise_beside(record, none))
+        steps = search_steps(record, none, noise_with(record, none))
         if timed and (steps or number == 0):
             slow = slow_change(
                 record, np.hstack([none, *(step_column(record, step.row) for step in steps)])

@@ -133,7 +133,9 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
         "findings": _findings_data(result),
-        "beside": [item.name for item in result.beside],
+        "further": [item.name for item in result.further],
+        # The former name, for one release.
+        "beside": [item.name for item in result.further],
         "second_finding": _second_data(result.second),
         "cannot_be_tested": dict(result.untestable),
         "candidates": [
@@ -160,9 +162,10 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     elif result.verdict == "named" and result.named is not None:
         said = [f"Missing: {result.named.name}. {result.named.effect.physics}"]
-        told = result.named.effect.told(result.named.nonlinear, result.observations)
-        seen = result.named.effect.seen(result.named.parameters())
-        said += [words for words in (told, seen, *_aliased(result)) if words]
+        effect = result.named.effect
+        of_data = effect.describe_data(result.named.nonlinear, result.observations)
+        of_values = effect.describe_values(result.named.parameters())
+        said += [words for words in (of_data, of_values, *_aliased(result)) if words]
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
             said.append(f"Larger effects would explain it too, with more freedom: {larger}.")
@@ -240,8 +243,8 @@ def _smaller_part(result: Diagnosis) -> list[str]:
 
 def _explains_more(result: Diagnosis) -> str | None:
     """Return what would be named next, else the largest regular cause that is then left."""
-    if result.beside:
-        return result.beside[0].name
+    if result.further:
+        return result.further[0].name
     named = None if result.named is None else result.named.regular
     left = result.findings.without(named).causes
     return left[0].effect.name if left else None

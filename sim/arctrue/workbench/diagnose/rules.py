@@ -116,7 +116,7 @@ def too_improbable_for_a_name(facts: Facts) -> Decision | None:
         return None
     share = probability_percent(facts.offered[said.effect_class[0]])
     why = f"its probability of {share} is too low for a name"
-    return replace(said, verdict="ambiguous", unconfirmed=why, beside=None)
+    return replace(said, verdict="ambiguous", unconfirmed=why, further=None)
 
 
 # Rules of a survey.
@@ -318,7 +318,7 @@ def takes_little(case: Case) -> Decision | None:
     if said is None:
         return None
     why = f"of the error above the noise it removes only {said}"
-    return _only_resembles(case, why, case.beside)
+    return _only_resembles(case, why, case.further)
 
 
 def _one_kind_takes_little(case: Case) -> Decision | None:
@@ -393,7 +393,7 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     if case.best.regular is not None:
         # What is left does not undo a line that other blocks predict: it is a finding of its own.
         return None
-    left = case.beside
+    left = case.further
     if left is None or not _unknown_within(left, case):
         return None
     return _only_resembles(
@@ -434,8 +434,8 @@ def fails_its_own_test(case: Case) -> Decision | None:
     why = one_pattern(*_disc_one_after_the_other(case))
     if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
         why = "it follows the reading of the reference, so that the reference's scale is nonlinear"
-    beside = case.beside
-    explained = beside is not None and beside.verdict in ("named", "ambiguous")
+    further = case.further
+    explained = further is not None and further.verdict in ("named", "ambiguous")
     if why is None and _of_the_runs(case) and case.with_best is not None and not explained:
         condition = runs_differ_with(case.with_best.survey.residuals)
         if condition is not None:
@@ -529,7 +529,7 @@ def _only_resembles(
 ) -> Decision:
     deepest = left
     while deepest is not None and deepest.verdict != "unknown":
-        deepest = deepest.beside
+        deepest = deepest.further
     if deepest is not None:
         described = deepest.described
     return Decision(
@@ -537,7 +537,7 @@ def _only_resembles(
         described=described,
         resembles=case.best,
         unlike=why,
-        beside=left,
+        further=left,
     )
 
 
@@ -564,7 +564,7 @@ def _of_class(
         look_alikes=unseen,
         question=question,
         next=measurement,
-        beside=case.beside,
+        further=case.further,
     )
 
 
@@ -581,7 +581,7 @@ def _unknown_within(left: Decision, case: Case) -> bool:
         # What happened once, or what noise drives, is no shape of an effect.
         return False
     if left.verdict != "unknown":
-        return left.beside is not None and _unknown_within(left.beside, case)
+        return left.further is not None and _unknown_within(left.further, case)
     found = left.described or left.resembles
     if found is not None:
         # In units of the noise, and in arcseconds: quiet repeats alone would let a fiftieth of the

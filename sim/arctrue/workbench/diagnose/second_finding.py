@@ -119,10 +119,10 @@ def varies(predicted: Float, residual: Float, place: Integer, noise: float) -> f
     total = float(weight.sum())
     if total <= WITHIN_PLACES * float(predicted @ predicted):
         return None
-    told = weight > 0.0
-    product = np.bincount(place, weights=inside * rest)[told]
-    square = float(np.sum(product**2 / weight[told]))
-    places = int(told.sum())
+    determined = weight > 0.0
+    product = np.bincount(place, weights=inside * rest)[determined]
+    square = float(np.sum(product**2 / weight[determined]))
+    places = int(determined.sum())
     beyond = square - places * noise**2
     excess = float(residual @ residual) - residual.size * noise**2
     if beyond < STANDARD_ERRORS * np.sqrt(2.0 * places) * noise**2:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -218,7 +218,7 @@ class Effect(ABC):
     """Appearance of the effect in the difference of the two heads."""
     reference_sees: ClassVar[str]
     """Appearance of the effect in a reference run."""
-    told_apart_by: ClassVar[str]
+    separated_by: ClassVar[str]
     next_measurement: ClassVar[str]
     """The measurement that would show this effect best, or distinguish it from similar ones."""
     plausible: ClassVar[str]
@@ -256,6 +256,12 @@ class Effect(ABC):
     fixed_to_polygon: ClassVar[bool] = False
     """Whether it moves with the polygon when the polygon is mounted on the table some faces
     further."""
+
+    def __init_subclass__(cls, **of_class: Any) -> None:
+        """Take the former name of ``separated_by``, ``told_apart_by``, for one release."""
+        super().__init_subclass__(**of_class)
+        if "told_apart_by" in cls.__dict__ and "separated_by" not in cls.__dict__:
+            cls.separated_by = cls.__dict__["told_apart_by"]
 
     def __init__(self, **settings: object) -> None:
         """Check and store the settings.
@@ -446,12 +452,12 @@ class Effect(ABC):
         """Return ε of head 1 in the same way."""
         return None
 
-    def told(self, nonlinear: Nonlinear, observations: Observations) -> str:
+    def describe_data(self, nonlinear: Nonlinear, observations: Observations) -> str:
         """Describe what the data show about the effect; empty if there is nothing to add."""
         return ""
 
-    def seen(self, parameters: Mapping[str, Parameter]) -> str:
-        """Describe the fitted values in a sentence; empty if :meth:`told` contains them."""
+    def describe_values(self, parameters: Mapping[str, Parameter]) -> str:
+        """Describe the fitted values in a sentence; empty if they are in :meth:`describe_data`."""
         return ""
 
     def derived(

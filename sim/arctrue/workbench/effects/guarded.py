@@ -28,7 +28,7 @@ LOAD_S = 60.0
 """Longest time in seconds for loading the file itself."""
 NAME = re.compile(r"[a-z][a-z0-9_]*\Z")
 TEXTS = (
-    "physics", "equation", "source", "capture_sees", "reference_sees", "told_apart_by",
+    "physics", "equation", "source", "capture_sees", "reference_sees", "separated_by",
     "next_measurement", "plausible", "compensation_note",
 )  # fmt: skip
 """Text declarations of an effect, which are shown to people."""
@@ -266,7 +266,8 @@ CHECKS: Mapping[str, Check] = {
     "capture_formula": _values,
     "reference_formula": _values,
     "describe": _text,
-    "told": _text,
+    "describe_data": _text,
+    "describe_values": _text,
     "derived": _parameters,
     "narrowed": _nothing,
     "parameters": _parameters,

@@ -261,7 +261,7 @@ class ProductOfParts(Effect):
     parameter_units = {"size": "arcsec", "amplitude": "arcsec", "phase": "deg"}
     capture_sees = "as its frame says"
     reference_sees = "as its frame says"
-    told_apart_by = "its condition and its order"
+    separated_by = "its condition and its order"
     next_measurement = "change the condition alone and measure again"
     plausible = "unknown"
 

@@ -76,18 +76,18 @@ def share_of(information: Float, moment: Float) -> BlockShare | None:
     """Return the share, from the normal matrices (blocks, q, q) and moments (blocks, q) of the
     blocks."""
     values, vectors = np.linalg.eigh(information.sum(axis=0))
-    told = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
-    if not told.any():
+    determined = values > RANK_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)
+    if not determined.any():
         return None
     # In these coordinates the information of all blocks together is 1.
-    into = vectors[:, told] / np.sqrt(values[told])
+    into = vectors[:, determined] / np.sqrt(values[determined])
     total = into.T @ moment.sum(axis=0)
     own = mean_own = disagreement = mean_disagreement = variance = 0.0
-    for of_block, told_by_block in zip(information, moment, strict=True):
+    for of_block, moment_of_block in zip(information, moment, strict=True):
         share, basis = np.linalg.eigh(into.T @ of_block @ into)
         judged = (share > RANK_TOLERANCE) & (share < KNOWN_ELSEWHERE)
         share, basis = share[judged], basis[:, judged]
-        here = basis.T @ (into.T @ told_by_block)
+        here = basis.T @ (into.T @ moment_of_block)
         elsewhere = (basis.T @ total - here) / (1.0 - share)
         own += float(np.sum(here**2 / share))
         mean_own += share.size

@@ -93,7 +93,7 @@ def constrained_fit(
     """
     found = conditioned(solution, conditions)
     for _ in range(rounds if conditions else 0):
-        noise = noise_beside(found)
+        noise = noise_with(found)
         found = conditioned(replace(found.solution, noise=noise), conditions)
     return found
 
@@ -373,7 +373,7 @@ class FreeDesign:
         return replace(sums, gram=turn.T @ sums.gram @ turn, moment=turn.T @ sums.moment)
 
 
-def noise_beside(found: ConstrainedFit, free: Float | None = None) -> Noise:
+def noise_with(found: ConstrainedFit, free: Float | None = None) -> Noise:
     """Estimate the noise from the residuals of a model with conditions, from its present noise on.
 
     ``free``: directions in which the coefficients take from the noise; by default those of

@@ -86,8 +86,8 @@ def _constants(
     if noise is None or values is None or run is None:
         return np.zeros(offsets)
     ones, whitened = noise.whiten(np.ones(values.size)), noise.whiten(values)
-    told = np.bincount(run, ones**2, offsets) + prior
-    return np.asarray(np.bincount(run, ones * whitened, offsets) / np.maximum(told, 1e-300))
+    information = np.bincount(run, ones**2, offsets) + prior
+    return np.asarray(np.bincount(run, ones * whitened, offsets) / np.maximum(information, 1e-300))
 
 
 def _solution(

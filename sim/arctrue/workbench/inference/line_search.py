@@ -36,7 +36,7 @@ def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
             highest_order = float(spectrum.rates[-1])
             gain = spectrum.gain
             if capture and not in_time:
-                gain = np.where(_told_by_others(spectrum, residuals), 0.0, gain)
+                gain = np.where(_predicted_by_others(spectrum, residuals), 0.0, gain)
             trials += spectrum.trials
             for index in peaks(gain, BEST_PLACES):
                 place = {
@@ -65,7 +65,7 @@ def _one_speed(residuals: Residuals, capture: bool, highest_order: float) -> boo
     return rows is not None and speed_turns_s(rows, highest_order) is not None
 
 
-def _told_by_others(spectrum: LineSpectrum, residuals: Residuals) -> NDArray[np.bool_]:
+def _predicted_by_others(spectrum: LineSpectrum, residuals: Residuals) -> NDArray[np.bool_]:
     """Return True for orders of a capture that other effects explain: whole ones, and half ones of
     products."""
     resolution = residuals.observations.order_resolution

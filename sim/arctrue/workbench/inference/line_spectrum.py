@@ -94,7 +94,7 @@ def _longest_run(place: Float, run: NDArray[np.int64]) -> float:
 
 def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) -> Float:
     """Return Σ over the rows of 1/(spectral density of the noise) at each rate, arcsec⁻²."""
-    told: dict[tuple[int, float, float], float] = {}
+    rows_of_spectrum: dict[tuple[int, float, float], float] = {}
     spectra = {id(spectrum): spectrum for spectrum in noise.spectra}
     for part, spectrum in zip(noise.stretches, noise.spectra, strict=True):
         if part.stop - part.start < 2:
@@ -106,9 +106,9 @@ def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) 
         # Stretches of a run have the same spectrum, step and speed to within rounding.
         key = (id(spectrum), float(f"{step:.9g}"), float(f"{way:.9g}"))
         rows = (part.stop - part.start) / noise.mean_square_scale(part)
-        told[key] = told.get(key, 0.0) + rows
+        rows_of_spectrum[key] = rows_of_spectrum.get(key, 0.0) + rows
     total = np.full(rates.size, 1e-30)
-    for (spectrum_id, step, way), rows in told.items():
+    for (spectrum_id, step, way), rows in rows_of_spectrum.items():
         density = spectra[spectrum_id].density(rates if way == 1.0 else rates * way, step)
         total += np.divide(rows, density, out=density)
     return total

@@ -24,7 +24,7 @@ from arctrue.workbench.inference.constrained import (
     ConditionError,
     ConstrainedFit,
     conditioned,
-    noise_beside,
+    noise_with,
     restricted_likelihood_of,
 )
 from arctrue.workbench.inference.design_matrix import channel_prediction, channel_sums
@@ -113,13 +113,13 @@ class Profile:
         if self._noise:
             starts.append(min(self._noise, key=lambda item: abs(item[0] - value))[1])
         conditions = (*self.fit.conditions, self._condition(value))
-        tried = [self._beside(conditions, start) for start in starts]
+        tried = [self._fixed_terms(conditions, start) for start in starts]
         likelihood, noise = max(tried, key=lambda item: item[0])
         self._noise.append((value, noise))
         self._highest = max(self._highest, likelihood)
         return likelihood
 
-    def _beside(self, conditions: Sequence[Condition], start: Noise) -> tuple[float, Noise]:
+    def _fixed_terms(self, conditions: Sequence[Condition], start: Noise) -> tuple[float, Noise]:
         """Return the likelihood under these conditions and its noise, whose search begins at
         ``start``."""
         found = conditioned(replace(self.fit.solution, noise=start), conditions)
@@ -127,7 +127,7 @@ class Profile:
             # The contrasts are the same at every value, so that the likelihoods can be compared.
             self._free = found.free
         for _ in range(NOISE_ROUNDS):
-            noise = noise_beside(found, self._free)
+            noise = noise_with(found, self._free)
             found = conditioned(replace(found.solution, noise=noise), conditions)
         return restricted_likelihood_of(found, self._free), found.solution.noise
 

@@ -284,8 +284,8 @@ def _inside_a_gap(
         return []
     order = found[0].nonlinear["order"]
     half = {"order": round(2.0 * order) / 2.0}
-    told = found[0].gain - residuals.score(effect, half).gain > TOLD_APART
-    return found if told and order != half["order"] else []
+    known_information = found[0].gain - residuals.score(effect, half).gain > TOLD_APART
+    return found if known_information and order != half["order"] else []
 
 
 def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
@@ -504,7 +504,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         return []
     places: list[tuple[float, dict[str, float]]] = []
     sizes: list[int] = []
-    told = 1.0 / residuals.solution.noise.index_variance
+    known_information = 1.0 / residuals.solution.noise.index_variance
     for part in noise.stretches:
         size = part.stop - part.start
         if size < 2 * LEAST_STEP_ROWS:
@@ -519,10 +519,10 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         columns = (np.arange(size)[:, np.newaxis] >= tried).astype(np.float64)
         own = np.sum(alone.whiten(columns) ** 2, axis=0)
         flat = alone.precise(alone.whiten(np.ones(size)))
-        beside = np.cumsum(flat[::-1])[::-1]
+        from_the_end = np.cumsum(flat[::-1])[::-1]
         # Subtract the information that the run's own offset takes.
         information = np.exp(np.interp(np.arange(1, size), tried, np.log(own)))
-        information -= beside[1:] ** 2 / (beside[0] + told)
+        information -= from_the_end[1:] ** 2 / (from_the_end[0] + known_information)
         power = moment**2 / np.maximum(information, 1e-6 * float(own.max()))
         inner = power[LEAST_STEP_ROWS - 1 : size - LEAST_STEP_ROWS]
         for index in peaks(inner, 2):
@@ -555,7 +555,7 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     spectra = disc_spectra(residuals, bins)
     spacing_deg = 360.0 / max(samples_a_turn(residuals), 1.0)
     orders = np.arange(spectra[0].size)
-    told = order_information(residuals, orders.astype(np.float64))
+    known_information = order_information(residuals, orders.astype(np.float64))
     found: list[tuple[float, dict[str, float]]] = []
     trials = 0.0
     shifts = shifts_of_channels(capture, orders)
@@ -569,7 +569,9 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         for spectrum, shift in zip(spectra, shifts, strict=True):
             template = bell * shift
             correlation += np.fft.irfft(spectrum * np.conj(template), bins)
-            norm += np.fft.irfft(np.abs(template) ** 2 * told / bins, bins)[0] / len(spectra)
+            norm += np.fft.irfft(np.abs(template) ** 2 * known_information / bins, bins)[0] / len(
+                spectra
+            )
         # The graduation of the base model takes the low orders, which are therefore no evidence.
         power = correlation**2 / max(norm, 1e-30)
         for index in peaks(power, 2):

@@ -170,7 +170,7 @@ def joint_normal(
     return normal, moment
 
 
-def _beside(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Matrix, int, float]:
+def _fixed_terms(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Matrix, int, float]:
     """Solve as :func:`solve_symmetric` does, with some of the unknowns at known values."""
     free = np.ones(moment.size, dtype=np.bool_)
     free[held.places] = False
@@ -207,7 +207,7 @@ def solve(
     normal, moment = joint_normal(layout, noise, capture, reference)
     offsets = np.arange(layout.shared, layout.shared + layout.runs)
     solution, covariance, rank, condition = (
-        solve_symmetric(normal, moment) if held is None else _beside(normal, moment, held)
+        solve_symmetric(normal, moment) if held is None else _fixed_terms(normal, moment, held)
     )
     likelihood = -0.5 * float(np.sum(solution[offsets] ** 2)) / noise.index_variance
     likelihood -= 0.5 * layout.runs * float(np.log(noise.index_variance))

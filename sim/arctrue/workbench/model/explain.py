@@ -46,7 +46,7 @@ class ExplainedCause:
 
 
 @dataclass(frozen=True, slots=True)
-class NotToldApart:
+class NotSeparated:
     """Causes that fit these rows equally well, and the measurement that would separate them."""
 
     effects: tuple[str, ...]
@@ -83,11 +83,11 @@ class Explanation:
     left: Left
     verdict: Diagnosis
     """Verdict on the final model."""
-    alike: tuple[NotToldApart, ...] = ()
+    alike: tuple[NotSeparated, ...] = ()
     """Alternatives to each added cause, and to the effects in the final verdict."""
 
 
-def not_told_apart(found: Diagnosis) -> NotToldApart | None:
+def not_separated(found: Diagnosis) -> NotSeparated | None:
     """Return the alternatives to the effect in a diagnosis; None if there are none."""
     decision = found.decision
     if found.verdict not in ("named", "ambiguous"):
@@ -97,7 +97,7 @@ def not_told_apart(found: Diagnosis) -> NotToldApart | None:
     if found.verdict == "named" and len(names) < 2:
         return None
     why = decision.unconfirmed
-    return NotToldApart(names, words, found.next_measurement, found.next_measurement_kind, why)
+    return NotSeparated(names, words, found.next_measurement, found.next_measurement_kind, why)
 
 
 def explain(
@@ -119,7 +119,7 @@ def explain(
         step = step_of("fit", ", ".join(model.names()), measurement, solution)
         grown = replace(grown, history=[step])
     verdict = _verdict(solution, observations, effects, matters_counts)
-    alike: dict[str, NotToldApart] = {}
+    alike: dict[str, NotSeparated] = {}
     while verdict.named is not None and len(grown.effects) - kept < MOST_ADDED:
         name, settings = verdict.named.name, _own_settings(verdict.named.effect)
         report_step(f"adding {name}")
@@ -130,7 +130,7 @@ def explain(
         except (AlreadyThereError, NotTestableError):
             break
         grown = further
-        unclear = not_told_apart(verdict)
+        unclear = not_separated(verdict)
         if unclear is not None:
             alike[name] = unclear
         report_step("diagnosing what is left")
@@ -149,7 +149,7 @@ def explain(
         causes.append(ExplainedCause(grown.effects[place], _taken(left_by(without), with_all)))
     causes.sort(key=lambda cause: -cause.size_arcsec)
     explained = [alike[cause.entry.name] for cause in causes if cause.entry.name in alike]
-    open_still = not_told_apart(verdict)
+    open_still = not_separated(verdict)
     explained += [open_still] if open_still is not None else []
     return Explanation(grown, tuple(causes), tuple(dropped), with_all, verdict, tuple(explained))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from arctrue.workbench.noise.law import ANGLE_BINS, NoiseLaw, angle_bins, like_steps
-from arctrue.workbench.noise.likelihood import Beside, Stretch
+from arctrue.workbench.noise.likelihood import FixedTerms, Stretch
 from arctrue.workbench.noise.noise import FittedGroup
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum
@@ -45,7 +45,7 @@ class ChannelRows:
 
 def estimated_law(
     rows: ChannelRows,
-    beside: Beside,
+    fixed_terms: FixedTerms,
     white: WhiteBounds,
     before: NoiseLaw | None = None,
     rounds: int = 40,
@@ -62,12 +62,12 @@ def estimated_law(
     if warm and _is_uneven(law):
         law = _even(rows, law)
     elif warm:
-        return _with_spectra(rows, law, beside, white, warm, rounds)
-    law, groups = _with_spectra(rows, law, beside, white, warm, rounds)
+        return _with_spectra(rows, law, fixed_terms, white, warm, rounds)
+    law, groups = _with_spectra(rows, law, fixed_terms, white, warm, rounds)
     uneven = _uneven(rows, law)
     if uneven is None:
         return law, groups
-    return _with_spectra(rows, uneven, beside, white, True, rounds)
+    return _with_spectra(rows, uneven, fixed_terms, white, True, rounds)
 
 
 def _is_uneven(law: NoiseLaw) -> bool:
@@ -97,7 +97,7 @@ def row_noise(rows: ChannelRows, law: NoiseLaw) -> RowNoise:
 def _with_spectra(
     rows: ChannelRows,
     law: NoiseLaw,
-    beside: Beside,
+    fixed_terms: FixedTerms,
     white: WhiteBounds,
     warm: bool,
     rounds: int,
@@ -126,7 +126,7 @@ def _with_spectra(
             continue
         index = int(np.searchsorted(law.runs, members[0]))
         start = spectra[index] if warm else None
-        fit = fit_spectrum(stretches, beside, white, start=start, rounds=rounds)
+        fit = fit_spectrum(stretches, fixed_terms, white, start=start, rounds=rounds)
         fit = _rescaled(fit, stretches, white)
         for name in members:
             spectra[int(np.searchsorted(law.runs, name))] = fit.spectrum

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.noise.estimate import ChannelRows, estimated_law, row_noise
 from arctrue.workbench.noise.law import NoiseLaw, reference_clock, stated_scale
-from arctrue.workbench.noise.likelihood import Beside
+from arctrue.workbench.noise.likelihood import FixedTerms
 from arctrue.workbench.noise.noise import FittedGroup, Noise
 from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.noise.spectrum_fit import STATED_READINGS, WhiteBounds
@@ -131,7 +131,7 @@ def noise_of(
         rows = _channel_rows(design, residual, capture=capture)
         law, fits = estimated_law(
             rows,
-            _beside(design, left, noise, capture=capture),
+            _fixed_terms(design, left, noise, capture=capture),
             white_bounds(design.observations, capture=capture),
             (noise.capture_law if capture else noise.reference_law) if warm else None,
             rounds,
@@ -241,18 +241,18 @@ def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matri
     )
 
 
-def _beside(
+def _fixed_terms(
     design: DesignColumns, left: tuple[Float | None, Float | None], noise: Noise, *, capture: bool
-) -> Beside:
+) -> FixedTerms:
     """Information of the other channel about the coefficients, from its present residuals."""
     shared = design.shared
     of_rows = noise.reference if capture else noise.capture
     residual = left[1] if capture else left[0]
     if of_rows is None or residual is None or of_rows.weightless:
-        return Beside(np.zeros((shared, shared)), np.zeros(shared))
+        return FixedTerms(np.zeros((shared, shared)), np.zeros(shared))
     other = design.whitened(noise, capture=not capture)
     assert other is not None
     information, moment = _without_constants(
         other.gram, other.moment(of_rows.whiten(residual)), shared
     )
-    return Beside(information, moment)
+    return FixedTerms(information, moment)

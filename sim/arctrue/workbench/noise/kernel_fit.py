@@ -56,7 +56,7 @@ class Rows:
     span: float
     """Length of the longest stretch, in the unit of the clock."""
 
-    def beside(self, columns: Float) -> Rows:
+    def with_columns(self, columns: Float) -> Rows:
         """Return the rows with further columns."""
         values = np.column_stack([self.values, columns])
         return Rows(self.clock, self.readings, values, self.step, self.span)

@@ -70,7 +70,7 @@ class _Level:
 
 
 @dataclass(frozen=True)
-class Beside:
+class FixedTerms:
     """Information of the other rows of the set about the model's coefficients."""
 
     information: Float
@@ -83,11 +83,11 @@ class RestrictedLikelihood:
     """Restricted likelihood of the spectrum that some stretches have in common."""
 
     def __init__(
-        self, stretches: Sequence[Stretch], step: float, constants: Float, beside: Beside
+        self, stretches: Sequence[Stretch], step: float, constants: Float, fixed_terms: FixedTerms
     ) -> None:
         """Prepare the levels; ``step`` is the typical clock step, ``constants`` those of all
         spectra."""
-        self._beside = beside
+        self._fixed_terms = fixed_terms
         self._levels, self._constant_count = _levels(stretches, step, constants)
         self._ridge: Float | None = None
 
@@ -143,11 +143,11 @@ class RestrictedLikelihood:
     ) -> tuple[float, Float, Float | None]:
         """Return log likelihood, β, and a root of N⁻¹; no root where no model is projected out."""
         total = 0.0
-        own_size = self._beside.moment.size
+        own_size = self._fixed_terms.moment.size
         width = own_size + self._constant_count
         normal, moment = np.zeros((width, width)), np.zeros(width)
-        normal[:own_size, :own_size] = self._beside.information
-        moment[:own_size] = self._beside.moment
+        normal[:own_size, :own_size] = self._fixed_terms.information
+        moment[:own_size] = self._fixed_terms.moment
         restricted = False
         for _, factor, inside in whitened:
             own = inside[:, 0]

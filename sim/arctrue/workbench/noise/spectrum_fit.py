@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from arctrue.workbench.noise.likelihood import Beside, RestrictedLikelihood, Stretch
+from arctrue.workbench.noise.likelihood import FixedTerms, RestrictedLikelihood, Stretch
 from arctrue.workbench.noise.spectrum import Spectrum, time_constants
 
 Float = NDArray[np.float64]
@@ -61,7 +61,7 @@ def _spectrum(logs: Float, constants: Float) -> Spectrum:
 
 def fit_spectrum(
     stretches: Sequence[Stretch],
-    beside: Beside,
+    fixed_terms: FixedTerms,
     white: WhiteBounds,
     *,
     start: Spectrum | None = None,
@@ -75,7 +75,7 @@ def fit_spectrum(
     step = float(np.median(steps)) if steps.size else 1.0
     span = max(float(np.ptp(stretch.clock)) for stretch in stretches)
     constants = time_constants(step, span) if start is None else start.constants
-    likelihood = RestrictedLikelihood(stretches, step, constants, beside)
+    likelihood = RestrictedLikelihood(stretches, step, constants, fixed_terms)
     residual = np.concatenate([stretch.residual for stretch in stretches])
     variance = max(float(np.mean(residual**2)), white.floor, 1e-12)
     if white.stated is not None and residual.size < STATED_READINGS:

@@ -80,7 +80,12 @@ def judged(
     verdict: str, *effects: dict[str, Any], named: str | None = None, **answer: Any
 ) -> Judged:
     task = {"world": "white", "content": "one", "seed": 5, "samples": 1500, "subject": "x"}
-    truth = {"effects": list(effects), "noise": [], "told": [], "floor_arcsec": {"capture": 0.1}}
+    truth = {
+        "effects": list(effects),
+        "noise": [],
+        "adverse_conditions": [],
+        "floor_arcsec": {"capture": 0.1},
+    }
     return Judged(task, truth, {"verdict": verdict, "named": named, **answer})
 
 
@@ -119,8 +124,8 @@ def test_what_does_not_matter_is_not_visible() -> None:
 
 def test_a_second_name_that_is_there_is_none_too_many() -> None:
     pair = (effect("latency"), effect("vibration"))
-    assert judged("named", *pair, named="latency", beside=["vibration"]).second_name is None
-    one = judged("named", pair[0], named="latency", beside=["vibration"])
+    assert judged("named", *pair, named="latency", further=["vibration"]).second_name is None
+    one = judged("named", pair[0], named="latency", further=["vibration"])
     assert one.second_name == "vibration"
 
 
@@ -216,7 +221,7 @@ def test_sure_answers_are_counted_by_what_they_say() -> None:
 
 def test_rates_count_what_they_say() -> None:
     sets = [
-        judged("named", effect("latency"), named="latency", beside=["vibration"]),
+        judged("named", effect("latency"), named="latency", further=["vibration"]),
         judged("named", effect("latency"), named="vibration"),
         judged("adequate", effect("latency")),
         judged("adequate"),
@@ -235,8 +240,8 @@ def test_rates_count_what_they_say() -> None:
     whole = scored(sets)
     assert len(whole["failures"]) == 4
     assert whole["confusion"]["latency"] == {"latency": 1, "vibration": 1, "adequate": 1}
-    told = "--world white --content one --seed 5 --samples 1500"
-    assert all(told in item["command"] for item in whole["failures"])
+    page_text = "--world white --content one --seed 5 --samples 1500"
+    assert all(page_text in item["command"] for item in whole["failures"])
     text = benchmark_page(header_of(sets=9), whole)
     assert "**7 of its 9 sets** (the run was not finished)" in text
     assert "Commit `1234567890`, source `a`" in text
@@ -252,9 +257,9 @@ def test_rates_count_what_they_say() -> None:
     assert "met: unknown, of visible products of parts (100.0 %, goal ≥ 90). Missed: " in text
     assert "Missed: false name (14.3 %, goal ≤ 1); " in text
     assert all(item["command"] in text for item in whole["failures"])
-    told = benchmark_page({**header_of(sets=7), "commit": None}, whole)
-    assert "7 sets, 6 with something" in told
-    assert "No commit known, source `a`" in told
+    page_text = benchmark_page({**header_of(sets=7), "commit": None}, whole)
+    assert "7 sets, 6 with something" in page_text
+    assert "No commit known, source `a`" in page_text
 
 
 def test_a_class_of_names_where_nothing_is_counts_as_a_false_name() -> None:
@@ -289,7 +294,7 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     )
 
 
-def test_every_failure_is_listed_up_to_a_number_that_is_told() -> None:
+def test_every_failure_is_listed_up_to_a_number_that_is_reported() -> None:
     sets = [judged("adequate", effect("latency")) for _ in range(MOST_FAILURES + 1)]
     text = benchmark_page(header_of(sets=len(sets)), scored(sets))
     assert text.count("--world white --content one") == MOST_FAILURES
@@ -309,7 +314,7 @@ def test_answer_of_both_schemas() -> None:
     new = {**old, "verdict": "adequate", "named": None, "probability": {"none": 0.98, "x": 0.02}}
     assert answer_of(new)["probability"] == {"none": 0.98, "x": 0.02}
     assert answer_of(new)["held_out_arcsec"] == {"capture": 0.3}
-    assert answer_of({"verdict": "bad_data", "named": None})["beside"] == []
+    assert answer_of({"verdict": "bad_data", "named": None})["further"] == []
 
 
 @pytest.mark.parametrize("tier", [name for name in TIERS if name != CASES])
@@ -346,10 +351,10 @@ def test_failures_are_kept_once_and_asked_again(tmp_path: Path) -> None:
     assert case_tasks("arctrue", file)[0] == {**failed.task, "subject": "arctrue"}
 
 
-def test_reason_of_a_case_stands_beside_its_failure_and_stays(tmp_path: Path) -> None:
+def test_reason_of_a_case_stands_with_its_failure_and_stays(tmp_path: Path) -> None:
     file = tmp_path / "cases.json"
     file.write_text('{"cases": []}')
-    failed = judged("named", effect("latency"), named="latency", beside=["vibration"])
+    failed = judged("named", effect("latency"), named="latency", further=["vibration"])
     later = replace(failed, task={**failed.task, "seed": 6})
     assert keep([failed], "1234567890", file) == 1
     reason = Reason("latency, and beside it vibration", "A line is left by the lag.")
@@ -414,7 +419,7 @@ def test_a_plan_of_another_generator_is_refused(tmp_path: Path, monkeypatch) -> 
     assert plan_module.files_digest(("table",)) != before
 
 
-def test_no_plan_and_a_broken_one_are_told(tmp_path: Path) -> None:
+def test_no_plan_and_a_broken_one_are_reported(tmp_path: Path) -> None:
     done = CliRunner().invoke(main, ["benchmark", "run", str(tmp_path)])
     assert done.exit_code == 2
     assert "first arctrue benchmark make" in done.output
@@ -446,7 +451,7 @@ def test_nothing_means_nothing_also_where_the_separation_is_stated_wrong() -> No
     for seed in range(12):
         made = make_set({**TASK, "content": "nothing", "seed": seed})
         assert made.truth["effects"] == []
-        assert "head_angle" not in made.truth["told"]
+        assert "head_angle" not in made.truth["adverse_conditions"]
 
 
 def test_a_subject_that_fails_is_a_miss_not_an_end(monkeypatch) -> None:  # type: ignore[no-untyped-def]
@@ -463,7 +468,12 @@ def finished(folder: Path) -> list[str]:
     """Make a folder with three sets of a plan; return the names of the sets."""
     plan = make_plan("quick", folder)
     tasks = plan.tasks("arctrue")[:3]
-    truth = {"effects": [effect("latency")], "noise": [], "told": [], "floor_arcsec": {}}
+    truth = {
+        "effects": [effect("latency")],
+        "noise": [],
+        "adverse_conditions": [],
+        "floor_arcsec": {},
+    }
     with Store(folder / "arctrue", {"plan": asdict(plan), "code": {"arctrue": "a"}}) as store:
         for task in tasks:
             store.add(task, {"truth": truth, "answer": {"verdict": "adequate"}}, 1.0)
@@ -552,7 +562,7 @@ def test_public_sets_are_the_frozen_ones(tmp_path: Path) -> None:
     assert differing({**found, next(iter(found)): "0" * 16}) == [next(iter(found))]
 
 
-def test_sets_that_are_not_the_frozen_ones_are_told(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+def test_sets_that_are_not_the_frozen_ones_are_reported(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
     make_plan("public", tmp_path / "plan")
     arguments = ["benchmark", "sets", str(tmp_path / "plan"), str(tmp_path / "out"), "--first=1"]
     assert "all of them equal the frozen ones" in CliRunner().invoke(main, arguments).output
@@ -598,12 +608,12 @@ def test_the_page_tells_the_independence_of_every_cause_that_the_workbench_can_d
 
 def test_sealed_answers_are_not_scored_by_another_scoring(tmp_path: Path) -> None:
     plan = make_plan("sealed", tmp_path)
-    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    truth = {"effects": [], "noise": [], "adverse_conditions": [], "floor_arcsec": {}}
     with Store(tmp_path / "arctrue", {"plan": asdict(plan), "code": {"arctrue": "a"}}) as store:
         store.add(plan.tasks("arctrue")[0], {"truth": truth, "answer": {"verdict": "error"}}, 1.0)
     assert score_folders([tmp_path], "arctrue", None)["sets"] == 1
-    told = json.loads((tmp_path / "plan.json").read_text())
-    (tmp_path / "plan.json").write_text(json.dumps({**told, "scoring": "0"}))
+    page_text = json.loads((tmp_path / "plan.json").read_text())
+    (tmp_path / "plan.json").write_text(json.dumps({**page_text, "scoring": "0"}))
     with pytest.raises(PlanError, match="the scoring has changed since the plan was made"):
         score_folders([tmp_path], "arctrue", None)
 
@@ -621,7 +631,7 @@ def test_answers_of_a_known_seed_may_be_scored_anew_but_not_made_by_another_gene
 
 def test_answers_to_the_sets_of_another_plan_are_not_scored(tmp_path: Path) -> None:
     finished(tmp_path)
-    told = json.loads((tmp_path / "plan.json").read_text())
-    (tmp_path / "plan.json").write_text(json.dumps({**told, "seed": 7}))
+    page_text = json.loads((tmp_path / "plan.json").read_text())
+    (tmp_path / "plan.json").write_text(json.dumps({**page_text, "seed": 7}))
     with pytest.raises(AnswersError, match="answers to the sets of another plan"):
         score_folders([tmp_path], "arctrue", None)

@@ -14,8 +14,8 @@ from sim.tests.studies.campaign.loaded import loaded_by
 
 from arctrue.cli import main
 from arctrue.measurement import write_measurement_set
-from arctrue.report.benchmark_page import PEERS_TOLD, benchmark_page
-from arctrue.studies.benchmark.answers import AnswersError, Verdict, score_beside
+from arctrue.report.benchmark_page import PEERS_STATED, benchmark_page
+from arctrue.studies.benchmark.answers import AnswersError, Verdict, score_of_peers
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import frozen_digests
 from arctrue.studies.benchmark.peers.stepwise_bic import _gains
@@ -51,7 +51,7 @@ def test_nothing_is_adequate(tmp_path: Path, subject: str) -> None:
 )
 def test_stepwise_names_a_strong_effect(tmp_path: Path, name: str, size: float) -> None:
     found = find_subject("stepwise_bic")(written(tmp_path, Wanted(name, size)))
-    assert (found["named"], found["beside"]) == (name, [])
+    assert (found["named"], found["further"]) == (name, [])
 
 
 def test_periodogram_names_a_line_in_time(tmp_path: Path) -> None:
@@ -105,16 +105,16 @@ def test_waves_by_multiplication_are_those_of_cosine_and_sine() -> None:
 
 def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
     plan = make_plan("quick", tmp_path)
-    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    truth = {"effects": [], "noise": [], "adverse_conditions": [], "floor_arcsec": {}}
     said = {"arctrue": ("adequate", 3), "stepwise_bic": ("named", 2)}
     with pytest.raises(AnswersError, match="no subject has answered"):
-        score_beside(tmp_path)
+        score_of_peers(tmp_path)
     for name, (verdict, number) in said.items():
         with Store(tmp_path / name, header_of(plan, name)) as store:
             for task in plan.tasks(name)[:number]:
                 answer = {"verdict": verdict, "named": "vibration"}
                 store.add(task, {"truth": truth, "answer": answer}, 1.0)
-    found = score_beside(tmp_path)
+    found = score_of_peers(tmp_path)
     rates = {name: scores["rates"]["false name"]["all"] for name, scores in found.items()}
     assert [(rate["hits"], rate["of"]) for rate in rates.values()] == [(0, 2), (2, 2)]
     text = benchmark_page(header_of(plan, "arctrue"), found["arctrue"], found)
@@ -148,49 +148,49 @@ def header_of(plan: TierPlan, subject: str, **code: str) -> dict[str, Any]:
 
 
 def answered(folder: Path, subject: str, header: dict[str, Any], number: int = 2) -> None:
-    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    truth = {"effects": [], "noise": [], "adverse_conditions": [], "floor_arcsec": {}}
     with Store(folder / subject, header) as store:
         for task in read_plan(folder).tasks(subject)[:number]:
             store.add(task, {"truth": truth, "answer": {"verdict": "adequate"}}, 1.0)
 
 
-def test_rivals_without_a_set_in_common_are_not_set_beside_each_other(tmp_path: Path) -> None:
+def test_rivals_without_a_set_in_common_are_not_set_with_each_other(tmp_path: Path) -> None:
     plan = make_plan("quick", tmp_path)
     answered(tmp_path, "arctrue", header_of(plan, "arctrue"))
     answered(tmp_path, "stepwise_bic", header_of(plan, "stepwise_bic"), number=0)
     with pytest.raises(AnswersError, match="no set yet that arctrue, stepwise_bic have answered"):
-        score_beside(tmp_path)
+        score_of_peers(tmp_path)
 
 
-def test_answers_with_other_libraries_are_not_set_beside_each_other(tmp_path: Path) -> None:
+def test_answers_with_other_libraries_are_not_set_with_each_other(tmp_path: Path) -> None:
     plan = make_plan("quick", tmp_path)
     answered(tmp_path, "arctrue", header_of(plan, "arctrue"))
     answered(tmp_path, "gaussian_process", header_of(plan, "gaussian_process", numpy="1"))
     with pytest.raises(AnswersError, match=r"gaussian_process with .*two states are not mixed"):
-        score_beside(tmp_path)
+        score_of_peers(tmp_path)
 
 
-def test_answers_to_other_sets_are_not_set_beside_each_other(tmp_path: Path) -> None:
+def test_answers_to_other_sets_are_not_set_with_each_other(tmp_path: Path) -> None:
     plan = make_plan("quick", tmp_path)
     answered(tmp_path, "arctrue", header_of(plan, "arctrue"))
     answered(tmp_path, "stepwise_bic", header_of(replace(plan, generator="0"), "stepwise_bic"))
     with pytest.raises(AnswersError, match="stepwise_bic has answers to the sets of another plan"):
-        score_beside(tmp_path)
+        score_of_peers(tmp_path)
 
 
 def test_answers_to_public_sets_are_those_to_the_frozen_ones(tmp_path: Path) -> None:
     plan = make_plan("public", tmp_path)
     task = plan.tasks("stepwise_bic")[0]
-    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    truth = {"effects": [], "noise": [], "adverse_conditions": [], "floor_arcsec": {}}
     for digest, right in ((frozen_digests()[set_name(task)], True), ("0" * 16, False)):
         subject = "stepwise_bic" if right else "periodogram_rule"
         with Store(tmp_path / subject, header_of(plan, subject)) as store:
             result = {"truth": truth, "set": digest, "answer": {"verdict": "adequate"}}
             store.add(plan.tasks(subject)[0], result, 1.0)
         if right:
-            assert score_beside(tmp_path)[subject]["sets"] == 1
+            assert score_of_peers(tmp_path)[subject]["sets"] == 1
     with pytest.raises(AnswersError, match=r"periodogram_rule: 1 of 1 answers are to other sets"):
-        score_beside(tmp_path)
+        score_of_peers(tmp_path)
 
 
 def test_public_sets_that_differ_are_not_answered(
@@ -206,8 +206,8 @@ def test_public_sets_that_differ_are_not_answered(
 def test_page_says_that_its_own_column_is_of_another_state(tmp_path: Path) -> None:
     plan = make_plan("quick", tmp_path)
     answered(tmp_path, "arctrue", header_of(plan, "arctrue", arctrue="old"))
-    beside = score_beside(tmp_path)
-    text = benchmark_page(header_of(plan, "arctrue"), beside["arctrue"], beside)
+    further = score_of_peers(tmp_path)
+    text = benchmark_page(header_of(plan, "arctrue"), further["arctrue"], further)
     assert "answers of `arctrue` in this table are of another state of the code" in text
 
 
@@ -219,8 +219,8 @@ def test_answers_of_a_rival_do_not_depend_on_the_diagnosis_and_ours_do() -> None
     assert sources_of("arctrue").modules == ()
 
 
-def test_every_subject_is_told_on_the_page() -> None:
-    assert set(PEERS_TOLD) == set(SUBJECTS)
+def test_every_subject_is_reported_on_the_page() -> None:
+    assert set(PEERS_STATED) == set(SUBJECTS)
 
 
 def test_a_subject_without_its_library_is_an_error_for_people(monkeypatch) -> None:  # type: ignore[no-untyped-def]

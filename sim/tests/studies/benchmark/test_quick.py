@@ -59,7 +59,7 @@ def test_every_set_except_the_known_ones_is_right(world: str, others: bool, tmp_
                 f"{item.outcome} ({item.said}, beside it {item.second_name}), {item.label}: "
                 f"{item.command()}"
             )
-    new = {seed: told for seed, told in wrong.items() if seed not in NOT_YET}
+    new = {seed: found_wrong for seed, found_wrong in wrong.items() if seed not in NOT_YET}
     assert not new, "\n".join(new.values())
 
 

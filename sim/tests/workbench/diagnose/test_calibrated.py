@@ -96,7 +96,7 @@ def test_faulty_data_have_no_confidence() -> None:
     assert confidence("bad_data", USUAL) is None
 
 
-def test_evidence_does_not_count_if_nothing_can_be_told() -> None:
+def test_evidence_does_not_count_if_nothing_can_be_reported() -> None:
     assert confidence("cannot_tell", replace(USUAL, evidence=0.0)) == confidence(
         "cannot_tell", USUAL
     )

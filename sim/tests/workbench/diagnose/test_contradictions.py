@@ -45,17 +45,17 @@ def test_faces_lapped_one_by_one_are_not_refused() -> None:
 def test_a_wave_over_the_faces_is_no_polygon(order: int) -> None:
     random = np.random.default_rng(order)
     angle = np.arange(FACES) * 2.0 * np.pi / FACES
-    told = _of_faces(0.2 * np.cos(order * angle + 1.0) + random.normal(0.0, 0.03, FACES))
-    assert told is not None
-    assert f"order {order}" in told
+    reported = _of_faces(0.2 * np.cos(order * angle + 1.0) + random.normal(0.0, 0.03, FACES))
+    assert reported is not None
+    assert f"order {order}" in reported
 
 
 def test_one_face_alone_may_be_a_place_of_the_table() -> None:
     values = np.random.default_rng(1).normal(0.0, 0.03, FACES)
     values[7] += 0.4
-    told = _of_faces(values)
-    assert told is not None
-    assert "face 7" in told
+    reported = _of_faces(values)
+    assert reported is not None
+    assert "face 7" in reported
 
 
 @pytest.mark.parametrize(("place_deg", "width_deg", "along"), [(26.7, 7.0, 0.8), (50.4, 9.0, 2.2)])
@@ -77,20 +77,20 @@ def test_a_flat_place_of_the_bearing_is_no_polygon(
     shown[order] -= seen * dip[order] / (np.exp(1j * order * SEPARATION_RAD) - 1.0)
     shown[0] = 0.0
     noise = np.random.default_rng(5).normal(0.0, 0.03, FACES)
-    told = _of_faces(0.7 * np.fft.irfft(shown, 720)[:: 720 // FACES] + noise)
-    assert told is not None
-    assert "place of the table" in told
+    reported = _of_faces(0.7 * np.fft.irfft(shown, 720)[:: 720 // FACES] + noise)
+    assert reported is not None
+    assert "place of the table" in reported
 
 
 @pytest.mark.parametrize("times", [2, 4, 6])
 def test_faces_that_repeat_within_a_turn_are_a_shape_of_the_table(times: int) -> None:
     random = np.random.default_rng(times)
     part = random.normal(0.0, 0.2, FACES // times)
-    told = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
-    assert told is not None
+    reported = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
+    assert reported is not None
     if times == 2:
         # Twelve drawn values make no wave: only the repetition contradicts them.
-        assert "repeat 2 times a turn" in told
+        assert "repeat 2 times a turn" in reported
 
 
 def test_few_faces_are_not_judged() -> None:
@@ -100,9 +100,9 @@ def test_few_faces_are_not_judged() -> None:
 
 def test_a_counter_loses_whole_counts() -> None:
     assert _of_step(12.1, 0.1) is None
-    told = _of_step(12.4, 0.1)
-    assert told is not None
-    assert "12.40" in told
+    reported = _of_step(12.4, 0.1)
+    assert reported is not None
+    assert "12.40" in reported
     # A step that is not known to a part of a count is not contradicted.
     assert _of_step(12.4, 0.3) is None
     assert _of_step(12.4, 0.1, count_arcsec=None) is None
@@ -129,9 +129,9 @@ def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: 
 
 def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> None:
     """A bracket that leans with the direction used to be named a periodic error of 192 s."""
-    told = _of_line(1.0 / 192.0)
-    assert told is not None
-    assert "192 s" in told
+    reported = _of_line(1.0 / 192.0)
+    assert reported is not None
+    assert "192 s" in reported
     assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
     # Half a resolution of ten visits away, the line drifts against the visits and is accepted; a
     # much slower one is no line.
@@ -150,11 +150,11 @@ def _of_order(order: float, sigma: float):  # type: ignore[no-untyped-def]
     return EFFECTS["bearing_ball_pass"]().search_contradiction(found, SimpleNamespace())  # type: ignore[arg-type]
 
 
-def test_an_order_that_cannot_be_told_from_a_half_one_is_no_ball_pass() -> None:
+def test_an_order_that_cannot_be_reported_from_a_half_one_is_no_ball_pass() -> None:
     """A belt that repeats every two turns used to be named a ball pass of order 0.499 ± 0.008."""
-    told = _of_order(0.4992, 0.0076)
-    assert told is not None
-    assert "every two turns" in told
+    reported = _of_order(0.4992, 0.0076)
+    assert reported is not None
+    assert "every two turns" in reported
     whole = _of_order(3.01, 0.004)
     assert whole is not None
     assert "every turn" in whole

@@ -149,8 +149,8 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
 @pytest.mark.parametrize(
     ("gain", "rank", "freedom", "told"), [(24.5, 1, 3.5, True), (55.2, 23, 25.0, False)]
 )
-def test_noise_beside_many_columns_is_little_known(
-    gain: float, rank: int, freedom: float, told: bool
+def test_noise_with_many_columns_is_little_known(
+    gain: float, rank: int, freedom: float, is_named: bool
 ) -> None:
     """With 48 readings, 23 faces leave 25 degrees of freedom: F(23, 25) = 2.2 has 3 %, not 10⁻⁴."""
     item: Any = SimpleNamespace(
@@ -160,7 +160,7 @@ def test_noise_beside_many_columns_is_little_known(
         trials=1.0,
         freedom=freedom,
     )
-    assert (effect_or_noise([item], 19, 0.04) is not None) == told
+    assert (effect_or_noise([item], 19, 0.04) is not None) == is_named
     assert effect_or_noise([item], 19, 0.2) is None
 
 

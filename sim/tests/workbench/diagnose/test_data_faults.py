@@ -41,7 +41,7 @@ def test_a_good_set_has_none() -> None:
 
 @pytest.mark.parametrize("rows", [1, 2, 3])
 @pytest.mark.parametrize("head", [1, 2])
-def test_a_head_that_is_off_and_back_at_once_is_masked_and_told(head: int, rows: int) -> None:
+def test_a_head_that_is_off_and_back_at_once_is_masked_and_reported(head: int, rows: int) -> None:
     made, capture = _copied()
     counts = capture.head1_counts if head == 1 else capture.head2_counts
     counts[ROW : ROW + rows] += 3_000
@@ -63,7 +63,7 @@ def test_a_slip_stays_and_is_an_effect() -> None:
     assert _faults(made, capture) == []
 
 
-def test_a_head_that_stands_while_the_other_goes_on_is_told() -> None:
+def test_a_head_that_stands_while_the_other_goes_on_is_reported() -> None:
     made, capture = _copied()
     capture.head2_counts[ROW : ROW + 40] = capture.head2_counts[ROW]
     found = _faults(made, capture)
@@ -86,7 +86,7 @@ def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:
     assert data_faults(observations_of(MeasurementSet(table, capture))) == []
 
 
-def test_a_temperature_of_a_broken_sensor_is_told() -> None:
+def test_a_temperature_of_a_broken_sensor_is_reported() -> None:
     made, capture = _copied()
     assert capture.temperature_c is not None
     capture.temperature_c[ROW] += 7.0
@@ -95,7 +95,7 @@ def test_a_temperature_of_a_broken_sensor_is_told() -> None:
     assert "temperature_c is -999, expected" in _faults(made, capture)[0]
 
 
-def test_heads_that_stand_elsewhere_than_the_description_says_are_told() -> None:
+def test_heads_that_stand_elsewhere_than_the_description_says_are_reported() -> None:
     made, capture = _copied()
     swapped = replace(capture, head1_counts=capture.head2_counts, head2_counts=capture.head1_counts)
     assert "head 2 reads -33.0" in _faults(made, swapped)[0]
@@ -105,7 +105,7 @@ def test_heads_that_stand_elsewhere_than_the_description_says_are_told() -> None
     assert data_faults(observations_of(near)) == []
 
 
-def test_a_clock_that_stands_is_told() -> None:
+def test_a_clock_that_stands_is_reported() -> None:
     made, capture = _copied()
     capture.time_s[capture.run == 1] = 60.0
     found = _faults(made, capture)
@@ -113,7 +113,7 @@ def test_a_clock_that_stands_is_told() -> None:
     assert "run 1: time_s stays at 60 s" in found[0]
 
 
-def test_one_reading_of_a_station_far_from_its_others_is_told() -> None:
+def test_one_reading_of_a_station_far_from_its_others_is_reported() -> None:
     made = measurement_set(cycles=4)
     assert made.reference is not None
     made.reference.error_arcsec[100] += 6.0

@@ -30,9 +30,9 @@ def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
     assert found.verdict == "unknown"
     assert found.named is None
     assert found.decision.resembles is not None
-    told = diagnosis_data(found, ["graduation_harmonics"])
-    assert told["resembles"] == found.decision.resembles.name
-    assert told["unlike"]
+    reported = diagnosis_data(found, ["graduation_harmonics"])
+    assert reported["resembles"] == found.decision.resembles.name
+    assert reported["unlike"]
     assert any("resembles" in sentence for sentence in sentences(found))
     assert found.probability["unknown"] == max(found.probability.values())
 
@@ -44,7 +44,7 @@ def test_one_slip_of_whole_counts_keeps_its_name() -> None:
     found = diagnosis_of(measurement_set(runs=2, cycles=3, head2_only=slip))
     assert found.named is not None
     assert found.named.name == "count_slip"
-    assert found.beside == []
+    assert found.further == []
 
 
 def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:

@@ -84,7 +84,7 @@ def test_an_alias_of_the_named_effect_is_no_finding_of_its_own() -> None:
     assert findings.oscillation is None
     assert findings.causes == ()
     assert findings.steps == ()
-    assert found.beside == []
+    assert found.further == []
     words = " ".join(sentences(found))
     assert "explains still more" not in words
     assert "an error remains" not in words

@@ -157,7 +157,7 @@ def test_slow_noise_is_a_part_of_the_noise_and_no_effect() -> None:
     assert abs(float(np.corrcoef(left[1:], left[:-1])[0, 1])) < 0.15
 
 
-def test_the_noise_beside_an_effect_is_estimated_anew() -> None:
+def test_the_noise_with_an_effect_is_estimated_anew() -> None:
     """Slow noise absorbed a ramp of 6″: with the noise estimated anew beside it, the ramp is
     seen."""
     random = np.random.default_rng(4)
@@ -237,7 +237,7 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
         assert on_every_pass(_candidate(base, order), base) is real
 
 
-def test_passes_are_asked_beside_the_model_that_the_effect_was_weighed_with() -> None:
+def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> None:
     """Order 1 is 10″ larger in one of two runs: with other noise the fit follows that run.
 
     Order 25 is in both runs. The change of order 1 by the noise must not count against it.
@@ -420,7 +420,7 @@ def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
 
 
 def test_a_near_tie_with_a_product_of_parts_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rules, "_of_class", lambda case, verdict, **told: verdict)
+    monkeypatch.setattr(rules, "_of_class", lambda case, verdict, **is_named: verdict)
     best = SimpleNamespace(lacking_variety=[])
     similar = SimpleNamespace(larger=[])
     for ahead, verdict in ((-5.0, "ambiguous"), (-7.0, None)):

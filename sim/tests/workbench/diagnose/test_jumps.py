@@ -47,7 +47,7 @@ def _stations(
 
 
 @pytest.mark.parametrize("size_arcsec", [1.0, -3.0, 1800.0])
-def test_a_knock_of_the_stand_beside_a_capture(size_arcsec: float) -> None:
+def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
     """Jumps of 7 σ of a reading, 20 σ and half a degree follow 60 % of 288 readings of a
     polygon."""
     measured = measurement_set(seed=4)

@@ -61,7 +61,7 @@ def test_the_worm_is_named_before_smaller_lines() -> None:
     # RMS of both sines of the worm: √((8² + 1.5²)/2); OU noise of 0.8″ and 20 s changes it by a
     # tenth.
     assert causes[0].taken_arcsec == pytest.approx(np.sqrt((64.0 + 2.25) / 2.0), rel=0.1)
-    assert [item.name for item in found.beside][:1] == ["periodic_error"]
+    assert [item.name for item in found.further][:1] == ["periodic_error"]
     data = diagnosis_data(found, ["graduation_harmonics"])["findings"]
     assert data["regular"][0]["lines"][0]["multiple"] == 1
     assert any(
@@ -80,7 +80,7 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
     assert period == pytest.approx(122.0, rel=0.01)
 
 
-def test_a_small_line_beside_a_slow_change_is_said_to_be_the_smaller_part() -> None:
+def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> None:
     """9″ that rise and fall three times are no line; a line of 1″ with a tenth of that RMS is
     named."""
     time_s, noise = _noise(3)

@@ -44,7 +44,7 @@ def _found(seed: int, reversal: float, jump: float) -> Reversal | None:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_reversal_is_measured_beside_a_jump(seed: int) -> None:
+def test_the_reversal_is_measured_with_a_jump(seed: int) -> None:
     found = _found(seed, 2.0, 3.0)
     assert found is not None
     # Mean of OU noise of 0.3″ and 1 s over 140 s, up less down: 2·0.3·√(2/140) = 0.07″.
@@ -91,7 +91,7 @@ def test_the_reversal_and_the_jump_are_said_by_size() -> None:
     assert "something jumped at 61" in said
 
 
-def test_a_reversal_that_differs_from_place_to_place_is_said_beside_a_line() -> None:
+def test_a_reversal_that_differs_from_place_to_place_is_said_with_a_line() -> None:
     """The set has 650″ each way, more on one side of the turn, and a line of 460″ that is named."""
     time_s, direction, place, noise = _sweeps(5)
     angle = 2.0 * np.pi * place

@@ -45,7 +45,7 @@ def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: 
     )  # fmt: skip
 
 
-def _case(*items, beside: Decision | None = None) -> Case:  # type: ignore[no-untyped-def]
+def _case(*items, further: Decision | None = None) -> Case:  # type: ignore[no-untyped-def]
     survey = SimpleNamespace(
         significant=lambda: list(items),
         matters=lambda item: True,
@@ -53,7 +53,7 @@ def _case(*items, beside: Decision | None = None) -> Case:  # type: ignore[no-un
         parts=[],
     )
     case = Case(survey, {}, lambda before, item: survey, said_of)  # type: ignore[arg-type]
-    case.__dict__["beside"] = beside
+    case.__dict__["beside"] = further
     return case
 
 
@@ -72,7 +72,7 @@ def test_no_rule_knows_an_effect_by_its_name() -> None:
 
 
 @pytest.mark.parametrize(("fixed", "kind"), [(False, "polygon_reindexed"), (True, None)])
-def test_an_own_effect_of_the_polygon_is_told_apart_by_putting_it_on_again(
+def test_an_own_effect_of_the_polygon_is_separated_by_putting_it_on_again(
     monkeypatch: pytest.MonkeyPatch, fixed: bool, kind: str | None
 ) -> None:
     def item(name: str, fixed: bool):  # type: ignore[no-untyped-def]
@@ -134,14 +134,14 @@ def _unknown(gain: float) -> Decision:
 def test_an_unknown_of_about_its_size_takes_the_name() -> None:
     best = _item("polygon_face_error", 100.0)
     large, small = (share * OF_THE_SAME_KIND * 100.0 for share in (1.5, 0.5))
-    found = leaves_its_own_kind(_case(best, beside=_unknown(large)))
+    found = leaves_its_own_kind(_case(best, further=_unknown(large)))
     assert found is not None
     assert found.resembles is best
-    assert leaves_its_own_kind(_case(best, beside=_unknown(small))) is None
+    assert leaves_its_own_kind(_case(best, further=_unknown(small))) is None
     # The rule also holds after a second effect.
-    second = Decision("named", first=best, beside=_unknown(large))  # type: ignore[arg-type]
-    assert leaves_its_own_kind(_case(best, beside=second)) is not None
-    assert leaves_its_own_kind(_case(best, beside=Decision("adequate"))) is None
+    second = Decision("named", first=best, further=_unknown(large))  # type: ignore[arg-type]
+    assert leaves_its_own_kind(_case(best, further=second)) is not None
+    assert leaves_its_own_kind(_case(best, further=Decision("adequate"))) is None
 
 
 @pytest.mark.parametrize(("after_arcsec", "taken"), [(0.2, False), (0.4, True)])
@@ -153,7 +153,7 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
     best.moved_arcsec = {"capture": 0.0, "reference": 1.0}
     # The effect is not one that only the offsets of the runs show.
     best.evidence = None
-    case = _case(best, beside=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}))
+    case = _case(best, further=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}))
     fit = FitOfChannel(float(np.hypot(1.0, 0.1)), 0.1, None)
     case.survey.__dict__["channels"] = {"reference": fit}
     assert (leaves_its_own_kind(case) is not None) is taken

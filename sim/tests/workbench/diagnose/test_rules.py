@@ -86,8 +86,8 @@ def test_a_step_pays_for_all_its_instants(size: float) -> None:
     largest = np.max(np.abs(bridge) / np.sqrt(before * (1.0 - before / rows)), axis=1)
     share = float(np.mean(largest > size))
     # The formula holds to a tenth for large steps; the count has four standard deviations more.
-    told = step_trials(size**2, rows) * 2.0 * float(ndtr(-size))
-    assert share == pytest.approx(told, abs=0.1 * told + 4.0 * np.sqrt(told / sets))
+    reported = step_trials(size**2, rows) * 2.0 * float(ndtr(-size))
+    assert share == pytest.approx(reported, abs=0.1 * reported + 4.0 * np.sqrt(reported / sets))
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3])
@@ -153,7 +153,7 @@ def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
     assert found.candidates[0].nonlinear["frequency"] == pytest.approx(rate - frequency, abs=0.05)
 
 
-def test_what_is_missing_beside_the_named_one_is_said() -> None:
+def test_what_is_missing_with_the_named_one_is_said() -> None:
     """The set has 0.4″/K of order 1 and 0.8″ of reversal: one is named, the other reported too."""
 
     def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
@@ -163,11 +163,11 @@ def test_what_is_missing_beside_the_named_one_is_said() -> None:
     terms = [Term(EFFECTS["graduation_harmonics"](), {})]
     found = diagnose(observations_of(measurement_set(error, reversal_arcsec=0.8)), terms, EFFECTS)
     assert found.named is not None
-    assert {found.named.name, *(item.name for item in found.beside)} == both
+    assert {found.named.name, *(item.name for item in found.further)} == both
     assert any("diagnose again" in sentence for sentence in sentences(found))
     alone = diagnose(observations_of(measurement_set(error)), terms, EFFECTS)
     assert alone.named is not None
-    assert alone.beside == []
+    assert alone.further == []
 
 
 def test_runs_of_two_turns_are_enough_for_a_ball_pass() -> None:
@@ -177,7 +177,7 @@ def test_runs_of_two_turns_are_enough_for_a_ball_pass() -> None:
     assert EFFECTS["bearing_ball_pass"]().missing(observations) == []
 
 
-def test_a_line_beside_an_order_of_the_model_is_found_at_its_place() -> None:
+def test_a_line_with_an_order_of_the_model_is_found_at_its_place() -> None:
     """Three turns resolve 1/6 of an order; the model's order 12 absorbs a part of a line at 11.82.
 
     The residual is highest at 11.72; 0.01 is a twentieth of the resolution of three turns.

@@ -49,11 +49,11 @@ def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     assert found.second is not None
     assert found.second.channel == "reference"
     assert found.second.variation == pytest.approx(VARIES, rel=0.1)
-    told = " ".join(sentences(found))
-    assert "differs from place to place by ±20 %" in told
+    reported = " ".join(sentences(found))
+    assert "differs from place to place by ±20 %" in reported
     assert diagnosis_data(found, [])["second_finding"]["variation"] == found.second.variation
     # The set has both directions already.
-    assert "other direction" not in told
+    assert "other direction" not in reported
 
 
 def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() -> None:
@@ -191,7 +191,7 @@ def _case(before: SimpleNamespace, after: SimpleNamespace, lack_of_fit_p: float 
     survey = SimpleNamespace(channels=fit_of)
     case = Case(survey, {}, lambda item: survey, said_of)  # type: ignore[arg-type, return-value]
     rest = SimpleNamespace(survey=survey, best=None)
-    case.__dict__.update(best=item, before_and_after=(before, after), with_best=rest, beside=None)
+    case.__dict__.update(best=item, before_and_after=(before, after), with_best=rest, further=None)
     return case
 
 
@@ -252,7 +252,7 @@ def test_a_name_that_takes_a_tenth_of_the_excess_or_less_is_what_it_resembles() 
     assert takes_little(_case(little, little)) is None
 
 
-def test_a_head_angle_keeps_its_name_beside_an_order_that_does_not_matter() -> None:
+def test_a_head_angle_keeps_its_name_with_an_order_that_does_not_matter() -> None:
     """40″ between the heads are in the offsets of the runs, which the RMS of the rows does not
     show.
 

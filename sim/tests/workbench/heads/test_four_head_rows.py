@@ -54,7 +54,7 @@ def test_a_head_that_stands_elsewhere_is_a_fault_of_the_data() -> None:
     assert "head_places_deg" in faults[0]
 
 
-def test_time_stamps_that_stand_still_are_told_once() -> None:
+def test_time_stamps_that_stand_still_are_reported_once() -> None:
     measurement = FourHeads(samples=300).measured(7)
     assert measurement.capture is not None
     time_s = measurement.capture.time_s.copy()

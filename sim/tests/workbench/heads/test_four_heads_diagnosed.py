@@ -147,7 +147,7 @@ def test_a_line_of_the_axis_is_no_order_of_the_disc(order: float) -> None:
     assert values["order"].value == pytest.approx(order, abs=SIGMAS * values["order"].sigma)
 
 
-def test_a_line_beside_a_whole_order_is_not_the_whole_order() -> None:
+def test_a_line_with_a_whole_order_is_not_the_whole_order() -> None:
     """The phase of 0.02 periods a turn advances by 14° over the two turns of each run."""
     _, values = _named(FourHeads(disc=(*DISC, (97.02, 0.6, 0.5))), "periodic_error")
     assert values["order"].value == pytest.approx(97.02, abs=SIGMAS * values["order"].sigma)

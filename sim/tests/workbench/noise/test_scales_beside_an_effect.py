@@ -8,7 +8,7 @@ import pytest
 from arctrue.workbench.noise.estimate import ChannelRows, estimated_law
 from arctrue.workbench.noise.fit import FIRST_ROUNDS, NEXT_ROUNDS
 from arctrue.workbench.noise.law import NoiseLaw
-from arctrue.workbench.noise.likelihood import Beside
+from arctrue.workbench.noise.likelihood import FixedTerms
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.noise.spectrum_fit import WhiteBounds
@@ -22,7 +22,7 @@ SCALES = np.array([1.3, 1.5, 0.5])
 speeds: with its spectra, each run has its true variance."""
 TOLERANCE = 0.02
 """Relative tolerance of a variance: a quarter of √(2/360), its uncertainty from 360 rows."""
-NOTHING_BESIDE = Beside(np.zeros((0, 0)), np.zeros(0))
+NO_FIXED_TERMS = FixedTerms(np.zeros((0, 0)), np.zeros(0))
 BOUNDS = WhiteBounds(1e-12)
 
 
@@ -50,14 +50,14 @@ def test_the_search_begins_at_the_scatter_that_the_runs_have(seed: int) -> None:
     runs: a delay gains less than a line of low frequency.
     """
     rows = _rows(seed)
-    alone, _ = estimated_law(rows, NOTHING_BESIDE, BOUNDS, None, FIRST_ROUNDS)
+    alone, _ = estimated_law(rows, NO_FIXED_TERMS, BOUNDS, None, FIRST_ROUNDS)
     np.testing.assert_array_equal(alone.run_scale, 1.0)
     spectra = tuple(
         Spectrum(item.white / scale**2, item.constants, item.variances / scale**2)
         for item, scale in zip(alone.spectra, SCALES, strict=True)
     )
     before = NoiseLaw(spectra, alone.runs, SCALES)
-    found, _ = estimated_law(rows, NOTHING_BESIDE, BOUNDS, before, NEXT_ROUNDS)
+    found, _ = estimated_law(rows, NO_FIXED_TERMS, BOUNDS, before, NEXT_ROUNDS)
     np.testing.assert_array_equal(found.run_scale, 1.0)
     for now, expected in zip(found.spectra, alone.spectra, strict=True):
         assert now.variance == pytest.approx(expected.variance, rel=TOLERANCE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from arctrue.workbench.noise.likelihood import Beside, RestrictedLikelihood, Stretch
+from arctrue.workbench.noise.likelihood import FixedTerms, RestrictedLikelihood, Stretch
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum, time_constants
 from arctrue.workbench.noise.spectrum_fit import WhiteBounds, fit_spectrum
@@ -15,7 +15,7 @@ ROWS = 6000
 TRUE = Spectrum(0.01, np.array([2.0]), np.array([0.01]))
 
 
-def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], Beside]:
+def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], FixedTerms]:
     """Make three runs of Ornstein–Uhlenbeck noise of 2 s and 0.1″ plus 0.1″ of white noise."""
     random = np.random.default_rng(seed)
     clock = np.arange(ROWS) * STEP
@@ -33,14 +33,14 @@ def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], Beside]:
         Stretch(clock, part, design, run, np.ones(ROWS))
         for run, part in enumerate(np.split(left, 3))
     ]
-    return found, Beside(np.zeros((columns, columns)), np.zeros(columns))
+    return found, FixedTerms(np.zeros((columns, columns)), np.zeros(columns))
 
 
 @pytest.mark.parametrize("columns", [0, 40])
 def test_density_is_found_from_the_slowest_to_the_fastest(columns: int) -> None:
     """The model of 40 columns absorbs a third of the slow noise, which the spectrum must keep."""
-    stretches, beside = _stretches(columns)
-    found = fit_spectrum(stretches, beside, WhiteBounds(1e-6)).spectrum
+    stretches, fixed_terms = _stretches(columns)
+    found = fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6)).spectrum
     frequency = np.array([0.08, 0.3, 1.0, 10.0, 40.0])
     ratio = found.density(frequency, STEP) / TRUE.density(frequency, STEP)
     # Some tens of independent values at the slow end know a level to 20 %, thousands to 3 %.
@@ -55,7 +55,9 @@ def test_likelihood_of_rows_as_they_are_is_the_written_out_one() -> None:
     columns = random.normal(size=(80, 3))
     residual = random.normal(size=80)
     stretch = Stretch(clock, residual, columns, 0, np.ones(80))
-    likelihood = RestrictedLikelihood([stretch], STEP, constants, Beside(np.eye(3), np.zeros(3)))
+    likelihood = RestrictedLikelihood(
+        [stretch], STEP, constants, FixedTerms(np.eye(3), np.zeros(3))
+    )
 
     def written_out(spectrum: Spectrum) -> float:
         covariance = spectrum.white * np.eye(80)
@@ -77,8 +79,8 @@ def test_likelihood_of_rows_as_they_are_is_the_written_out_one() -> None:
 
 
 def test_time_constants_of_the_fit_are_those_of_the_rows() -> None:
-    stretches, beside = _stretches(0)
-    found = fit_spectrum(stretches, beside, WhiteBounds(1e-6), rounds=1).spectrum
+    stretches, fixed_terms = _stretches(0)
+    found = fit_spectrum(stretches, fixed_terms, WhiteBounds(1e-6), rounds=1).spectrum
     np.testing.assert_allclose(found.constants, time_constants(STEP, (ROWS - 1) * STEP))
 
 
@@ -95,13 +97,13 @@ def test_direction_that_no_row_shows_only_adds_a_constant() -> None:
         [Stretch(clock, residual, padded, 0, ones)],
         STEP,
         constants,
-        Beside(information, np.zeros(3)),
+        FixedTerms(information, np.zeros(3)),
     )
     without = RestrictedLikelihood(
         [Stretch(clock, residual, columns, 0, ones)],
         STEP,
         constants,
-        Beside(information[:2, :2], np.zeros(2)),
+        FixedTerms(information[:2, :2], np.zeros(2)),
     )
     spectra = [Spectrum(w, constants, np.array([a, 0.3])) for w, a in ((0.5, 0.1), (0.9, 0.6))]
     rise = [likelihood(spectra[1]) - likelihood(spectra[0]) for likelihood in (with_it, without)]
@@ -116,8 +118,8 @@ def test_gradient_is_that_of_the_likelihood(constants: np.ndarray) -> None:
     There are more exponentials than the library's own backward pass handles correctly.
     """
     stretches, _ = _stretches(6)
-    beside = Beside(30.0 * np.eye(6), np.arange(6.0))
-    likelihood = RestrictedLikelihood(stretches, STEP, constants, beside)
+    fixed_terms = FixedTerms(30.0 * np.eye(6), np.arange(6.0))
+    likelihood = RestrictedLikelihood(stretches, STEP, constants, fixed_terms)
     logs = np.log(np.concatenate([[0.01], 1e-3 * np.arange(1.0, 1.0 + constants.size)]))
 
     def at(place: np.ndarray) -> Spectrum:

@@ -46,8 +46,8 @@ def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
     draws -= draws.mean(axis=1, keepdims=True)
     ratio = np.sum(np.diff(draws) ** 2, axis=1) / np.sum(draws**2, axis=1)
     middle = draws[np.argmin(np.abs(ratio - ratio.mean()))]
-    beside = draws[np.argmin(np.abs(ratio - ratio.mean() - ratio.std()))]
-    for values, expected in ((middle, 1.0), (beside, 0.317)):
+    fixed_terms = draws[np.argmin(np.abs(ratio - ratio.mean() - ratio.std()))]
+    for values, expected in ((middle, 1.0), (fixed_terms, 0.317)):
         found = whiteness(values)
         assert found is not None
         # 4,000 draws know the mean to 1.6 % of the scatter, and the scatter to 1.1 %.

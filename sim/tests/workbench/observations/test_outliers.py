@@ -66,7 +66,7 @@ def test_each_single_wrong_row_is_masked_and_no_other() -> None:
 
 
 @pytest.mark.parametrize("missing", [60, 400])
-def test_a_wrong_row_beside_missing_rows_is_masked(missing: int) -> None:
+def test_a_wrong_row_with_missing_rows_is_masked(missing: int) -> None:
     """The change of the error over the gap is not a distance from the neighbouring rows."""
     wrong = np.array([1_999, 2_000 + missing, 5_003, 5_005 + missing])
     made = _with_head2(measurement_set(), wrong, SPIKE_ARCSEC)
@@ -274,7 +274,7 @@ def test_wrong_rows_that_a_larger_effect_hid_are_found_in_what_it_leaves() -> No
     done = diagnosed(made)[1]
     assert done.named is not None
     assert done.named.name == "subdivision_error"
-    assert done.beside == []
+    assert done.further == []
     masked = done.observations.masked
     assert [item.row - 2 for item in masked if item.channel == "capture"] == wrong.tolist()
     # The set's own mask has priority.
@@ -298,10 +298,10 @@ def test_the_mask_of_the_set_has_the_last_word() -> None:
     assert made.capture is not None
     mask, trusted = np.zeros(ROWS, dtype=bool), np.zeros(ROWS, dtype=bool)
     mask[500], trusted[900] = True, True
-    told = replace(made, capture=replace(made.capture, mask=mask, trusted=trusted))
-    reasons = {item.row - 2: item.reason for item in observations_of(told).masked}
+    reported = replace(made, capture=replace(made.capture, mask=mask, trusted=trusted))
+    reasons = {item.row - 2: item.reason for item in observations_of(reported).masked}
     assert reasons == {500: "mask", 700: "outlier"}
-    kept = observations_of(told, mask_outliers=False)
+    kept = observations_of(reported, mask_outliers=False)
     assert [item.row - 2 for item in kept.masked] == [500]
 
 

@@ -68,7 +68,7 @@ class Scene:
     lost: float = 0.0
     """Share of the rows that are missing, at random."""
     accepted: Accepted = Accepted()
-    told: tuple[str, ...] = ()
+    adverse_conditions: tuple[str, ...] = ()
     """Descriptions of the bad data in this set."""
 
     def channels(self, causes: Sequence[Cause]) -> dict[str, Float]:
@@ -243,7 +243,7 @@ def _truth(scene: Scene, sights: Sequence[Sight], channels: Sequence[Channel]) -
     return {
         "effects": effects,
         "noise": [],
-        "told": list(scene.told),
+        "adverse_conditions": list(scene.adverse_conditions),
         "accepted": {
             "names": list(scene.accepted.names),
             "alike": list(scene.accepted.alike),

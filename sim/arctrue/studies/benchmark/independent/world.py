@@ -22,7 +22,7 @@ class World:
     """One kind of set."""
 
     name: str
-    told: str
+    about: str
     """What is measured, and what may be hidden: the first paragraph of the world's file."""
     draw: Draw
     """Draws a scene from a random generator, whether anything is hidden, and the most rows of a run
@@ -37,7 +37,7 @@ def independent_worlds() -> dict[str, World]:
     found = {}
     for item in pkgutil.iter_modules(folder.__path__):
         module = importlib.import_module(f"{folder.__name__}.{item.name}")
-        told = " ".join((module.__doc__ or "").split("\n\n")[0].split())
+        about = " ".join((module.__doc__ or "").split("\n\n")[0].split())
         contents = getattr(module, "CONTENTS", (NOTHING, HIDDEN))
-        found[item.name] = World(item.name, told, module.draw, contents)
+        found[item.name] = World(item.name, about, module.draw, contents)
     return dict(sorted(found.items()))

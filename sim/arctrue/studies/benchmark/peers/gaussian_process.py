@@ -42,7 +42,7 @@ def gaussian_process(folder: Path) -> dict[str, Any]:
     # The capture comes first; the reference need not show the same effect.
     sees = any(_beats_noise(*channel) for channel in channels if channel[1].size > 4)
     verdict = "unknown" if sees else "adequate"
-    return {"verdict": verdict, "named": None, "class": [], "beside": []}
+    return {"verdict": verdict, "named": None, "class": [], "further": []}
 
 
 def _capture(given: Problem, left: Float) -> tuple[Float, Float]:

@@ -18,20 +18,20 @@ def periodogram_rule(folder: Path) -> dict[str, Any]:
     fit = Fit(problem(folder))
     given, left = fit.given, fit.left()[fit.part(0)]
     if not left.size:
-        return {"verdict": "cannot_tell", "named": None, "class": [], "beside": []}
+        return {"verdict": "cannot_tell", "named": None, "class": [], "further": []}
     turn_rows = 2 * np.pi / max(float(np.median(np.abs(np.diff(given.theta)))), 1e-9)
     highest = min(HIGHEST_ORDER, turn_rows / 2.0 - BASE_ORDERS)
     order, by_angle = _in_angle(given.theta, left, np.arange(0.5, highest, 0.5))
     by_time = _in_time(given, left)
     if min(by_angle, by_time) > FALSE_ALARM:
-        return {"verdict": "adequate", "named": None, "class": [], "beside": []}
+        return {"verdict": "adequate", "named": None, "class": [], "further": []}
     if by_time < by_angle:
         name = "vibration"
     elif order != round(order):
         name = "bearing_ball_pass"
     else:
         name = "radial_error_motion" if order <= BASE_ORDERS else "high_order_graduation"
-    return {"verdict": "named", "named": name, "class": [name], "beside": []}
+    return {"verdict": "named", "named": name, "class": [name], "further": []}
 
 
 def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:

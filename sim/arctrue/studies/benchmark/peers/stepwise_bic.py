@@ -44,8 +44,8 @@ def stepwise_bic(folder: Path) -> dict[str, Any]:
         if coarse is not fit:
             coarse.add(thin)
     if not names:
-        return {"verdict": "adequate", "named": None, "class": [], "beside": []}
-    return {"verdict": "named", "named": names[0], "class": names[:1], "beside": names[1:]}
+        return {"verdict": "adequate", "named": None, "class": [], "further": []}
+    return {"verdict": "named", "named": names[0], "class": names[:1], "further": names[1:]}
 
 
 def _best(fit: Fit, coarse: Fit) -> tuple[str, Float, Float] | None:

@@ -19,7 +19,7 @@ class AutocollimatorGain(ScalarEffect):
     source = "scale error of an autocollimator; its certificate"
     capture_sees = "nothing"
     reference_sees = "a copy of the error itself"
-    told_apart_by = "it shrinks when the table is compensated"
+    separated_by = "it shrinks when the table is compensated"
     next_measurement = "the same reference run with the compensation on"
     plausible = "0.01 to 1 %"
     parameter_units = {"gain": "1"}

@@ -45,7 +45,7 @@ class BearingBallPass(Effect):
     source = "ISO 15243 kinematics of rolling bearings; ISO 230-7 asynchronous error motion"
     capture_sees = "a line at the order ν over all revolutions; three heads tell x from y"
     reference_sees = "a line at ν too: stations come at the same unwrapped angles every cycle"
-    told_apart_by = "order tracking over the unwrapped angle; the same order at every speed"
+    separated_by = "order tracking over the unwrapped angle; the same order at every speed"
     next_measurement = "a capture of more turns in one run: ν is resolved to 1/(2·turns)"
     moves_axis = True
     plausible = "0.05 to 1 µm"

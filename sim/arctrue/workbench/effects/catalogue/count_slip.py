@@ -30,7 +30,7 @@ class CountSlip(Effect):
     source = "incremental counting"
     capture_sees = "a step between two samples"
     reference_sees = "a step when it is head 1"
-    told_apart_by = "index-to-index count differs from counts_per_rev by the step"
+    separated_by = "index-to-index count differs from counts_per_rev by the step"
     next_measurement = "a capture across several index passes, with the index counts recorded"
     plausible = "1 to 1,000 counts, often a multiple of 4"
     parameter_units = {"run": "1", "instant": "s", "step": "arcsec", "counts": "counts"}

@@ -39,9 +39,9 @@ Line = tuple[int, int]
 """A multiple of the tooth count, and the offset of the order from it."""
 
 USUAL: list[list[Line]] = [
-    [(multiple, away) for away in beside for multiple in range(1, highest + 1)]
+    [(multiple, away) for away in distances for multiple in range(1, highest + 1)]
     for highest in range(1, HIGHEST_MULTIPLE + 1)
-    for beside in ((0,), tuple(LISTS.values()))
+    for distances in ((0,), tuple(LISTS.values()))
 ]
 """The usual forms: the wave of the teeth with its multiples from the first on, for a centred or an
 eccentric gear."""
@@ -70,7 +70,7 @@ class DriveGearError(Effect):
         "order G; an alias at G mod faces on a polygon. Where the faces divide G, all that is left "
         "of it is the alias of its side lines, at order 1"
     )
-    told_apart_by = "the order is the tooth count"
+    separated_by = "the order is the tooth count"
     next_measurement = "reference stations closer than half a tooth"
     plausible = "0.5 to 30″"
     parameter_units = {

@@ -40,7 +40,7 @@ class GraduationDefect(Effect):
     source = "a local error of the graduation"
     capture_sees = "twice, α apart, with opposite signs"
     reference_sees = "one station at most"
-    told_apart_by = "both heads see it at the same disc angle"
+    separated_by = "both heads see it at the same disc angle"
     local_on_disc = True
     next_measurement = "a slow capture with many samples across the place"
     plausible = "0.5 to 20″ high, 0.05 to 5° wide"

@@ -31,7 +31,7 @@ class GraduationHarmonics(Effect):
     source = "paper, equations (4), (5) and (9)"
     capture_sees = "order n with the factor e^{jnα} − 1"
     reference_sees = "order n; 24 faces cannot tell n from 24 − n"
-    told_apart_by = "it is the base: both heads and the reference agree on every order"
+    separated_by = "it is the base: both heads and the reference agree on every order"
     next_measurement = "a capture of whole turns with both heads"
     plausible = "order 1 up to 150″, orders 2 to 8 up to 2″"
     parameter_units = {"order_N_amplitude": "arcsec", "order_N_phase": "deg"}

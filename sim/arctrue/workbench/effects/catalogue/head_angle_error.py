@@ -21,7 +21,7 @@ class HeadAngleError(ScalarOfEachHead):
     source = "equation (3) with α + Δα"
     capture_sees = "the mean of R₂ − R₁ − α, and Δα·ε′"
     reference_sees = "nothing"
-    told_apart_by = "the mean of R₂ − R₁ in every run, whatever its speed, direction, temperature"
+    separated_by = "the mean of R₂ − R₁ in every run, whatever its speed, direction, temperature"
     next_measurement = (
         "more runs, each with its own index pass: the mean is known to ±1 count a run"
     )

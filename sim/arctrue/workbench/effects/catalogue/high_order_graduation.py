@@ -32,7 +32,7 @@ class HighOrderGraduation(Effect):
     source = "paper, equation (5), beyond the N that it analyses"
     capture_sees = "order n with the factor e^{jnα} − 1"
     reference_sees = "order n where the stations are dense; an alias n mod 24 on 24 faces"
-    told_apart_by = (
+    separated_by = (
         "a line at a whole order in the order spectrum of R₂ − R₁; a reference run alone cannot "
         "tell it from periodic_error"
     )

@@ -26,7 +26,7 @@ class Hysteresis(ScalarEffect):
     source = "ISO 230-2, reversal error of an axis"
     capture_sees = "almost nothing"
     reference_sees = "positive and negative approach differ by B at every station"
-    told_apart_by = "a reference run in both directions"
+    separated_by = "a reference run in both directions"
     next_measurement = "one more reference run in both directions"
     plausible = "0.1 to 5″"
     parameter_units = {"reversal_error": "arcsec"}

@@ -30,7 +30,7 @@ class Latency(ScalarEffect):
         "an offset in proportion to the speed, and every order turned by its multiple of ωτ, in "
         "runs on the move only"
     )
-    told_apart_by = "a reference run at several speeds"
+    separated_by = "a reference run at several speeds"
     next_measurement = "a reference run on the move at a speed that this set does not have"
     plausible = "0.3 to 100 µs"
     parameter_units = {"latency": "us"}

@@ -68,7 +68,7 @@ class PeriodicError(Effect):
     source = "periodogram of uneven samples: Scargle, Astrophys. J. 263 (1982) 835"
     capture_sees = "a line of any order or frequency, where it is on the disc or at a head"
     reference_sees = "a line of any order or frequency"
-    told_apart_by = "fixed to the angle, to time or to the drive: runs at two speeds"
+    separated_by = "fixed to the angle, to time or to the drive: runs at two speeds"
     next_measurement = "the same run at another speed: the line keeps its order, or its frequency"
     plausible = "0.05 to 30″"
     parameter_units = {
@@ -166,7 +166,7 @@ class PeriodicError(Effect):
         worth = float(np.log(rows.run.size)) + TELLS_DIRECTIONS
         return (form, place) if apart.gain - one.gain > worth else same
 
-    def told(self, nonlinear: Nonlinear, observations: Observations) -> str:
+    def describe_data(self, nonlinear: Nonlinear, observations: Observations) -> str:
         rows = observations.capture if nonlinear["in_capture"] else observations.reference
         where = "R₂ − R₁" if nonlinear["in_capture"] else "the reference run"
         if nonlinear["in_time"]:
@@ -246,7 +246,7 @@ class PeriodicError(Effect):
             found |= amplitude_and_phase(cosine, sine, covariance[pair, pair], prefix)
         return found
 
-    def seen(self, parameters: Mapping[str, Parameter]) -> str:
+    def describe_values(self, parameters: Mapping[str, Parameter]) -> str:
         if not self._by_direction:
             return ""
         ways = ", ".join(

@@ -38,7 +38,7 @@ class PointingGeometry(Effect):
     source = "spherical trigonometry; terms AN, AW, NPAE and CA of pointing models"
     capture_sees = "nothing"
     reference_sees = "an error that depends on where the other axis of the mount stood"
-    told_apart_by = "the angle of the other axis, recorded with each target"
+    separated_by = "the angle of the other axis, recorded with each target"
     next_measurement = "a reference run with low and high targets all around the first axis"
     plausible = "1 to 100″ for each term; minutes before the mount was aligned"
     parameter_units = dict.fromkeys(TILT, "arcsec")

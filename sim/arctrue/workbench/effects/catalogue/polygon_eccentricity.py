@@ -32,7 +32,7 @@ class PolygonEccentricity(Effect):
     source = "paper, equation (14) for the offset; law of reflection for the tilt"
     capture_sees = "nothing"
     reference_sees = "order 1"
-    told_apart_by = "two heads and the reference disagree at order 1"
+    separated_by = "two heads and the reference disagree at order 1"
     next_measurement = "a reference run with the polygon re-indexed by some faces"
     plausible = "0.05 to 1″ by tilt (30″ at a roll of 1°: 0.5″); 0.0005″ a µm by the offset"
     parameter_units = {"amplitude": "arcsec", "phase": "deg"}

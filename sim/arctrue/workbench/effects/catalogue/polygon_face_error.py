@@ -38,7 +38,7 @@ class PolygonFaceError(Effect):
     source = "paper, Table 3, u₁; EURAMET cg-19"
     capture_sees = "nothing"
     reference_sees = "the same at every visit of a face"
-    told_apart_by = "it belongs to the face: re-index the polygon and it moves along"
+    separated_by = "it belongs to the face: re-index the polygon and it moves along"
     next_measurement = "a reference run with the polygon re-indexed by some faces"
     plausible = "0.1 to 0.5″"
     parameter_units = {"rms": "arcsec", "face_I": "arcsec"}

@@ -38,7 +38,7 @@ class RadialErrorMotion(Effect):
     source = "ISO 230-7, synchronous radial error motion; exact for small motions"
     capture_sees = "order k, but not with the factor of a disc-fixed order"
     reference_sees = "order k"
-    told_apart_by = (
+    separated_by = (
         "two heads and reference disagree at orders 2 to 8; three or four heads disagree at orders "
         "1 to 8"
     )

@@ -21,7 +21,7 @@ class ReferenceDrift(Effect):
     source = "drift of an instrument; EURAMET cg-19"
     capture_sees = "nothing"
     reference_sees = "a ramp over the cycles"
-    told_apart_by = "the first station repeated at the end"
+    separated_by = "the first station repeated at the end"
     next_measurement = "repeat the first station at the end of every cycle"
     in_parts = ("time", "reference")
     plausible = "0.1 to 5″/h"

@@ -40,7 +40,7 @@ class SubdivisionError(Effect):
     source = "Heydemann (1981), quadrature errors of an interferometer"
     capture_sees = "both heads' swings, without the factor of the disc-fixed orders"
     reference_sees = "24 faces meet only 3 electrical phases: an alias at order 8"
-    told_apart_by = "it follows the electrical phase counts mod (counts a line)"
+    separated_by = "it follows the electrical phase counts mod (counts a line)"
     next_measurement = "a slow capture over a few signal periods with many samples a period"
     plausible = "0.06 to 2.4″"
     parameter_units = {

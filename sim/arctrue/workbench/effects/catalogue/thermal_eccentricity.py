@@ -32,7 +32,7 @@ class ThermalEccentricity(Effect):
     source = "eccentricity of a disc with a centre that moves linearly in T"
     capture_sees = "order 1 with the factor e^{jα} − 1, in proportion to T − T₀"
     reference_sees = "order 1 changes with T"
-    told_apart_by = "order 1 at two temperatures"
+    separated_by = "order 1 at two temperatures"
     next_measurement = "a capture at a temperature that this set does not have"
     in_parts = ("temperature", "order:1", "disc")
     plausible = "0.1 to 0.9 µm/K (0.4 to 3.4″/K at a radius of 54 mm)"

@@ -23,7 +23,7 @@ class ThermalHeadDrift(ScalarOfEachHead):
     source = "thermal expansion of a bracket"
     capture_sees = "the mean drifts with T"
     reference_sees = "nothing when it is head 2"
-    told_apart_by = "the temperature against the time"
+    separated_by = "the temperature against the time"
     next_measurement = "a capture while the table warms and cools again"
     plausible = "0.05 to 5″/K"
     parameter_units = {"drift": "arcsec/K"}

@@ -21,7 +21,7 @@ class TimingSkew(ScalarOfEachHead):
     source = "sampling of a moving scale"
     capture_sees = "an offset in proportion to the signed speed"
     reference_sees = "nothing at standstill"
-    told_apart_by = "runs at several speeds and in both directions"
+    separated_by = "runs at several speeds and in both directions"
     next_measurement = "runs in both directions at a speed that this set does not have"
     in_parts = ("speed", "head2")
     plausible = "0.05 to 10 µs"

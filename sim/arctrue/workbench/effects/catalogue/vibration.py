@@ -32,7 +32,7 @@ class Vibration(Effect):
     source = "forced oscillation of one head"
     capture_sees = "a line in time, at the same frequency whatever the speed"
     reference_sees = "scatter; at even times a slow line, the alias of f"
-    told_apart_by = "the same frequency at another speed; an order would move"
+    separated_by = "the same frequency at another speed; an order would move"
     next_measurement = "a capture at a speed that this set does not have, or at standstill"
     plausible = "0.05 to 2″, 5 to 300 Hz"
     parameter_units = {

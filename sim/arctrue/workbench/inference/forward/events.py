@@ -77,8 +77,8 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
     for noise in (without.noise, white):
         gains = _gains(record, rows, places, noise)
         row = int(places[int(np.argmax(gains))])
-        beside = record.rows(np.hstack([others, step_column(record, row)]))
-        grown = best_fit(beside, [without.noise, *usual_starts(beside)])
+        with_step = record.rows(np.hstack([others, step_column(record, row)]))
+        grown = best_fit(with_step, [without.noise, *usual_starts(with_step)])
         gain = grown.score - without.score
         if best is None or gain > best[0]:
             best = gain, row, grown
@@ -91,8 +91,8 @@ def _next_step(record: Record, others: Float, without: KernelFit) -> tuple[Step,
         return None
     if _tails_make_it(record, others, row, places, grown):
         return None
-    beside = record.rows(np.hstack([others, column]))
-    whitened = beside.factor(grown.noise).whiten(beside.values)
+    with_step = record.rows(np.hstack([others, column]))
+    whitened = with_step.factor(grown.noise).whiten(with_step.values)
     size = np.linalg.lstsq(whitened[:, 1:], whitened[:, 0], rcond=1e-10)[0][-1]
     model, step = whitened[:, 1:-1], whitened[:, -1]
     own = step - model @ np.linalg.lstsq(model, step, rcond=1e-10)[0]
@@ -136,15 +136,15 @@ def _one_row_does_it(
     for wrong in (row - 1, row):
         column = np.zeros((record.clock.size, 1))
         column[wrong] = 1.0
-        beside = record.rows(np.hstack([others, column]))
-        rival = best_fit(beside, [without.noise, grown.noise])
+        with_step = record.rows(np.hstack([others, column]))
+        rival = best_fit(with_step, [without.noise, grown.noise])
         if rival.score - without.score >= gain:
             return True
     return False
 
 
 def _tails_make_it(
-    record: Record, others: Float, row: int, places: NDArray[np.int64], beside: KernelFit
+    record: Record, others: Float, row: int, places: NDArray[np.int64], with_step: KernelFit
 ) -> bool:
     """Tell whether the tails of the noise make a step as large somewhere in the record.
 
@@ -153,13 +153,13 @@ def _tails_make_it(
     gains, and each of FREEDOMS is weighted with its likelihood. ``beside``: the noise with the step
     in the model.
     """
-    column = record.rows(others).factor(beside.noise).whiten(step_column(record, row))
+    column = record.rows(others).factor(with_step.noise).whiten(step_column(record, row))
     if float(np.max(column**2)) < FEW * float(np.sum(column**2)):
         return False
     here = np.array([row], dtype=np.int64)
-    size = float(np.sqrt(2.0 * _gains(record, record.rows(others), here, beside.noise)[0]))
+    size = float(np.sqrt(2.0 * _gains(record, record.rows(others), here, with_step.noise)[0]))
     found = np.hstack([others, step_column(record, row)])
-    z = np.sqrt(2.0 * _gains(record, record.rows(found), places, beside.noise))
+    z = np.sqrt(2.0 * _gains(record, record.rows(found), places, with_step.noise))
     z = z[z > 0.0]
     scales = np.geomspace(0.3, 1.5, 15) * float(np.sqrt(np.mean(z**2)))
     tried = [_tail(z, freedom, scales) for freedom in FREEDOMS]

@@ -114,7 +114,7 @@ def records_of_events(solution: Solution) -> list[Record]:
     return found
 
 
-def reversal_beside(solution: Solution, steps_s: Sequence[float]) -> Reversal | None:
+def reversal_with_steps(solution: Solution, steps_s: Sequence[float]) -> Reversal | None:
     """Return the difference of the readings between directions of approach, with steps fitted too.
 
     ``steps_s``: times of the steps. The result is None for stations at faces, for few rows, and

@@ -18,7 +18,7 @@ from arctrue.workbench.inference.forward.record import Record, orthonormal
 from arctrue.workbench.inference.forward.tests_of_a_line import (
     Coherence,
     coherence,
-    gain_beside_an_oscillator,
+    gain_over_an_oscillator,
     nearest,
     needed_gain,
     periods_in,
@@ -139,8 +139,8 @@ def search_record(record: Record) -> LineSearch:
     if not steps:
         return found
     columns = np.hstack([step_column(record, step.row) for step in steps])
-    beside = replace(record, base=orthonormal([record.base, columns]))
-    return replace(search_lines(beside), steps=tuple(steps))
+    with_line = replace(record, base=orthonormal([record.base, columns]))
+    return replace(search_lines(with_line), steps=tuple(steps))
 
 
 def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) -> LineSearch:
@@ -154,7 +154,7 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
     rejected: list[Rejected] = []
     while True:
         others = record.columns(np.array(rates))
-        without = noise_beside(record, others, noise)
+        without = noise_with(record, others, noise)
         if len(rates) >= MOST_LINES:
             break
         level = level_of(record.rows(others), without.noise)
@@ -180,7 +180,7 @@ def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) ->
     return _ordered(record, rates, found, without, rejected)
 
 
-def noise_beside(record: Record, others: Float, near: KernelNoise | None = None) -> KernelFit:
+def noise_with(record: Record, others: Float, near: KernelNoise | None = None) -> KernelFit:
     """Estimate the noise with some columns, and an oscillator where the residuals are not white."""
     rows = record.rows(others)
     starts = usual_starts(rows)
@@ -498,10 +498,10 @@ def _judged(
     if found.share <= PREDICTED_SHARE:
         return replace(tried, why=f"other blocks predict {found.share:.2f} of it")
     excess = level.at(record, rate)
-    beside = gain_beside_an_oscillator(
+    with_line = gain_over_an_oscillator(
         record, line, others, rate, without, tried.fit, oscillator_gain * excess
     )
-    tried = replace(tried, oscillator_gain=beside / excess)
+    tried = replace(tried, oscillator_gain=with_line / excess)
     if tried.oscillator_gain <= oscillator_gain:
         return replace(tried, why=f"gains {tried.oscillator_gain:.1f} beside an oscillator")
     return tried

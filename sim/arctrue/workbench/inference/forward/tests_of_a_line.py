@@ -90,7 +90,7 @@ def coherence(
     )
 
 
-def gain_beside_an_oscillator(
+def gain_over_an_oscillator(
     record: Record, line: Float, others: Float, rate: float, without: KernelFit, grown: KernelFit,
     enough: float,
 ) -> float:  # fmt: skip

@@ -50,7 +50,7 @@ def judged(answer: dict[str, Any], *effects: dict[str, Any], **accepted: list[st
     truth = {
         "effects": list(effects),
         "noise": [],
-        "told": [],
+        "adverse_conditions": [],
         "accepted": accepted,
         "resolution": {"hz": 0.001, "order": 1.0},
         "floor_arcsec": {"reference": 0.1},
@@ -229,7 +229,7 @@ def test_page_tells_both_generators_and_every_world() -> None:
     assert "in limits: periodic_error 5 of 5." in text
     sets = benchmark_sets_page()
     for name, world in independent_worlds().items():
-        assert f"| {name} | {world.told} |" in sets
+        assert f"| {name} | {world.about} |" in sets
     # The worst answer comes first, even if it is the last of the plan.
     silent = judged({"verdict": "cannot_tell"}, line(0.1, 2.0))
     text = benchmark_page(header, scored([silent, false]))

@@ -39,7 +39,7 @@ def test_every_file_is_a_world_with_a_name_of_its_own() -> None:
     assert not files & set(WORLDS)
     assert HIDDEN not in CONTENTS
     for world in independent_worlds().values():
-        assert world.told.endswith("."), world.name
+        assert world.about.endswith("."), world.name
         assert set(world.contents) <= {NOTHING, HIDDEN}
 
 
@@ -132,10 +132,10 @@ def test_least_squares_that_knows_the_answer_finds_it(world: str) -> None:
             if item["noncentrality"] < item["needed"]:
                 continue
             seen += 1
-            told = f"{world} {seed} {cause.name}"
-            assert abs(found - 1.0) < FIVE_SIGMA * error + BENT, told
+            about = f"{world} {seed} {cause.name}"
+            assert abs(found - 1.0) < FIVE_SIGMA * error + BENT, about
             # The oracle's projected error over the noise is the inverse square of this σ.
-            assert item["noncentrality"] == pytest.approx(error**-2, rel=0.05), told
+            assert item["noncentrality"] == pytest.approx(error**-2, rel=0.05), about
         heavy = any(
             isinstance(noise, StateNoise) and np.isfinite(noise.freedom)
             for noise in (scene.head_noise, scene.reference_noise)

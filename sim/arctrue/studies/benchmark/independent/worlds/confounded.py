@@ -36,5 +36,5 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         head_noise=StateNoise(float(random.uniform(0.03, 0.2))),
         index_counts=1,
         accepted=Accepted(verdicts=("ambiguous", "unknown", "cannot_tell")),
-        told=("temperature in proportion to time",),
+        adverse_conditions=("temperature in proportion to time",),
     )

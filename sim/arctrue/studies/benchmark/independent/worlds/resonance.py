@@ -34,11 +34,11 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
             reference_noise=noise,
             temperature=False,
             columns=("run", "time_s", "direction"),
-            told=("resonance",),
+            adverse_conditions=("resonance",),
         )
     runs = sweeps([SLOW_RAD_S], 2 * rows, 6.0)
     noise = _noise(random, sigma, runs[0].time_s)
-    return Scene(any_disc(random), runs=runs, head_noise=noise, told=("resonance",))
+    return Scene(any_disc(random), runs=runs, head_noise=noise, adverse_conditions=("resonance",))
 
 
 def _noise(random: np.random.Generator, sigma: float, time_s: np.ndarray) -> StateNoise:

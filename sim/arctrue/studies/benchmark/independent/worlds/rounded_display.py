@@ -29,5 +29,5 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         display_arcsec=step,
         table={"counts_per_rev": 1 << 24, "grating_lines": 16_384},
         reference={"standard_uncertainty_arcsec": round(float(np.hypot(sigma, step / 3.46)), 3)},
-        told=("display",),
+        adverse_conditions=("display",),
     )

@@ -30,7 +30,7 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
             stations=at,
             reference_noise=StateNoise(sigma),
             temperature=False,
-            told=("uneven",),
+            adverse_conditions=("uneven",),
         )
     runs = four_runs(rows)
     uneven = SubdivisionError.drawn(random, UNEVEN)
@@ -40,5 +40,5 @@ def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
         runs=runs,
         head_noise=head_noise(random, runs),
         index_counts=1,
-        told=("uneven",),
+        adverse_conditions=("uneven",),
     )
