@@ -407,7 +407,7 @@ static void calibrate_judge_pending(struct application *application, const struc
     uint32_t lanes = application->configuration.lanes - followed_all_lanes(&load->followed);
     struct coefficients *candidate = &application->candidate;
     if (load->table.place.choice != 0 && !local_table_is_held(application)) {
-        load_reject(load, LOAD_NOT_READ_BACK);
+        load_reject(load, LOAD_NOT_WHOLE);
         return;
     }
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);

@@ -164,11 +164,12 @@ bool local_table_write(struct application *application) {
         return true;
     }
     const struct table_place place = table.place;
-    if (place.choice == 0 && !application->table_at_work) {
+    /* The idle bank has the place of the active table, which may be left from before a fault of the firmware. */
+    bool at_work = core_origin(core).has_local_table && core_table_place(core).choice != 0;
+    if (place.choice == 0 && !at_work) {
         return true;
     }
     core_write_table_place(core, &place, application->candidate.counts_per_rev);
-    application->table_at_work = place.choice != 0;
     const struct table_place found = core_table_place(core);
     bool equal = found.choice == place.choice;
     for (uint32_t window = 0; window < TABLE_WINDOWS; window++) {

@@ -76,7 +76,8 @@ enum save_answer application_save(struct application *application) {
     uint32_t counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
     bool of_this_table = saved->own.counts_per_rev == counts_per_rev && !application->forgotten;
     bool known = application->active.counts_per_rev == counts_per_rev &&
-                 (coefficients_most_order(&application->active) != 0 || application->table_at_work);
+                 (coefficients_most_order(&application->active) != 0 ||
+                  application->load.table.place.choice != 0);
     saved->settings = settings_present(application);
     if (!of_this_table) {
         *saved = (struct saved){.settings = saved->settings};

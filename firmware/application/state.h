@@ -204,8 +204,6 @@ struct application {
     enum candidate_origin candidate_origin;
     /* True if `active` is active. Otherwise `active` holds what was active before the core restarted. */
     bool has_active;
-    /* A swap has made a local table active. */
-    bool table_at_work;
     /* The operator wants everything that was known to be forgotten. */
     bool forgotten;
     /* A correction from before a fault is still active; its coefficients are not known to the firmware. */

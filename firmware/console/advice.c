@@ -126,6 +126,8 @@ static const struct {
     {"no_real_orders", "a lane has an order that is not whole, and this gateware is built without "
                        "REAL_ORDERS: export "
                        "without --real-orders, or build it with REAL_ORDERS=true"},
+    {"no_local_table", "the set has a local table, and this gateware is built without "
+                       "LOCAL_TABLE: load another bitstream, or export without --local-table"},
     {"too_few_counts", "a lane of a real order needs 72 counts a turn for each lane of the "
                        "gateware, and 48 more: leave "
                        "it out, or build fewer lanes"},

@@ -141,6 +141,20 @@ def test_a_set_without_a_table_switches_it_off(running: Firmware) -> None:
     assert state(running) == "load none"
 
 
+def test_a_table_from_before_a_fault_of_the_firmware_is_switched_off(running: Firmware) -> None:
+    """The firmware begins anew and does not know it; the gateware still applies it."""
+    assert loaded(running, table_file()) == "load active"
+    anew = Firmware(running.core)
+    anew.library.application_start(anew.application)
+    running.core.see_index()
+    anew.send("set orders 8")
+    anew.step()
+    assert place_words(anew)[0] != 0
+    for seed in range(20, 24):
+        anew.turn(turn(seed, disc=SCRATCHED))
+    assert place_words(anew)[0] == 0
+
+
 @pytest.mark.parametrize("is_kept", [True, False])
 def test_after_a_rearm_the_gateware_must_still_hold_it(running: Firmware, is_kept: bool) -> None:
     assert loaded(running, table_file()) == "load active"
@@ -151,7 +165,7 @@ def test_after_a_rearm_the_gateware_must_still_hold_it(running: Firmware, is_kep
     running.step()
     for seed in range(20, 24):
         running.turn(turn(seed, disc=SCRATCHED))
-    assert state(running) == ("load active" if is_kept else "load refused not_read_back")
+    assert state(running) == ("load active" if is_kept else "load refused not_whole")
     assert (place_words(running)[0] != 0) == is_kept
 
 
