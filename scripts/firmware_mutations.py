@@ -430,6 +430,14 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_prepared_sets.py::test_words_that_the_gateware_lost_switch_the_failover_off",
     ),
     Mutation(
+        "events_stay_in_the_queue",
+        "an event is printed again and again, and the queue fills up",
+        "firmware/application/core.c",
+        "    core_write(core, AT(command), BIT(COMMAND__NEXT_EVENT));\n",
+        "",
+        f"{_TESTS}/test_pins.py::test_events_are_printed_once_and_as_they_are_in_the_queue",
+    ),
+    Mutation(
         "a_set_on_its_way_is_not_awaited",
         "the idle bank is written while a prepared set is being loaded into it",
         "firmware/application/core.c",

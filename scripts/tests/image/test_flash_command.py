@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from sim.tests.command_line import arctrue
+from sim.tests.device.daemon_process import Replay, daemon
 from sim.tests.firmware.flash_model import Chip
 
 from arctrue.cli import flash as command
 from arctrue.cli import main
+from arctrue.device.announcement import FOLDER_VARIABLE
 from arctrue.device.console import ConsoleError
 from scripts.image import flash_image
 from scripts.tests.image.test_image_store import OLD, Board, program, starts
@@ -44,3 +48,40 @@ def test_what_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(command, "console_at", absent)
     file.write_bytes(flash_image(OLD, 0, None))
     assert CliRunner().invoke(main, ["flash", "board", str(file)]).exit_code == 2
+
+
+class BoardAtAPort(Replay):
+    """A board whose console is a serial port."""
+
+    def __init__(self, chip: Chip) -> None:
+        super().__init__()
+        self.board = Board(chip)
+        threading.Thread(target=self._answer, daemon=True).start()
+
+    def _answer(self) -> None:
+        begun = b""
+        while True:
+            *lines, begun = (begun + self.received.get()).split(b"\r")
+            for line in filter(None, lines):
+                try:
+                    told = [*self.board.command(line.decode()), "ok"]
+                except ConsoleError as error:
+                    told = [str(error).partition("the device says ")[2]]
+                self.send("".join(f"{text}\r\n" for text in told).encode())
+
+
+def test_an_image_goes_through_the_daemon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The daemon owns the port and passes the image on; read-only it refuses it."""
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "run"))
+    file, chip = tmp_path / "BOOT.BIN", Chip()
+    file.write_bytes(flash_image(OLD, 0, None))
+    port = BoardAtAPort(chip).port
+    with daemon(port, tmp_path / "store"):
+        refused = arctrue("flash", port, file)
+    assert (refused.exit_code, "read-only" in refused.output) == (2, True), refused.output
+    assert starts(chip) is None
+    with daemon(port, tmp_path / "store", "--allow-control"):
+        done = arctrue("flash", port, file)
+    assert done.exit_code == 0, done.output
+    assert "through its daemon" in done.output
+    assert starts(chip) == (0, program(OLD))
