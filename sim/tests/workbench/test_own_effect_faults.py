@@ -71,6 +71,12 @@ def test_a_right_effect_is_left_alone(tmp_path: Path, observations: Observations
     assert columns.shape == (observations.capture.run.size, 2)  # type: ignore[union-attr]
 
 
+def test_the_former_name_of_a_text_is_read(tmp_path: Path) -> None:
+    source = SOURCE.format(**GOOD).replace("separated_by", "told_apart_by")
+    (tmp_path / "mine.py").write_text(source, encoding="utf-8")
+    assert from_folder(tmp_path)["mine"].separated_by == "text"
+
+
 FAULTS = {
     "return 1 / 0": "ZeroDivisionError: division by zero",
     "raise SystemExit(0)": "SystemExit: 0",

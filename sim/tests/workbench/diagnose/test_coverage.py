@@ -147,7 +147,7 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
 
 
 @pytest.mark.parametrize(
-    ("gain", "rank", "freedom", "told"), [(24.5, 1, 3.5, True), (55.2, 23, 25.0, False)]
+    ("gain", "rank", "freedom", "is_named"), [(24.5, 1, 3.5, True), (55.2, 23, 25.0, False)]
 )
 def test_noise_with_many_columns_is_little_known(
     gain: float, rank: int, freedom: float, is_named: bool

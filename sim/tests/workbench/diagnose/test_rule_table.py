@@ -53,7 +53,7 @@ def _case(*items, further: Decision | None = None) -> Case:  # type: ignore[no-u
         parts=[],
     )
     case = Case(survey, {}, lambda before, item: survey, said_of)  # type: ignore[arg-type]
-    case.__dict__["beside"] = further
+    case.__dict__["further"] = further
     return case
 
 
