@@ -317,6 +317,10 @@ async def correction_waits_for_the_index(dut):
         snapshot.correction / 2048
     )
     assert 14 * 2048 <= snapshot.correction <= 26 * 2048
+    # The fraction, against R - ε(R) in float64: 2^-12 count of the amplitude, 2^-11 of the cut, and
+    # 6 counts times the error of a cosine, 5.3e-5.
+    exact = snapshot.head1_position - coefficients.error_counts(np.array([snapshot.head1_angle]))
+    assert abs(snapshot.exact_position_counts - exact[0]) < 2**-12 + 2**-11 + 6 * 5.3e-5
     # The output followed through index and start of the correction to the very count, from the
     # levels of its first count; they are those of head 1 at that count.
     corrected = machine.corrected

@@ -6,6 +6,7 @@ fields come from the generated description of the register map.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
@@ -20,7 +21,7 @@ from arctrue.gateware.mean_set import MeanSet
 from arctrue.gateware.register_types import Register
 from arctrue.gateware.table_conditions import condition_registers
 from arctrue.generated import registers
-from arctrue.generated.number_formats import CLOCK_HZ
+from arctrue.generated.number_formats import CLOCK_HZ, CORRECTION_FRACTION
 
 ReadWords = Callable[[int, int], Awaitable[Sequence[int]]]
 """``await read_words(address, count)`` returns ``count`` words of 32 bits from a byte address
@@ -86,6 +87,15 @@ class Snapshot:
     corrected_angle: int
     correction: int
     following_error: int
+
+    @property
+    def exact_position_counts(self) -> float:
+        """Corrected position before its rounding to whole counts, to 2⁻¹¹ count.
+
+        The gateware subtracts the correction rounded to whole counts, floor(correction + ½).
+        """
+        counts = self.correction / 2**CORRECTION_FRACTION
+        return self.corrected_position + math.floor(counts + 0.5) - counts
 
 
 @dataclass(frozen=True, slots=True)
