@@ -38,7 +38,7 @@ void application_use_flash(struct application *application, struct save *save);
 void application_step(struct application *application);
 
 /* Notes an interrupt of the core; call it before the step that the interrupt causes. The interrupt only says when to
-   look: a step without it finds the same, so a lost interrupt costs nothing but time. */
+   look: a step without it finds the same, so a lost interrupt only delays the work. */
 void application_interrupt(struct application *application);
 
 /* True while there is more to do at once: do not sleep before the next step. */

@@ -14,7 +14,7 @@
 /* Number of turns of head 1 without a ready bank after which the capture counts as stuck. */
 enum { STUCK_TURNS = 4 };
 
-/* Safe state: the correction decays to nothing; the capture starts anew. */
+/* Safe state: the correction decays to 0, and the capture restarts. */
 static void bank_is_stuck(struct application *application, int32_t position) {
     application->stuck_captures++;
     alarm_between_turns(application, ALARM_STUCK_CAPTURE);

@@ -633,7 +633,7 @@ int32_t core_table_point(const struct core_access *core, uint32_t number) {
 
 void core_write_table_place(const struct core_access *core, const struct table_place *place,
                             uint32_t counts_per_rev) {
-    /* Windows a count, u0.48: the phase step of an order. */
+    /* Windows per count, u0.48: computed like the phase step of an order. */
     const struct real_lane window = {.order = 1U
                                               << FIELD(place->choice, LOCAL_PLACE__CHOICE__WIDTH)};
     uint64_t step = real_lane_phase_step(&window, counts_per_rev);

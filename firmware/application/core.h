@@ -137,8 +137,8 @@ struct core_status {
     bool capture_ready;
     bool cannot_keep_up;
     bool compare_armed;
-    /* Bits of enum core_fault: the faults that released the line drivers (0: they drive), and the present
-       faults that would release them. */
+    /* Bits of enum core_fault: the faults that released the line drivers (0: they drive), and the present faults that
+       would release them. */
     uint32_t release_causes;
     uint32_t release_present;
 };

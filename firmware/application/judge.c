@@ -15,7 +15,7 @@
 #define NOISE_SHARE 0.5
 /* Two conditions count as different if the modulator, whose range is -1 to 1, differs by at least this value. */
 #define OTHER_CONDITION 0.2
-/* Largest share of the change between two conditions that a lane may leave: then it removes at least as much as it
+/* Largest share of the change between two conditions that a lane may leave; at this limit it removes as much as it
    leaves. */
 #define CHANGE_LEFT 0.5
 /* An order below this amplitude, in counts, is less than the rounding of the output. */

@@ -8,7 +8,7 @@
 
 #include "state.h"
 
-/* Like the functions of load.h, and write the points into the idle bank. */
+/* These functions work like those of load.h, and also write the points into the idle bank. */
 enum load_answer application_load_table(struct application *application,
                                         const struct table_place *place, uint32_t crc);
 enum load_answer application_load_points(struct application *application, uint32_t number,

@@ -11,7 +11,7 @@
    head without which no mean is quiet enough gets no set. Does nothing for other candidates and other cores. */
 void own_sets_make(struct application *application);
 /* Writes the sets that have been made into the gateware's windows, and makes the gateware refuse the windows of the
-   other heads. The failover must be off. Does nothing if none belong to the candidate. */
+   other heads. The failover must be off. Does nothing if no sets belong to the candidate. */
 void own_sets_write(struct application *application);
 
 #endif

@@ -19,11 +19,12 @@ enum load_answer application_load_without_head(struct application *application, 
 enum load_answer application_load_without_lane(struct application *application, uint32_t number,
                                                const struct lane *lane, uint32_t crc);
 
-/* Assigns the received sets to the mean that is now loaded; none, if there were none. */
+/* Assigns the received sets, if there are any, to the mean that is now loaded. */
 void prepared_take_over(struct application *application);
 /* Notes the heads for whose absence the gateware now holds a set, and the check sum of their words. */
 void prepared_hold(struct application *application, uint32_t sets);
-/* Reads the sets of the mean from the gateware into `kept`; none, if the gateware does not hold what was written. */
+/* Reads the sets of the mean from the gateware into `kept`; `kept` stays empty if the gateware does not hold what was
+   written. */
 void prepared_keep(const struct application *application, struct kept_sets *kept);
 /* Writes the saved sets into the gateware's windows; the failover must be off. Sets that this core cannot hold are left
    out. */

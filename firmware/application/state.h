@@ -202,9 +202,9 @@ struct application {
     struct save *save;
     enum saved_state saved_state;
     enum candidate_origin candidate_origin;
-    /* True if `active` is active. Otherwise `active` holds what was active before the core restarted. */
+    /* True if the gateware applies `active`. Otherwise `active` holds what was active before the core restarted. */
     bool has_active;
-    /* The operator wants everything that was known to be forgotten. */
+    /* The operator has ordered the firmware to forget all results. */
     bool forgotten;
     /* A correction from before a fault is still active; its coefficients are not known to the firmware. */
     bool inherited;

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* From the boot ROM to C: vectors, stacks, caches, translation tables, floating point.
+/* Start-up code between the boot ROM and C: sets up vectors, stacks, caches, translation tables and
+   floating point.
 
    The boot ROM hands over with the on-chip memory at 0 and caches and MMU off; a debugger may hand
-   over anything, so nothing is supposed. The MMU goes on before any C: with it off every access is
-   strongly ordered and may not be unaligned. The level-2 cache stays off: it does not serve the
-   on-chip memory. */
+   over any state, so this code assumes none. It enables the MMU before any C code runs: while the
+   MMU is off, every access is strongly ordered and must be aligned. The level-2 cache stays off,
+   because it does not serve the on-chip memory. */
 
     .syntax unified
     .arch armv7-a
@@ -32,9 +33,9 @@ vectors:
 
     .text
 
-    /* A multiple of 64, as public tools ask of a boot image's entry. */
+    /* The entry address is a multiple of 64, because public tools require that of a boot image. */
     .balign 64
-    /* Also where a fault begins anew: nothing here supposes a reset. */
+    /* The firmware also restarts here after a fault, so this code assumes no reset. */
     .global start
     .type start, %function
 start:
@@ -45,8 +46,8 @@ other_core:
     wfene
     bne other_core
 
-    /* Branch prediction goes first: with the MMU off, what it foretells would be fetched from
-       anywhere (erratum 794073 of the Cortex-A9). */
+    /* Branch prediction is disabled first: while the MMU is off, it could fetch from any address
+       (erratum 794073 of the Cortex-A9). */
     mov r0, #0
     mcr p15, 0, r0, c7, c5, 6
     mrc p15, 0, r0, c1, c0, 0       /* SCTLR */
@@ -58,14 +59,14 @@ other_core:
     bic r0, r0, #0x0007
     bic r0, r0, #0x70000000         /* exceptions in ARM state; no access flag, no remapping; */
     bic r0, r0, #0x02000000         /* little endian; */
-    bic r0, r0, #0x2000             /* vectors where VBAR says */
+    bic r0, r0, #0x2000             /* vectors at the address in VBAR */
     mcr p15, 0, r0, c1, c0, 0
     isb
     ldr r0, =vectors
     mcr p15, 0, r0, c12, c0, 0
 
-    /* One stack a mode; the supervisor's is the C program's, with a page below that is not
-       mapped. */
+    /* Each mode has its own stack. The C program runs in supervisor mode; the page below its stack
+       is not mapped. */
     ldr r0, =stack_top_exceptions
     cps #MODE_IRQ
     mov sp, r0
@@ -85,10 +86,10 @@ other_core:
     bl invalidate_data_cache
 
     ldr r0, =translation_table
-    orr r0, r0, #0x48               /* walks cacheable */
+    orr r0, r0, #0x48               /* table walks use the cache */
     mcr p15, 0, r0, c2, c0, 0
     mov r0, #0x24
-    mcr p15, 0, r0, c2, c0, 2       /* TTBCR: a table of the first 256 MB, and none beyond */
+    mcr p15, 0, r0, c2, c0, 2       /* TTBCR: the table covers the first 256 MB only */
     mov r0, #1
     mcr p15, 0, r0, c3, c0, 0       /* domain 0: permissions are checked */
     dsb
@@ -133,7 +134,8 @@ copy:
     bl main
     b .
 
-/* By set and way: 256 sets of 32 bytes, 4 ways. What lies in it at power-on means nothing. */
+/* Invalidates by set and way: 256 sets, 4 ways, lines of 32 bytes. The content at power-on is
+   undefined. */
 invalidate_data_cache:
     mov r0, #0
     mcr p15, 2, r0, c0, c0, 0
@@ -151,7 +153,8 @@ set:
     dsb
     bx lr
 
-/* Faults: which, where, and the address that was wanted, to C; it does not come back. */
+/* Passes a fault to C, which does not return: its kind (r0), the instruction (r1), the accessed
+   address (r2) and the fault status (r3). */
     .macro fault name, code, back
 \name:
     sub r1, lr, #\back
@@ -161,13 +164,14 @@ set:
     b fault_taken
     .endm
 
-    /* All of C is Thumb: these two come with the address two bytes further. */
+    /* All C code is Thumb: for the first two exceptions lr is two bytes beyond the instruction. */
     fault undefined_instruction, 1, 2
     fault supervisor_call, 2, 2
     fault prefetch_abort, 3, 4
     fault data_fault, 4, 8
 
-/* One load may fail: it gives 0. Nobody else comes back, so registers need not be kept. */
+/* The load at probing_load may fail; it then returns 0. No other abort returns, so no registers are
+   saved. */
 data_abort:
     sub r1, lr, #8
     ldr r0, =probing_load
@@ -176,8 +180,8 @@ data_abort:
     mov r0, #0
     subs pc, lr, #4
 
-/* uint32_t register_probe(uintptr_t seen). The link register is on the stack: in the mode of an
-   abort, another one takes it. */
+/* uint32_t register_probe(uintptr_t seen). It saves the link register on the stack: in abort mode,
+   an abort of the load overwrites it. */
     .global register_probe
     .type register_probe, %function
 register_probe:
@@ -186,7 +190,7 @@ probing_load:
     ldr r0, [r0]
     pop {r4, pc}
 
-/* Floating-point registers are saved too: C may use them for anything. */
+/* Floating-point registers are saved too, because C code may use them at any time. */
 interrupt_request:
     sub lr, lr, #4
     srsdb sp!, #MODE_SVC
@@ -198,7 +202,7 @@ interrupt_request:
     mov r1, sp
     bic sp, sp, #7
     push {r0, r1}
-    ldr r0, [r1, #216]              /* where it came: above what was pushed here */
+    ldr r0, [r1, #216]              /* the interrupted instruction: above the registers pushed here */
     bl interrupt_taken
     pop {r0, r1}
     mov sp, r1
@@ -208,7 +212,7 @@ interrupt_request:
     pop {r0-r3, r12, lr}
     rfeia sp!
 
-/* Tables in constant memory: they never change. */
+/* The tables are in constant memory, because they never change. */
     .equ PAGE_CODE, 0x25E           /* normal, write-back, read only */
     .equ PAGE_TEXTS, 0x25F          /* the same, not executable */
     .equ PAGE_DATA, 0x5F            /* normal, write-back, not executable */
@@ -216,8 +220,9 @@ interrupt_request:
 
     .equ SECTION_READ_ONLY, 0x8416  /* the same, read only */
 
-    /* The first 256 MB only, so that the table is 1 KB instead of 16; TTBCR makes every access beyond them a
-       fault. Devices are seen where seen_at() of memory_mapped.h says: section S at (S ^ S >> 4 & 0xF0) & 0xFF. */
+    /* The table covers the first 256 MB only, so that it has 1 KB instead of 16 KB; TTBCR makes
+       every access beyond them a fault. The program sees a device at the address that seen_at() of
+       memory_mapped.h returns: section S at (S ^ S >> 4 & 0xF0) & 0xFF. */
     .section .pages, "a"
     .balign 1024
 translation_table:
@@ -230,8 +235,8 @@ translation_table:
     .word (megabyte << 20) | SECTION_READ_ONLY
     .set megabyte, megabyte + 1
     .endr
-    .word (0x400 << 20) | SECTION_DEVICE    /* seen at 0x04000000: the core; where nothing is, a bus */
-    .rept 0x70 - 0x41                       /* never answers, so no more of the fabric's windows */
+    .word (0x400 << 20) | SECTION_DEVICE    /* seen at 0x04000000: the core. No other window of the */
+    .rept 0x70 - 0x41                       /* fabric is mapped: without a device an access never ends */
     .word 0
     .endr
     .set megabyte, 0xF80            /* seen from 0x07000000 on: system control, interrupt controller, timers */
@@ -258,7 +263,7 @@ page_table:
     .word (page << 12) | PAGE_TEXTS
     .set page, page + 1
     .endr
-    .rept 0x21 - 0x1F               /* the stacks are seen further up */
+    .rept 0x21 - 0x1F               /* the stacks are mapped further up */
     .word 0
     .endr
     .set page, 0x21

@@ -29,7 +29,7 @@ struct uart {
    baud transmit 11,520 per second. The longest line of telemetry fits into the ring. */
 enum { UART_OUTPUT_RING = 4096 };
 
-/* All members 0: empty. */
+/* A ring whose members are all 0 is empty. */
 struct uart_output {
     volatile uint32_t written;
     volatile uint32_t sent;

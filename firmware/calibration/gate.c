@@ -23,7 +23,7 @@ static double apart_squared(const struct harmonic *harmonic, struct vector appli
 
    If a was not made from x, |x - a|^2 exceeds this on average by the noise of x. If it was, the noise of x is part
    of the error, in addition to the quantisation. An error of the separation changes x and a equally: it cancels in x
-   - a and remains as an error. Only if nothing is applied it makes |x|^2 too large. */
+   - a and remains as an error. If nothing is applied, it makes |x|^2 too large. */
 static double expected_square(const struct harmonic *harmonic, struct vector applied,
                               bool made_of_estimate) {
     double noise = harmonic->variance_cosine + harmonic->variance_sine;

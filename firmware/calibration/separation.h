@@ -27,8 +27,8 @@ enum separation_choice { SEPARATION_AUTOMATIC, SEPARATION_MEASURED, SEPARATION_N
 enum separation_choice separation_judge(double nominal_rad, double measured_rad,
                                         enum separation_choice asked);
 
-/* Removes whole turns: the result is within half a turn. The library's remainder() has as much code as this whole
-   folder's separation. */
+/* Removes whole turns: the result is within half a turn. The library's remainder() would need as much code as all of
+   separation.c. */
 static inline double remainder_of_turn(double angle_rad) {
     double turns = angle_rad / (2.0 * PI);
     return (turns - rint(turns)) * 2.0 * PI;

@@ -189,7 +189,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         }
         require(fuzz.console.length <= CONSOLE_LINE_MOST);
     }
-    /* Whatever came before, the next line must be understood. */
+    /* After any input the console must understand the next line. */
     static const char question[] = "\rhelp\r";
     for (size_t place = 0; place + 1 < sizeof question; place++) {
         console_receive(&fuzz.console, (uint8_t)question[place]);
