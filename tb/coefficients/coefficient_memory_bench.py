@@ -202,7 +202,7 @@ async def pulse_swap_and_settle(dut: Any) -> None:
 
 @cocotb.test(skip=FOLD > 1)
 async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
-    """Meanwhile no write reaches the idle bank, and another swap joins the waiting one."""
+    """While a swap waits no write reaches the idle bank, and another swap joins the waiting one."""
     rng, before = await start_with_idle_bank(dut, 5)
     await pulse_swap_and_settle(dut)
     after = random_bank(rng)

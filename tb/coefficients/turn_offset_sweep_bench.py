@@ -129,7 +129,7 @@ async def tremble_keeps_the_neighbours(dut: Any) -> None:
 
 @cocotb.test()
 async def a_write_during_a_tremble_is_complete(dut: Any) -> None:
-    """In any rhythm, the turns on both sides of the wrap are new when `swept` comes."""
+    """After a write the turns on both sides of a trembling wrap are new when `swept` rises."""
     memory = await start(dut)
     rng = random.Random(8)
     for seed in range(6):
@@ -185,7 +185,7 @@ async def banks_and_take_over(dut: Any) -> None:
         await write(memory, "write_offset", lane, offset)
     copied = LANES + 1
     while dut.copies.value == 1:
-        # Meanwhile, too, the read-back is that of the bank that was swapped in.
+        # During the copy, too, the read-back shows the bank that was swapped in.
         dut.read_address.value = 2 * (copied % LANES) + copied % 2
         step = steps[copied % LANES]
         await memory.clocks(2)

@@ -182,7 +182,7 @@ async def every_fraction_rounds_once(dut: Any) -> None:
 @cocotb.test()
 @cocotb.parametrize(fold=[FOLD])
 async def folded_sums(dut: Any, fold: int) -> None:
-    """Pair sums of an angle come over FOLD clocks: equal to one angle a clock, except the ramp's
+    """Results of pair sums over FOLD clocks equal those of one angle per clock, except the ramp's
     clocks."""
     angles = 300
     counts_per_rev = 12_345_678

@@ -74,7 +74,7 @@ class Sweep:
         self.clock = 0
         self.steps: list[int] = []
         self.held: list[Modulators] = []
-        """Modulators at the last step of a sweep, in order."""
+        """Modulators at the last step of each sweep, sweep after sweep."""
 
     def put(self, modulators: Modulators) -> None:
         self.now = modulators

@@ -39,7 +39,7 @@ async def follow(dut: Any, positions: list[int], put_backs: list[int]) -> list[t
 
 @cocotb.test()
 async def every_clock_as_the_model(dut: Any) -> None:
-    """Ways, trembles, steps of up to 8 counts, jumps and counts put back: every clock is equal."""
+    """Every clock is equal, over trembles, steps of up to 8 counts, jumps and counts put back."""
     generator = random.Random(28)
     for width, dead_zone in ((0, 0), (16 * 40, 0), (16 * 25 + 5, 4), (16 * 60, 255), (3, 1)):
         await start(dut, width, dead_zone)

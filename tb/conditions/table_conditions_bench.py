@@ -111,8 +111,8 @@ async def words_come_by_slew(dut: Any) -> None:
 
 @cocotb.test()
 async def direction_follows_and_is_led_in(dut: Any) -> None:
-    """Unknown, it is 0; then it moves by slew to 1 without a jump, and at a reversal linearly to
-    -1."""
+    """The direction is 0 while unknown; then it moves by slew to 1 without a jump, and at a
+    reversal linearly to -1."""
     window = Window(dut)
     await window.start()
     width = 400
@@ -148,7 +148,7 @@ async def direction_follows_and_is_led_in(dut: Any) -> None:
 
 @cocotb.test()
 async def speed_of_a_table(dut: Any) -> None:
-    """In steady motion the ratio is right to one clock in a window; stopped, it decays to 0."""
+    """In steady motion the ratio is right to one clock per window; at standstill it decays to 0."""
     window = Window(dut)
     await window.start()
     nominal = round(0.5 * 2**32)

@@ -321,8 +321,8 @@ async def correction_waits_for_the_index(dut):
     # 6 counts times the error of a cosine, 5.3e-5.
     exact = snapshot.head1_position - coefficients.error_counts(np.array([snapshot.head1_angle]))
     assert abs(snapshot.exact_position_counts - exact[0]) < 2**-12 + 2**-11 + 6 * 5.3e-5
-    # The output followed through index and start of the correction to the very count, from the
-    # levels of its first count; they are those of head 1 at that count.
+    # Through index and start of the correction the output followed without losing a count. Its
+    # first levels were those of head 1 at that count.
     corrected = machine.corrected
     to_phase = machine.output[-1] - machine.output[0] - (corrected[-1] - corrected[0])
     assert abs(to_phase) <= 2
@@ -665,8 +665,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
 
 @cocotb.test()
 async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
-    """For one clock A and B stand; the drivers stay on, and the processor sets the core up
-    again."""
+    """A and B keep their levels, the drivers stay on, and the processor sets the core up again."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", output_enable=1)
@@ -760,7 +759,7 @@ async def waiting_events(names: RegisterMap) -> NDArray[np.int64]:
 
 @cocotb.test(skip=not EVENTS)
 async def events_wait_for_the_processor(dut):
-    """The pulse of the compare, wired to the probe, is the same event of both, at its clock."""
+    """A compare pulse that is wired to the probe gives one event of both kinds, at its clock."""
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("events.recorded.compare") == 0

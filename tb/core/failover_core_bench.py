@@ -42,7 +42,7 @@ DECODER_CLOCKS = 20
 """Clocks from the pins to a fault, from there to the load, from the first angle to the
 interrupt."""
 SWAP_WAITS = 12
-"""Clocks for which a swap waits for the idle bank or the zero of a head: not in these tests."""
+"""Allowance in clocks for a swap that waits for the idle bank or a head's zero; none here does."""
 CARRIERS = {0: 1, 1: 2, 2: 1, 3: 1, 4: 1}
 LANES_ERROR = 2.0
 """Largest difference of E between the sets of this table in counts: two harmonics of 2.1."""
@@ -147,7 +147,7 @@ def share(head: int) -> float:
 
 @cocotb.test()
 async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
-    """At once: A and B of a head change in one clock, which costs it two counts."""
+    """A head whose A and B change in one clock, which costs two counts, is found at once."""
     machine = await guarded(dut)
     head = HEADS
     began = len(machine.corrected)
@@ -159,8 +159,8 @@ async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_dead_carrier_is_left_out(dut: Any) -> None:
-    """It is found once all others have moved by `missing_edges` counts; not while the table
-    stands."""
+    """A dead head is found once all others have moved by `missing_edges` counts, not at
+    standstill."""
     machine = await guarded(dut)
     machine.moves = False
     await ClockCycles(dut.clock, 50)
@@ -178,7 +178,7 @@ async def a_dead_carrier_is_left_out(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_that_is_too_fast_is_left_out(dut: Any) -> None:
-    """It is found with the first two edges that are nearer than `minimum_edge_spacing`."""
+    """The head is found with the first two edges that are nearer than `minimum_edge_spacing`."""
     machine = await guarded(dut)
     await machine.registers.write("minimum_edge_spacing", 4)
     head = 2
@@ -216,8 +216,8 @@ async def a_small_slip_is_found_at_the_index(dut: Any, slip: int) -> None:
 
 @cocotb.test(skip=HEADS < 4)
 async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
-    """It shows 12 counts times the head's weight though the axis moves; its limit raises the
-    alarm."""
+    """The parity shows 12 counts times the head's weight though the axis moves; its limit raises
+    the alarm."""
     machine = await guarded(dut, index=0)
     names = machine.registers
     weights = parity_weights(turn_rad(PLACES))
@@ -288,10 +288,10 @@ async def no_head_fails_without_a_fault(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_does_not_bring_a_dead_head_back(dut: Any) -> None:
-    """Words of the processor that use it and a prepared set are both refused.
+    """Processor's words and a prepared set that use a dead head are both refused.
 
-    Words without it are accepted, and it stays left out. Once it has its index and is requested,
-    the words of all heads are accepted again.
+    Words without the head are accepted, and it stays left out. Once it has its index and is
+    requested, the words of all heads are accepted again.
     """
     machine = await guarded(dut)
     names = machine.registers

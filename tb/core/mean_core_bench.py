@@ -23,7 +23,7 @@ from tb.registers.axi_lite import start
 
 HEADS = int(os.environ.get("HEADS", "2"))
 LANES = 2
-"""As many as DISC has orders."""
+"""Number of lanes: one for each order of DISC."""
 CAPTURE_DEPTH = 64
 COUNTS = table.COUNTS_PER_REV
 CLOCKS_PER_COUNT = 6.0
@@ -287,7 +287,7 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
 
 @cocotb.test()
 async def a_head_is_delayed(dut: Any) -> None:
-    """Each sample has the state of the last head from so many clocks before the others."""
+    """Each sample has the last head's state of ``delay`` clocks before that of the others."""
     delay = 41
     machine = await prepared(dut)
     names = machine.registers

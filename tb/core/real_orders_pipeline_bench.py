@@ -31,7 +31,7 @@ from tb.core.compensation_pipeline_bench import (
 TURN = 1 << PHASE_STEP_WIDTH
 SWEEP_CLOCKS = 18 * LANES
 HALF_ORDERS = (0.5, 71.4, 3.0, 0.398, 70.4, 7.875, 12.5, 1.0)
-"""A belt, a gear with a side line, whole orders, a cage of a bearing."""
+"""Orders of a belt, a gear with a side line, whole orders, and the cage of a bearing."""
 
 
 def bank_of(
@@ -298,7 +298,8 @@ async def read_back_and_fill(dut: Any) -> None:
 
 @cocotb.test()
 async def a_swap_waits_for_the_sweep(dut: Any) -> None:
-    """It waits as long as the page of the memory says: at most two sweeps after the last write."""
+    """A swap waits as long as the memory's header states: at most two sweeps after the last
+    write."""
     await begin(dut)
     waited = await load(dut, bank_of(8))
     assert 2 * SWEEP_CLOCKS - 8 <= waited <= 2 * SWEEP_CLOCKS + 12 + FOLD

@@ -17,8 +17,8 @@ CLOCKS = 12_000
 
 
 def levels(random: np.random.Generator, chance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return A and B that run either way at about ``chance`` counts a clock, at times both at
-    once."""
+    """Return A and B that run either way at about ``chance`` counts a clock and sometimes change
+    both at once."""
     direction = np.repeat(random.integers(-1, 2, CLOCKS // 60), 60)
     place = np.cumsum(np.where(random.random(CLOCKS) < chance, direction, 0))
     place += 2 * np.cumsum(random.random(CLOCKS) < 0.03)

@@ -64,7 +64,7 @@ class Operator:
         self.stage = "firmware: reading a captured turn over AXI while the table turns on"
 
     async def report(self) -> None:
-        """Report for ever; to be started beside the test."""
+        """Report for ever; the test starts this as a parallel task."""
         while True:
             BenchStage(self.stage, self.clocks.now()).write(self._files.progress)
             await Timer(1000 * CLOCK_NS, "ns")

@@ -215,7 +215,7 @@ class Heads:
 
 
 class Beside:
-    """Instruments beside the table: edges that request a sample, and that latch the position."""
+    """External instruments: edges that request a sample, and edges that latch the position."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw

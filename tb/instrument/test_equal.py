@@ -105,9 +105,9 @@ def does_the_same_from_random_registers(
         other = at_random.outputs(inputs, folder, seed)
         begun.add(tuple(tuple(values[:CORE_SETTLED]) for values in other.values()))
         for name in usual:
-            # The bus values beside the handshakes are undefined until these are high. With more
-            # than two heads the words of the mean, which survive a reset, decide when a capture is
-            # ready, and therefore how fast it is read.
+            # Payloads of the bus are undefined until their handshakes are high. With more than two
+            # heads the words of the mean, which survive a reset, decide when a capture is ready,
+            # and therefore how fast it is read.
             is_handshake = name.startswith("s_axil") and name.endswith(("ready", "valid"))
             is_known = is_handshake and generics.get("HEADS", 2) == 2
             begin = CORE_SETTLED if is_known else CORE_FORGOTTEN

@@ -41,7 +41,7 @@ LOCAL_PLACES = [
     model_map.LOCAL_POINTS + 4 * model_map.LOCAL_POINT_WORDS,
     model_map.LOCAL_POINTS + 0x8000,
 ]
-"""Addresses of words of the local table, of its place and beside both."""
+"""Addresses of words of the local table, of its place, and next to both."""
 
 
 TURN_PLACES = [
@@ -49,7 +49,7 @@ TURN_PLACES = [
     model_map.TURN_STEPS + 4 * 127,
     *(model_map.TURN_NUMBER + 4 * word for word in (0, 1, 127)),
 ]
-"""Addresses of turn steps, also of lanes that are not built, of the turn number, and beside it."""
+"""Addresses of turn steps, also of lanes that are not built, of the turn number, and next to it."""
 
 
 async def prepared(
@@ -106,7 +106,7 @@ def change_inputs(dut, generator: random.Random, model: RegisterModel) -> None:
 
 
 def set_places() -> list[int]:
-    """Return addresses of every prepared set and beside them, and of one set too many."""
+    """Return addresses of every prepared set, next to the sets, and of one set beyond the last."""
     words = [*range(4 * LANES + 2), 0x100, *range(0x1FE, 0x212), 0x3FF]
     return [
         model_map.PREPARED_SETS + model_map.SET_BYTES * number + 4 * word
@@ -116,7 +116,7 @@ def set_places() -> list[int]:
 
 
 def random_address(generator: random.Random) -> int:
-    """Return an address of any kind: registers, holes beside them, both windows and beyond their
+    """Return an address of any kind: registers, holes between them, both windows and beyond their
     ends."""
     kind = generator.randrange(15)
     if kind < 5:

@@ -104,7 +104,7 @@ async def start(dut: Any, *, period_ns: int = 10, reset_clocks: int = 8) -> Bus:
     bus = AxiLiteBus.from_prefix(dut, "s_axil")
     master = AxiLiteMaster(bus, dut.clock, dut.reset)
     for interface in (master.write_if, master.read_if):
-        interface.log.setLevel("WARNING")  # a line an access costs more than the access
+        interface.log.setLevel("WARNING")  # logging a line per access takes longer than the access
     dut.reset.value = 0
     await ClockCycles(dut.clock, 2)
     return Bus(master)

@@ -130,7 +130,7 @@ def test_windows_of_the_mean_and_of_further_heads(heads: int, failover: bool) ->
 
 
 def test_windows_of_the_local_table() -> None:
-    """Points and place are answered if built, and addresses beside them are refused."""
+    """Points and place are answered if built, and the addresses next to them are refused."""
     for testcase in ("every_word_of_the_map", "random_accesses_as_the_model"):
         simulate(
             "arctrue_registers_harness",

@@ -94,8 +94,8 @@ async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
 @cocotb.test()
 @cocotb.parametrize(reset_clocks=[1, HOLD // 2], released=[0, 1])
 async def a_reset_keeps_the_drivers_for_a_while(dut, reset_clocks: int, released: int) -> None:
-    """They keep their state until `enable` is high again, or for HOLD clocks from the reset's
-    start.
+    """The drivers keep their state until `enable` is high again, or for HOLD clocks from the
+    reset's start.
 
     A released driver stays released; a reset does not enable the drivers.
     """

@@ -87,7 +87,7 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sense=[1, -1], interval=[0, 10])
 async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interval: int) -> None:
-    """The table stands there for long, leaves by a count and trembles: one strobe, at the
+    """The table stands at the armed place, leaves it by a count and trembles: one strobe, on
     leaving."""
     way = [0] * 30 + [sense] * 10 + [0] * 10 + [sense] * 10
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()

@@ -1,6 +1,6 @@
 """cocotb tests of the device's top level: AXI3 of the processor, pins in, pins out, LEDs.
 
-Beside the core is a model of the primitive PS7; the core itself has its own tests.
+The primitive PS7 is a model; the core itself has its own tests.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ CLOCK_NS = 10
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
 FASTEST_RAMP = 0xFFFF_FFFF
-PIPELINE_CLOCKS = 100  # more than pins to edges take: 5 + 29 + 6
-RESET_CLOCKS = 64  # that the core's reset must last
-RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4  # from the processor's release: synchroniser, then the hold
+PIPELINE_CLOCKS = 100  # more than the latency from pins to edges: 5 + 29 + 6
+RESET_CLOCKS = 64  # minimum duration of the core's reset
+RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4  # after the processor's release: synchroniser, hold
 
-DNA = 0x1_23456789_ABCDEF  # of the model dna_port.vhd
-DNA_CLOCKS = 118 * 8  # that chip_dna's header gives
+DNA = 0x1_23456789_ABCDEF  # identifier in the model dna_port.vhd
+DNA_CLOCKS = 118 * 8  # latency in the header of chip_dna
 
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
 LEDS = ("led_alive", "led_capture", "led_fault", "led_compensation")
@@ -324,8 +324,8 @@ async def leds_show_the_state(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
-    """Reset while the table turns: A and B stand, Z low, LEDs off, registers reset, then works
-    again."""
+    """In a reset while the table turns A and B stand, Z is low, LEDs are off and registers are
+    reset; then the core works again."""
     device = await started(dut)
     names = device.registers
     for wait_ns in (1, 4, 6, 9):  # before and after both edges of the clock

@@ -7,7 +7,7 @@ from sim.tests.faults.scene import Scene
 
 
 def test_stalls_delay_and_change_nothing(make_scene: MakeScene) -> None:
-    """The same turn, read over a quick and over a slow bus, gives the same coefficients."""
+    """A turn gives the same coefficients, whether it is read over a fast or over a slow bus."""
     banks = []
     for stall in (0, 20):
         scene = make_scene()

@@ -15,7 +15,7 @@ def corrected_angle(scene: Scene) -> int:
 
 
 def test_the_compare_is_done_where_the_console_said() -> None:
-    """The place is a quarter of a turn ahead, corrected, and is passed within two checks of it."""
+    """The corrected angle is at most two checks beyond the place when the compare is done."""
     scene = Scene()
     scene.calibrate()
     place = (corrected_angle(scene) + COUNTS // 4) % COUNTS

@@ -73,7 +73,8 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
 @pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
 def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
-    """Without index there is no correction: the output repeats head 1, which returns anywhere."""
+    """Without an index nothing is corrected: the output repeats head 1, which returns at any
+    place."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()
     scene.turn(2.0)

@@ -12,7 +12,8 @@ Z_OF = {"head1": HEAD1_Z, "head2": HEAD2_Z}
 
 @pytest.mark.parametrize("head", Z_OF)
 def test_lost_index(scene: Scene, head: str) -> None:
-    """It is detected at the next index, two turns after the previous one; no count was lost."""
+    """A missed index is detected at the next one, two turns after the previous; no count was
+    lost."""
     scene.to_part(0.7)
     first = scene.instrument.read(f"{head}.index.position")
     scene.disturb(0.5, low=Z_OF[head])

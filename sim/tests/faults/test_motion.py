@@ -99,7 +99,8 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
 
 
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:
-    """±15 % five times a turn are refused at equal times, and used at equal angles from then on.
+    """A speed ripple of ±15 %, five times a turn, is refused at equal times and used at equal
+    angles.
 
     The bound of the clean comparison is that of a steady table.
     """

@@ -60,7 +60,7 @@ def test_begins_anew_after_a_fault(scene: Scene) -> None:
 
 
 def test_begins_anew(scene: Scene) -> None:
-    """On the operator's command it is uncorrected, on a ramp, until it has calibrated again."""
+    """After a re-arm the correction ramps to 0, until the firmware has calibrated again."""
     scene.firmware.start()
     assert scene.firmware.phase == "wait_for_index"
     assert scene.firmware.coefficients is None

@@ -278,8 +278,8 @@ class Emulator:
             order(f"z0,{handler:x},2", b"$OK#")
 
     def on_the_bus(self, *commands: str) -> list[str]:
-        """Make accesses with qtest's protocol, beside the processor; return the answers without the
-        OK."""
+        """Make bus accesses with qtest's protocol, without the processor; return the answers less
+        the OK."""
         if self._bus is None:
             port = socket.socket(socket.AF_UNIX)
             port.connect(str(self.bus))

@@ -266,7 +266,8 @@ def is_rearmed(core: ModelCore) -> bool:
 
 
 def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
-    """The firmware sees it at the index, minutes before a bank; the correction stays on."""
+    """The firmware detects the loss at the index, minutes before a bank; the correction stays
+    on."""
     assert running.core.get("lost_counts") == bit("lost_counts", "zero_again")
     running.turn(turn())
     running.core.writes.clear()
@@ -640,7 +641,8 @@ def test_a_dump_tells_the_temperature(running: Firmware) -> None:
 
 @pytest.mark.parametrize("phase", ["wait_for_index", "capture"])
 def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase: str) -> None:
-    """Its registers have their reset values; the firmware must look to detect it."""
+    """After a reset the core's registers have their reset values; the firmware must look to detect
+    it."""
     running.turn(turn())
     setup = {name: running.core.get(name) for name in ("ramp_rate", "output_spacing", "alarm")}
     if phase == "wait_for_index":

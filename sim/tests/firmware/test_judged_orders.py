@@ -1,4 +1,4 @@
-"""A file is judged order by order, and each loaded order again in every later turn.
+"""Tests that a file is judged order by order, and each loaded order again in every later turn.
 
 A turn has 2^20 counts; the disc has orders 1, 2 and 5 of 200, 50 and 10 counts. The test is
 independent of the C code: the readings come from geometry (``synthetic.Disc``), the residual from

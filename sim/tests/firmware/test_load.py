@@ -1,4 +1,5 @@
-"""Tests of coefficients loaded over the console: whole or not at all, beside the calibration."""
+"""Tests of coefficients loaded over the console: whole or not at all, together with the
+calibration."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def test_they_are_off_until_the_operator_gives_their_phase(running: Firmware) ->
         there = turn_offsets(-3, [turn_step(order)], [words[2]])
         assert abs(int(there[0]) - int(wanted.phase_offsets[lane])) <= 2
     assert status(running)[0] == "real_order 0.500000000 phase_known"
-    # The calibration continues beside them.
+    # The calibration continues with its own lanes.
     before = lane_words(running.core.active, LANES - 1)
     running.turn(turn(9))
     assert lane_words(running.core.active, LANES - 1) == before

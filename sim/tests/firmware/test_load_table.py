@@ -94,7 +94,7 @@ def test_a_scratch_is_taken_away(running: Firmware) -> None:
     points = [running.core.words[LOCAL_POINTS_ADDRESS + 4 * number] for number in range(POINTS)]
     assert points == [int(point) & 0xFFFF_FFFF for point in bank.points]
     assert "loaded_table_crc" in running.send("load status")
-    # The calibration continues beside it: lanes and table together.
+    # The calibration continues: lanes and table correct together.
     angle = READINGS * (2.0 * np.pi / COUNTS)
     wrong = np.rad2deg(angle - SCRATCHED.true_angle(angle)) * 3600.0
     lanes = active_coefficients(running.core).error_counts(READINGS) * ARCSEC_PER_COUNT
@@ -142,7 +142,7 @@ def test_a_set_without_a_table_switches_it_off(running: Firmware) -> None:
 
 
 def test_a_table_from_before_a_fault_of_the_firmware_is_switched_off(running: Firmware) -> None:
-    """The firmware begins anew and does not know it; the gateware still applies it."""
+    """The firmware restarts and does not know the table; the gateware still applies it."""
     assert loaded(running, table_file()) == "load active"
     anew = Firmware(running.core)
     anew.library.application_start(anew.application)
@@ -267,7 +267,7 @@ def test_power_that_is_lost_while_points_are_written_leaves_the_record_before(st
 
 
 def test_the_table_of_a_mean_of_four_heads_is_loaded_with_it() -> None:
-    """No turn of two heads judges it, as its lanes; it has a window for each head."""
+    """No turn of two heads judges the table or the lanes; the table has a window for each head."""
     running = Firmware(prepared.FailoverCore())
     running.library.application_start(running.application)
     running.core.see_index()

@@ -88,7 +88,8 @@ def one_sample() -> bytes:
 
 
 def hand_over(machine: Emulator) -> None:
-    """Make the bank ready beside the processor: after a debugger's stop, QEMU 10 wakes it."""
+    """Make the bank ready without the processor, which QEMU 10 would wake after a debugger's
+    stop."""
     machine.write_register(CORE_BASE + register_named("status").address, CAPTURE_READY)
 
 

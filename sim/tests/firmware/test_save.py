@@ -169,7 +169,7 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """The same power cycle without a record shows what the record contributes to the test above."""
+    """A power cycle without a record shows what the record contributes to the test above."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4
@@ -356,7 +356,7 @@ def assert_only_records_are_written(chip: Chip) -> None:
 
 
 def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
-    """Save so many records, told apart by ``keep``, the number in hundredths."""
+    """Save ``number`` records; ``keep`` of each is its number in hundredths."""
     board = Board(Chip(kind))
     for record in range(1, number + 1):
         board.firmware.send(f"set keep 0.{record:02}")

@@ -277,7 +277,7 @@ def stall_us(uart: Uart, say: Callable[[], None]) -> float:
 
 
 def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
-    """Without the ring a line takes the time of its characters on the wire, except those in the
+    """Without the ring, sending takes the time of all characters on the wire except those in the
     FIFO."""
     text = bytes(32 + place % 90 for place in range(LINE))
     waited = stall_us(uart, lambda: uart.say(text))

@@ -169,7 +169,7 @@ SCENARIOS: dict[str, Scenario] = {
             # The zero moves twice, the second time during the search for the grid.
             Segment(20, clocks_a_count=1, mode=1, angle_step=16, zero_slip=5000, down=True),
             Segment(1203, clocks_a_count=1, mode=1, angle_step=16, zero_slip=2, down=True),
-            # The zero moves to a multiple and beside it, where the table stands.
+            # The zero moves to a multiple and next to it, while the table stands.
             Segment(200, mode=1, angle_step=16, zero_slip=3),
             Segment(800, clocks_a_count=3, mode=1, angle_step=16, zero_slip=-2),
             Segment(300, clocks_a_count=2, sample_period=7, zero_slip=4),

@@ -13,7 +13,7 @@ PLACES = np.deg2rad([0.0, 64.3, 177.0, 257.9])
 
 
 def test_parity_holds_no_motion() -> None:
-    """For 2 µm of table or axis (54 counts) only the rounding of weights and counts remains."""
+    """The parity of a motion of 2 µm (54 counts) is only the rounding of weights and counts."""
     weights = parity_weights(PLACES)
     assert weights.sum() == 0
     assert np.abs(weights).max() <= WEIGHT_ONE

@@ -21,8 +21,8 @@ def mean_angle(angles: np.ndarray, mean: MeanSet, counts: int) -> np.ndarray:
 
 
 def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
-    """Return weights with Σw = 1, Σw·e^{jβ} = 0 and the least Σw², rounded; the first takes the
-    rest."""
+    """Return weights with Σw = 1, Σw·e^{jβ} = 0 and the least Σw², rounded; the first absorbs the
+    rounding."""
     places = np.radians(places_deg)
     rows = np.array([np.ones(places.size), np.cos(places), np.sin(places)])
     words = np.rint(np.linalg.pinv(rows) @ [1.0, 0.0, 0.0] * WEIGHT_ONE).astype(int)

@@ -1,4 +1,5 @@
-"""Tests from pin to console of probe, sync input, trigger and position compare beside the table.
+"""Tests of the connections for other instruments, from pin to console: probe, sync input, trigger
+and position compare.
 
 The bench decodes head 1's pins by itself and corrects the count by equation (9) in double
 precision. Core and firmware only get pins and lines of the console.

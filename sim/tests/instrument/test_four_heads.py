@@ -45,7 +45,7 @@ LINE_ARCSEC = 0.25
 
 Readings are rounded to counts of 4.94″, 1.43″ RMS. The mean of four has half of it, and as the
 heads' differences drift by 58 counts a turn, some 60 roundings a turn are independent: 0.71″ ×
-√(2/60) = 0.13″. Twice that. docs/heads.md has 2²⁴ counts: 0.004″.
+√(2/60) = 0.13″. The tolerance is twice that. docs/heads.md has 2²⁴ counts: 0.004″.
 """
 
 
@@ -207,7 +207,8 @@ def test_faults_of_head_4_are_told(device: HeadsDevice) -> None:
     ],
 )
 def test_hidden_with_four_heads(name: str, micrometres: float, tmp_path: Path) -> None:
-    """With ``arctrue hidden EFFECT --heads 4`` head 1 shows it whole, the mean nothing of it."""
+    """In ``arctrue hidden EFFECT --heads 4`` head 1 shows the whole effect and the mean shows
+    none."""
     file = tmp_path / "found.json"
     size = ["--lines", "1024", "--interpolation", "256", "--samples", "1600", "--lanes", "4"]
     done = CliRunner().invoke(main, ["hidden", name, "--heads", "4", *size, "--json", str(file)])

@@ -196,7 +196,7 @@ FULL_WIDTH = 5000.0
 
 @pytest.mark.parametrize("modulator", ["direction", None])
 def test_reversal_error_at_the_papers_scale(modulated: Instrument, modulator: str | None) -> None:
-    """2″ between up and down at 2²⁴ counts; settled, less than a twentieth of it is left."""
+    """Less than a twentieth of 2″ between up and down is left once settled, at 2²⁴ counts."""
     pace = 0.25
     legs = [(90_000, pace)]
     for way in (-14_000.0, 13_000.0, -12_000.0):
@@ -255,7 +255,8 @@ def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np
 
 
 def test_reversal_error_is_taken_away(modulated: Instrument) -> None:
-    """It is removed at rest and in each reversal; without its direction the lane leaves all of it.
+    """The error is removed at rest and in each reversal; a lane without the direction removes
+    nothing.
 
     The bound is a count of roundings, plus the delay times the slope B / 2 / W of the wind-up: two
     counts of dead zone, the whole count in which the place moves, and two sweeps and a division of
