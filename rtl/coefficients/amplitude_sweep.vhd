@@ -5,21 +5,21 @@
 -- Multiplies the amplitude of each lane by its modulator and writes the effective amplitude, for all lanes of both banks one
 -- after the other with one multiplier. The nominal amplitudes of both banks and the choice of the modulator are kept here.
 --
--- **Sweep.** `sweep_step` counts 0 to SWEEP_CLOCKS - 1 again and again. Steps 0 to 127 are the lanes of bank 0 and then those of
--- bank 1, lanes that are not built write nothing. In the last step the modulators are taken over for the
--- whole of the next sweep. In SQUARE_STEP the speed is multiplied by itself.
+-- **Sweep.** `sweep_step` counts 0 to SWEEP_CLOCKS - 1 again and again. Steps 0 to 127 belong to the lanes of bank 0
+-- and then to those of bank 1; lanes that are not built write nothing. The last step latches the modulators for the
+-- whole next sweep. In SQUARE_STEP the speed is multiplied by itself.
 --
 -- **Swap.** `swept` is high while a whole sweep has followed the last write of a nominal word: then the effective
 -- amplitudes of the idle bank are complete. At most 2 · SWEEP_CLOCKS + 1 clocks pass until it is high again.
 --
--- **Latency.** 5 clocks from `sweep_step` to the effective amplitude that is written then: the memory holds it a clock later.
+-- **Latency.** 5 clocks from `sweep_step` to the write of its effective amplitude; the memory holds it a clock later.
 --
--- **Number formats.** amplitudes s13.11 counts; modulators s1.16, at most 1 in size.
+-- **Number formats.** amplitudes s13.11 counts; modulators s1.16, of magnitude 1 at most.
 --
--- **Rounding.** Once, half up, to s13.11: an amplitude with the modulator 1 stays as it is. -8192 counts times -1 becomes
+-- **Rounding.** Once, half up, to s13.11: a modulator of 1 does not change the amplitude. -8192 counts times -1 becomes
 -- the largest amplitude.
 --
--- **Reset.** None: sweeps go on. At power-up every word is 0.
+-- **Reset.** None: the sweeps continue. At power-up every word is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;

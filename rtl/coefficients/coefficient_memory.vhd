@@ -38,17 +38,18 @@
 -- **Number formats.** phase step u0.48 turn a count; phase offset u0.24 turn; amplitude and
 -- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
 --
--- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose what the amplitude of the lane is multiplied with
--- (amplitude_sweep): `amplitudes` are the effective ones, read-back and fill the nominal ones. A swap waits further until a
--- whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS clocks at the most.
+-- **Modulators.** With MODULATORS bits 18 to 16 of word 1 choose the modulator of the lane's amplitude
+-- (amplitude_sweep): `amplitudes` are the effective amplitudes, read-back and fill have the nominal ones. A swap waits
+-- further until a whole sweep has followed the last write or the fill: 2 · SWEEP_CLOCKS clocks at the most.
 --
--- **Real orders.** With REAL_ORDERS a lane has a turn step too, by `write_turn_step`: `write_address` = lane * 2 + word; word 0
--- bits 31..0, word 1 bits 47..32; `read_turn_step` reads them. The phase offsets are those that turn_offset_sweep has
--- prepared for the turn that `turn_select` says, a clock after the angle (turn_counter). A swap waits further until a whole sweep
--- has followed the last write or the fill, 36 · LANES + 12 clocks, and the turn steps add 18 · LANES clocks to the fill.
+-- **Real orders.** With REAL_ORDERS a lane also has a turn step, written with `write_turn_step`:
+-- `write_address` = lane * 2 + word; word 0 bits 31..0, word 1 bits 47..32; `read_turn_step` reads them. The phase
+-- offsets are those that turn_offset_sweep has prepared for the turn that `turn_select` states, a clock after the angle
+-- (turn_counter). A swap waits further until a whole sweep has followed the last write or the fill, 36 · LANES + 12
+-- clocks, and the turn steps add 18 · LANES clocks to the fill.
 --
--- **Reset.** `reset` drops a pending write; one that is being written ends, without an acknowledge. It keeps both
--- banks and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
+-- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. It keeps both banks and
+-- lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -84,7 +85,7 @@ entity coefficient_memory is
     swap_marker       : out   std_ulogic;                     -- with the first angle of a new bank
     swap_busy         : out   std_ulogic;                     -- a swap waits, or the idle bank is not filled
     slot              : in    u_unsigned(2 downto 0) := (others => '0'); -- 0 with a new angle
-    phase_steps       : out   std_ulogic_vector(LANES / FOLD * PHASE_STEP_WIDTH - 1 downto 0); -- turn a count, u0.48
+    phase_steps       : out   std_ulogic_vector(LANES / FOLD * PHASE_STEP_WIDTH - 1 downto 0); -- turn per count, u0.48
     phase_offsets     : out   std_ulogic_vector(LANES / FOLD * PHASE_WIDTH - 1 downto 0);      -- turn, u0.24
     amplitudes        : out   std_ulogic_vector(LANES / FOLD * AMPLITUDE_WIDTH - 1 downto 0);  -- counts, s13.11
     offset            : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);                          -- counts, s13.11

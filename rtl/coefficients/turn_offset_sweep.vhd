@@ -2,32 +2,33 @@
 --
 -- # turn_offset_sweep
 --
--- Prepares the phase offsets of lanes of a real order n: within a turn a lane's phase is Φ + n·θ, and from turn to turn it goes on by
--- the fraction ν of n. The offset of turn m is Φ + frac(m·ν); one multiplier works it out for the turns m - 1, m and m + 1
--- of all lanes of both banks, one after the other, again and again. The turn steps ν and the offsets Φ of both banks are
--- kept here. A lane with ν = 0, of a whole order, has the offset Φ in every turn.
+-- Prepares the phase offsets of lanes of a real order n: within a turn a lane's phase is Φ + n·θ, and from turn to turn
+-- it advances by the fraction ν of n. The offset of turn m is Φ + frac(m·ν); one multiplier computes it for the turns
+-- m - 1, m and m + 1 of all lanes of both banks, one after the other, again and again. The turn steps ν and the offsets
+-- Φ of both banks are kept here. A lane with ν = 0, of a whole order, has the offset Φ in every turn.
 --
 -- **Turns.** An offset is written to the place m modulo 4 of its lane. A sweep takes 18 · LANES clocks and holds the turn of its
--- start as m, so that it writes three neighbours whatever the angle does meanwhile. While the angle goes to and fro over a wrap their
--- offsets stay as they are. After a wrap the next turn's are complete within two sweeps, when 36 · LANES + 12 clocks have passed
--- since its angle. Up to the next wrap in the same direction the angle travels half a turn at least, even if the zero
--- moves, at one count a clock at most: so 72 · LANES + 48 counts a turn are enough at every speed.
+-- start as m, so that it writes three neighbours whatever the angle does meanwhile. While the angle crosses a wrap to
+-- and fro, their offsets do not change. After a wrap the next turn's are complete within two sweeps, when 36 · LANES +
+-- 12 clocks have passed since its angle. Before the next wrap in the same direction the angle moves at least half a
+-- turn, even if the zero moves, and at most one count per clock: so 72 · LANES + 48 counts a turn are enough at every
+-- speed.
 --
 -- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of heads
 -- (FAILOVER) hold no turn steps: the lanes of a set keep those of the idle bank.
 --
--- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error adds up from turn to turn, and none depends on how the
--- table came to turn m. The offset is rounded once, half up, to 24 bits.
+-- **Exact.** m·ν is calculated modulo one turn with all 48 bits: no error accumulates from turn to turn, and the offset
+-- does not depend on the path to turn m. The offset is rounded once, half up, to 24 bits.
 --
 -- **Swap.** `swept` is high while a whole sweep has followed the last write, 36 · LANES + 12 clocks after it: then the offsets of
--- the idle bank are complete. After a swap, `take_over` has the idle bank's turn steps filled with those of the active one;
--- `copies` is high meanwhile, 18 · LANES + 4 clocks: write no turn step then.
+-- the idle bank are complete. After a swap, `take_over` starts the copy of the active bank's turn steps into the idle
+-- bank; `copies` is high during it, for 18 · LANES + 4 clocks: write no turn step then.
 --
 -- **Latency.** 1 clock from `read_address` to `read_word`; 8 clocks from a step of the sweep to the memory that holds its offset.
 --
 -- **Number formats.** turn s23.0 turns; turn steps u0.48 turn a turn; offsets u0.24 turn.
 --
--- **Reset.** None: sweeps go on. At power-up every word is 0.
+-- **Reset.** None: the sweeps continue. At power-up every word is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;

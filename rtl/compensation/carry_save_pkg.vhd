@@ -19,7 +19,7 @@ package carry_save_pkg is
     carry_in : std_ulogic := '0'
   ) return u_signed;
 
-  -- a + b + carry_in on one carry chain.
+  -- Returns a + b + carry_in, computed on one carry chain.
   function add_with_carry (
     a, b     : u_signed;
     carry_in : std_ulogic
@@ -200,7 +200,7 @@ package body carry_save_pkg is
 
     subtype number is u_signed(width - 1 downto 0);
 
-    -- As long as the numbers or as the result, plus two numbers, because a group may write three.
+    -- The vector is as long as the numbers or the result, plus two numbers, because a group may write three.
     variable left_over : u_signed(maximum(numbers'length, left * width) + 2 * width - 1 downto 0);
     variable count     : natural;
     variable a         : number;

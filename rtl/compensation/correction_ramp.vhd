@@ -2,41 +2,40 @@
 --
 -- # correction_ramp
 --
--- Makes the correction go on without a step when the coefficients are swapped or the
--- compensation is switched on or off, so that a servo that reads the output sees no jump. The
--- correction that is used is total = ε + r. In the clock of a `marker` the total is held and the
--- remainder r = held total − ε is caught; from then on |r| decays to 0 while ε is followed at
--- once. ε itself is never limited in its rate: that would clip a correction that is rightly fast.
+-- Avoids a step of the correction when the coefficients are swapped or the compensation is switched on or off, so that
+-- a servo that reads the output sees no jump. The applied correction is total = ε + r. In the clock of a `marker` the
+-- total is held and the remainder r = held total − ε is latched; from then on |r| decays to 0, while the total follows
+-- ε at once. The rate of ε itself is never limited, because that would clip a correction that is fast for good reason.
 --
--- **Velocity.** r begins to move with no velocity and ends with none (ramp_velocity): its velocity changes by
--- `ramp_acceleration` in 256 clocks, up to `ramp_rate`. A marker changes r and not its velocity. So the velocity of
--- the total steps by that of ε alone; a marker holds the total for three clocks (r is caught in the second of them, so
--- what ε moves in two clocks comes at once) and r for two more. The end is a
--- step of less than 2⁻¹¹ count. A rate of 0 brings r to a standstill and keeps it.
+-- **Velocity.** r begins and ends with velocity 0 (ramp_velocity): its velocity changes by `ramp_acceleration` in 256
+-- clocks, up to `ramp_rate`. A marker changes r and not its velocity. So the velocity of the total steps by that of ε
+-- alone; a marker holds the total for three clocks (r is latched in the second of them, so the change of ε in two
+-- clocks comes at once) and r for two more. The end is a step of less than 2⁻¹¹ count. A rate of 0 stops r and keeps
+-- its value.
 --
 -- **Acceleration 0** lets the velocity be `ramp_rate` at once: k ≥ 5 clocks after the marker r has lost
--- floor((k − 5)·rate), in 2⁻ᶠ count, and it stops at 0 exactly. Change between 0 and
--- another acceleration, and make one smaller, only while r is 0: r may pass 0 and come back otherwise.
+-- floor((k − 5)·rate), in 2⁻ᶠ count, and it stops at 0 exactly. Change the acceleration to or from 0, or reduce it,
+-- only while r is 0: otherwise r may pass 0 and return.
 --
 -- **Inserted counts.** Where the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
--- `withdrawn` is the negative of that jump: the total jumps with the reading and r takes it up, so that reading - total goes on
--- without a step and gains these counts as r decays. Counts beyond what the total holds (2¹⁹, where counts are put back
--- much faster than r decays) are sent at once: the total stays at its limit, and `limited` says so.
+-- `withdrawn` is the negative of that jump: the total jumps with the reading and r absorbs the jump, so that reading -
+-- total makes no step and gains these counts as r decays. Counts beyond what the total holds (2¹⁹, where counts are put
+-- back much faster than r decays) are sent at once: the total stays at its limit, and `limited` is high.
 --
 -- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high with a total that was beyond ±`limit`.
 -- What a marker holds is the clipped total, so r stays bounded however often the bank is swapped. A change of
 -- `limit` acts two clocks later.
 --
--- **One chain a clock.** r is worked out a clock ahead (`next_excess`), and with it the bounds r ± limit that ε is
--- compared with; where r ends, both are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, which makes the
--- choice of a bit of the total one look-up table.
+-- **One chain per clock.** r is computed a clock ahead (`next_excess`), and with it the bounds r ± limit that ε is
+-- compared with; where r ends, both are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, which makes the choice of a
+-- bit of the total one look-up table.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --
 -- **Number formats.** correction s20.F, F = PAIR_FRACTION; total s19.F; r s22.F, so that the held
 -- total is met exactly; withdrawn s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is
--- 0.125 count, 2⁻²⁴ is 0.0029 count a second at 100 MHz. ramp_acceleration u32 in 2⁻⁵⁹ count a clock and clock:
--- 0.0173 count/s² at 100 MHz.
+-- 0.125 count, 2⁻²⁴ is 0.0029 count a second at 100 MHz. ramp_acceleration u32 in 2⁻⁵⁹ count per clock²: 0.0173
+-- count/s² at 100 MHz.
 --
 -- **Reset.** total, r and its velocity are 0.
 
@@ -55,8 +54,8 @@ entity correction_ramp is
     marker     : in    std_ulogic;                                               -- with the first ε of another origin
     withdrawn  : in    u_signed(15 downto 0);                                    -- counts that the reading loses at the marker
     limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
-    ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
-    ramp_acceleration : in    u_unsigned(31 downto 0);                           -- 2⁻⁵⁹ count a clock and clock
+    ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
+    ramp_acceleration : in    u_unsigned(31 downto 0);                           -- 2⁻⁵⁹ count per clock²
     total      : out   u_signed(19 + PAIR_FRACTION downto 0) := (others => '0'); -- counts, s19.F
     limited    : out   std_ulogic                            := '0';             -- this total was clipped
     busy       : out   std_ulogic                            := '0'              -- this total has a remainder, or is held

@@ -11,8 +11,8 @@
 --
 -- **Folding.** With FOLD > 1 the pair sums of an angle arrive in FOLD clocks, from `first_sums` to
 -- `last_sums`, and are added up; the reading and everything else belongs to the clock of `last_sums`,
--- from which the latency counts. Between two angles the reading and ε stand still and the ramp goes on,
--- at its rate a clock. The sums are exact, so they are the same for every FOLD.
+-- from which the latency counts. Between two angles the reading and ε do not change, and the ramp continues at its rate
+-- per clock. The sums are exact, so they are the same for every FOLD.
 --
 -- **Rounding.** All fraction bits are kept up to the last clock; there the total correction is
 -- rounded once, to whole counts: corrected = R − floor(total + ½), the same number for angle and
@@ -20,16 +20,16 @@
 --
 -- **Apply.** With `apply` low ε counts as 0. A change of `apply` is a marker of the ramp just as
 -- a swap is. `apply`, `swap_marker`, `zero_moved`, `put_back`, `referenced`, `angle` and `position` belong to the angle whose pair
--- sums arrive in the same clock. `referenced` comes out with the corrected angle, as it went in.
+-- sums arrive in the same clock. `referenced` is output with the corrected angle to which it belongs.
 --
 -- **Put back.** `position` contains `put_back` counts that no edge brought (modulo 2¹⁶). Where that changes with
--- an angle whose `zero_moved` differs from that of the angle before, the ramp takes the change up: the corrected reading
+-- an angle whose `zero_moved` differs from that of the angle before, the ramp absorbs the change: the corrected reading
 -- makes no step and gains these counts as the ramp decays. A change of `zero_moved` alone is a marker of the ramp too:
 -- ε of the new place follows without a step.
 --
 -- **Mean.** With MEAN, `mean_term` of the same angle joins the sum with all its bits (weighted_mean). Where another head
--- becomes the carrier, `jumped` is high with its first angle and `jump` is what the reading jumps by: the ramp takes
--- it up, as it takes up counts that are put back, so the corrected reading makes no step.
+-- becomes the carrier, `jumped` is high with its first angle and `jump` is the jump of the reading: the ramp absorbs it
+-- like counts that are put back, so the corrected reading makes no step.
 --
 -- **Local table.** With LOCAL_TABLE, `local_value` of the same angle joins the sum with all its bits (local_table).
 --
@@ -70,16 +70,16 @@ entity error_compensation is
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);                          -- counts
     apply              : in    std_ulogic;                                                     -- '0': no correction
     swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
-    zero_moved         : in    std_ulogic                               := '0';                -- toggles with another zero
+    zero_moved         : in    std_ulogic                               := '0';                -- toggles when the zero moves
     put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position that no edge brought
     mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0)   := (others => '0');    -- counts, s19.20
     jumped             : in    std_ulogic                               := '0';                -- with swap_marker: another carrier
-    jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts by which the reading jumps then
+    jump               : in    u_signed(15 downto 0)                    := (others => '0');    -- counts by which the reading then jumps
     local_value        : in    u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0');    -- counts, s13.22
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
-    ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
-    ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count a clock and clock, 0: no bound
+    ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count per clock, u8.24
+    ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
     first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
     last_sums          : in    std_ulogic                               := '1';                -- with the last of them
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
@@ -96,8 +96,8 @@ architecture rtl of error_compensation is
 
   constant PAIRS : positive := (LANES + 1) / 2;
   constant TERMS        : positive := PAIRS + 1 + boolean'pos(MEAN) + boolean'pos(LOCAL_TABLE);
-  -- How many numbers the first clock leaves, by carry-save levels alone, so that the second clock has one such level
-  -- before its carry chain. With FOLD > 1 the third number is the sum of the angle so far.
+  -- Number of numbers that the carry-save levels of the first clock leave, so that the second clock needs one such
+  -- level before its carry chain. With FOLD > 1 the third number is the sum of the angle so far.
   constant SAVED        : positive := 3 - boolean'pos(FOLD > 1);
   constant SUM_WIDTH    : positive := 21 + PAIR_FRACTION;
   constant TURN_WIDTH   : positive := ANGLE_WIDTH + 3;

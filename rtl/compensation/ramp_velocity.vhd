@@ -2,29 +2,30 @@
 --
 -- # ramp_velocity
 --
--- Says how far the remainder of a ramp moves in each clock, so that it comes to 0 without a step of its velocity:
--- the velocity rises by `acceleration` every 256 clocks, up to `rate`, and falls by as much in time for the remainder
--- to end at 0 with it. It goes faster, or on as it is, only where the remainder is longer than the way that
--- braking takes from there: so it does not pass 0.
+-- Computes how far the remainder of a ramp moves in each clock, so that it reaches 0 without a step of its velocity:
+-- the velocity rises by `acceleration` every 256 clocks, up to `rate`, and falls by as much, early enough for remainder
+-- and velocity to reach 0 together. The velocity rises, or stays, only if the remainder is longer than the braking
+-- distance from there: so the remainder does not pass 0.
 --
--- **Changes of the remainder** at any time (`marker`) make no step of the velocity. Where the remainder then has the
--- other sign, or less way is left than braking takes, the velocity falls first, and the remainder passes 0 and comes back.
--- A marker in the 15 clocks from the look to the change leaves the remainder unknown: the velocity falls by a step. So
--- markers that come in those clocks of every 256 bring the ramp to a standstill until they end, and never past its end.
+-- **Changes of the remainder** at any time (`marker`) make no step of the velocity. If the remainder then has the other
+-- sign, or is shorter than the braking distance, the velocity falls first, and the remainder passes 0 and returns.
+-- After a marker in the 15 clocks between the reading of the remainder and the change of the velocity the remainder is
+-- unknown: the velocity falls by a step. So markers in those clocks of every 256 stop the ramp until they end, and
+-- never take it past its end.
 --
--- **Acceleration 0** lets the velocity be `rate` at once and for ever; the excess is then to stop where it would pass 0 by a
--- step: `stops_at_zero`, from the second clock after a marker on.
+-- **Acceleration 0** makes the velocity `rate` at once and for ever; the excess must then stop at 0 if a step would
+-- take it past 0: `stops_at_zero` is high for this, from the second clock after a marker on.
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder.
 --
--- **Latency.** `step` belongs to the clock in which it is there, `ends` and `falling` too. The remainder is looked at once in 256
--- clocks, 15 clocks before the velocity changes; an eighth of the way of 256 clocks is kept in hand for that. After a
--- `marker` step is 0 for two clocks.
+-- **Latency.** `step`, `ends` and `falling` belong to the clock in which they are output. The remainder is read once in
+-- 256 clocks, 15 clocks before the velocity changes; an eighth of the distance of 256 clocks is kept as a margin for
+-- that. After a `marker` `step` is 0 for two clocks.
 --
 -- **Number formats.** excess s22.F counts, F = PAIR_FRACTION, the negative remainder; rate u8.24 in 2⁻¹¹ count a clock;
--- acceleration u32 in 2⁻⁵⁹ count a clock and clock; step s-2.F counts, of which the excess gains a unit
--- more where it falls. Within: velocity u-3.51 counts a clock, its whole
--- part, 2⁻³⁵ and above, is the way of 256 clocks in 2⁻²⁷ count; way u22.F counts, the sum of such ways down to 0.
+-- acceleration u32 in 2⁻⁵⁹ count per clock²; step s-2.F counts, of which the excess gains a unit more where it falls.
+-- Within: velocity u-3.51 counts a clock, its whole part, 2⁻³⁵ and above, is the distance of 256 clocks in 2⁻²⁷ count;
+-- braking distance u22.F counts, the sum of such distances down to velocity 0.
 --
 -- **Reset.** No velocity.
 
@@ -41,8 +42,8 @@ entity ramp_velocity is
     reset        : in    std_ulogic;
     marker       : in    std_ulogic;                                               -- the excess changes with this clock
     excess       : in    u_signed(22 + PAIR_FRACTION downto 0);                    -- counts, s22.F
-    rate         : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
-    acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count a clock and clock
+    rate         : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
+    acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count per clock²
     step         : out   u_signed(25 downto 0)              := (others => '0');    -- counts, s-2.F, to be added to the excess
     step_rises   : out   std_ulogic                         := '1';                -- low: a unit of 2⁻ᶠ count more
     falling      : out   std_ulogic                         := '0';                -- the excess falls, else it rises
@@ -127,7 +128,7 @@ begin
     variable limit          : u_unsigned(VELOCITY_WIDTH - 1 downto 0);
     -- Distance that braking from the present velocity takes
     variable way            : way_count                               := (others => '0');
-    -- The velocity one step up and one step down; the highest bit of the latter tells that it would pass 0
+    -- The velocity one step up and one step down; the highest bit of the latter is high if it would pass 0
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable to_take_off    : u_unsigned(31 downto 0)                 := (others => '0');

@@ -36,7 +36,7 @@ package conditions_pkg is
   constant STOP_FRACTION      : positive := 4;
   constant STOP_WIDTH         : positive := 24;  -- u20.4 counts
   constant DEAD_ZONE_WIDTH    : positive := 8;
-  constant MOST_STEP          : positive := 8;   -- counts a clock; a larger step is no motion
+  constant MOST_STEP          : positive := 8;   -- counts per clock; a larger step is no motion
 
   -- Speed
   constant TRAVEL_WIDTH       : positive := 31;  -- u20.11 counts

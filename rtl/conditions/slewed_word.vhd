@@ -2,11 +2,11 @@
 --
 -- # slewed_word
 --
--- Leads a word to its target by at most `slew` a step, so that what follows it makes no jump.
+-- Moves a word towards its target by at most `slew` per step, so that a value that follows the word makes no jump.
 --
 -- **Latency.** 1 clock from `step` to `word`.
 --
--- **Number formats.** target and word s1.16; slew u0.32 a step. Within s1.32, of which `word` is cut off.
+-- **Number formats.** target and word s1.16; slew u0.32 a step. Internally s1.32, from which `word` is truncated.
 --
 -- **Reset.** 0.
 

@@ -6,14 +6,15 @@
 -- ±width. Place / width is the direction h: +1 after a way up, -1 after a way down, in between on a straight line.
 -- Source: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989), stop; x = min(max(x + dR, -W), W).
 --
--- **Dead zone.** The table may move by `dead_zone` counts to and fro and the place stands (play operator before the stop).
+-- **Dead zone.** The place stands while the table moves to and fro by up to `dead_zone` counts (play operator before
+-- the stop).
 --
 -- **Unknown.** At reset, and after a change of `width`, the place may be anywhere from -width to width. Two operators begin at
--- these ends; once they meet, the place is known, whatever it was. That takes 2·width counts of motion to one side, at the
--- most, and the dead zone.
+-- these ends; once they meet, the place is known, whatever it was. That takes at most 2·width counts of motion to one
+-- side, and the dead zone.
 --
--- **Motion** is what the edges brought: `position` without `put_back`. A step of more than MOST_STEP counts in a clock is a change of
--- the carrier or a reset of the decoder, and counts as no motion. Counts that head 1 lost are lost here too.
+-- **Motion** is the counted edges: `position` without `put_back`. A step of more than MOST_STEP counts in a clock is a
+-- change of the carrier or a reset of the decoder, and counts as no motion. Counts that head 1 lost are lost here too.
 --
 -- **Latency.** 7 clocks from `position` to `place` and `known`.
 --

@@ -3,17 +3,19 @@
 -- # table_conditions
 --
 -- The conditions that multiply the amplitudes of lanes, with the window of registers that sets them: direction h (stop_operator),
--- speed over nominal speed (table_speed) and two words of the processor (slewed_word). It counts the steps of the sweep too,
--- in which amplitude_sweep works them into the amplitudes. One divider serves direction and speed, each in its part of
--- the sweep.
+-- speed over nominal speed (table_speed) and two words of the processor (slewed_word). It also counts the steps of the
+-- sweep in which amplitude_sweep multiplies the amplitudes by them. One divider serves direction and speed, each in its
+-- part of the sweep.
 --
--- **Unknown direction.** While the direction is not known h is 0. Once it is, h goes to it by `slew` a sweep, so that the
--- output makes no step, and then follows it at once.
+-- **Unknown direction.** While the direction is not known h is 0. Once it is known, h moves towards it by `slew` per
+-- sweep, so that the output makes no step, and then follows it at once.
 --
--- **Words of the window**, by `address`: 0 width, 1 dead_zone, 2 nominal_speed, 3 word_a, 4 word_b (held to ±1), 5 slew; read-only: 6
--- direction, with bit 31 high while it is known, 7 speed, 8 speed squared. Signed words are read sign-extended.
+-- **Words of the window**, by `address`: 0 width, 1 dead_zone, 2 nominal_speed, 3 word_a, 4 word_b (limited to ±1), 5
+-- slew; read-only: 6 direction, with bit 31 high while it is known, 7 speed, 8 speed squared. Signed words are read
+-- sign-extended.
 --
--- **Latency.** From a motion of the table to h 1 to 2 sweeps and 8 clocks: 3 µs at 100 MHz. 1 clock to `read_data` and `done`.
+-- **Latency.** 1 to 2 sweeps and 8 clocks from a motion of the table to h: 3 µs at 100 MHz. 1 clock to `read_data` and
+-- `done`.
 --
 -- **Number formats.** position s31.0 counts; correction s19.11 counts; modulators s1.16, at most 1; see table_speed and stop_operator.
 --

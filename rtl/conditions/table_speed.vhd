@@ -9,12 +9,12 @@
 -- **Window.** It ends with the first such passage after WINDOW = 2¹⁴ clocks (164 µs at 100 MHz). The mean over it is the only filter.
 -- Where periods are longer, a window is one period.
 --
--- **Slowing down.** Where no passage comes for WINDOW clocks, the speed is at most 4 counts in that time. Every WINDOW clocks
--- `is_bound` says so: |speed| is not above 8 counts / (time since the window began). Where the window held passages before,
--- its mean is that of a faster motion and is dropped.
+-- **Slowing down.** Where no passage comes for WINDOW clocks, the speed is at most 4 counts in that time. Every WINDOW
+-- clocks `is_bound` reports a bound: |speed| is not above 8 counts / (time since the window began). Where the window
+-- held passages before, its mean is that of a faster motion and is dropped.
 --
--- **Standstill.** After 2²⁴ - 1 clocks (168 ms) without a window's end the speed is 0. Tremble across one passage moves less than
--- 2 counts and counts as 0: there is no chatter.
+-- **Standstill.** After 2²⁴ - 1 clocks (168 ms) without a window's end the speed is 0. A tremble across one passage
+-- moves less than 2 counts and gives speed 0, so that the speed does not chatter.
 --
 -- **Error.** In steady motion each end of a window lies within a clock of its passage, so the ratio errs by at most 1 / 2¹⁴ =
 -- 6·10⁻⁵ of itself, and 2⁻¹⁷ of the nominal speed from the rounding of the quotient.
@@ -47,7 +47,7 @@ entity table_speed is
     reset          : in    std_ulogic;
     position       : in    u_signed(POSITION_WIDTH - 1 downto 0);             -- counts, corrected
     correction     : in    u_signed(CORRECTION_WIDTH - 1 downto 0);           -- counts, s19.11, already subtracted
-    nominal        : in    u_unsigned(31 downto 0);                           -- counts a clock, u0.32
+    nominal        : in    u_unsigned(31 downto 0);                           -- counts per clock, u0.32
     measured       : out   std_ulogic                                := '0';  -- strobe: the others are new
     travel         : out   u_unsigned(TRAVEL_WIDTH - 1 downto 0);             -- counts, u20.11; a unit less if the angle fell
     is_down        : out   std_ulogic                                := '0';  -- the angle fell

@@ -2,13 +2,13 @@
 --
 -- # unit_divider
 --
--- Divides two numbers without a sign, a bit a clock (restoring division), and limits the quotient to 1.
+-- Divides two unsigned numbers, one bit per clock (restoring division), and limits the quotient to 1.
 --
 -- **Latency.** 18 clocks from the clock of `start` to that of `done`, which comes with `quotient`; it stands until the next.
 -- Begin no other division before.
 --
--- **Number formats.** dividend and divisor: any, the same; quotient u1.16, rounded half up, at most 1.
--- Divided by 0 it is 0.
+-- **Number formats.** dividend and divisor have any common format; quotient u1.16, rounded half up, at most 1. A
+-- division by 0 gives 0.
 --
 -- **Reset** ends a division without `done`.
 

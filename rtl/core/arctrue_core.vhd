@@ -2,14 +2,14 @@
 --
 -- # arctrue_core
 --
--- The whole way of the data: both encoder heads are decoded, sampled for the calibration and,
--- head 1, compensated; the corrected position leaves as an encoder signal again. A processor
--- reaches it over AXI4-Lite, see the register map, and gets one interrupt line.
--- Source: figures 3 and 5 to 7 and section 3 of the paper.
+-- Contains the whole data path: decodes both encoder heads, samples them for the calibration, compensates head 1, and
+-- outputs the corrected position as an encoder signal. A processor accesses it over AXI4-Lite (see the register map)
+-- and gets one interrupt line. Source: figures 3 and 5 to 7 and section 3 of the paper.
 --
--- **Heads.** Two heads, of which head 1 is corrected. With MEAN it is the weighted mean of all heads, of which one, chosen at
--- run time, is the carrier (head_mean); HEADS of 3 and 4 have it in any case, decode further heads and capture them too.
--- Their settings, faults and snapshot have registers of their own (head_registers), and each head's levels may be delayed.
+-- **Heads.** Two heads, of which head 1 is corrected. With MEAN the weighted mean of all heads is corrected; one of
+-- them, chosen at run time, is the carrier (head_mean). With HEADS = 3 or 4 the mean is always built, and the further
+-- heads are decoded and captured too. Their settings, faults and snapshot have registers of their own (head_registers),
+-- and each head's levels may be delayed.
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads; the decoder before them and the
 -- output after them have their own (see there). With FOLD > 1, 28 + FOLD clocks from an accepted angle, one
@@ -39,9 +39,9 @@
 -- **Clock.** One clock, 100 MHz for the periods and times that the register map names. Encoder
 -- pins are asynchronous; every other port is synchronous to `clock`.
 --
--- **Reset** is synchronous. It stops and forgets everything but the coefficient banks and the levels of out_a
--- and out_b, which stand, and of `driver_enable`, which stays for 2²⁰ clocks (10 ms at 100 MHz) or until the processor
--- enables the output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle from before.
+-- **Reset** is synchronous. It stops and clears everything except the coefficient banks, the levels of out_a and out_b,
+-- which stand, and `driver_enable`, which stays for 2²⁰ clocks (10 ms at 100 MHz) or until the processor enables the
+-- output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle from before.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -57,7 +57,7 @@ library ieee;
 entity arctrue_core is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- correct the mean of two heads; with more heads always

@@ -91,8 +91,8 @@ entity compensation_pipeline is
     jumped             : in    std_ulogic             := '0';                 -- the first angle of another carrier
     jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts that the reading jumps by there
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
-    ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count a clock, u8.24
-    ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count a clock and clock, 0: no bound
+    ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count per clock, u8.24
+    ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count per clock², 0: no bound
     write_enable       : in    std_ulogic;                                    -- pulse: write a word of a lane
     write_offset       : in    std_ulogic;                                    -- pulse: write the offset
     write_address      : in    u_unsigned(7 downto 0);                        -- lane * 4 + word

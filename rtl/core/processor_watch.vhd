@@ -2,16 +2,16 @@
 --
 -- # processor_watch
 --
--- Says that the processor is silent: no `alive` for `limit` clocks. The correction and the output do not depend
--- on it; they go on with the last coefficients. So a calibrator that hangs, with its interrupts on or off,
--- is an alarm and nothing else.
+-- Reports that the processor is silent: no `alive` has come for `limit` clocks. The correction and the output do not
+-- depend on the processor; they continue with the last coefficients. So a processor that hangs, with its interrupts on
+-- or off, only raises an alarm.
 --
 -- **Latency.** `silent` rises limit + 1 clocks after the last `alive`, or after `limit` became other than 0, and
 -- falls 1 clock after the next `alive`.
 --
 -- **Number formats.** limit u32.0 clocks; 0 switches the watch off.
 --
--- **Reset** starts the time anew.
+-- **Reset** restarts the time.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -11,9 +11,9 @@
 --
 -- **Number formats.** counts_per_rev u25.0 counts; requested u32.0 counts, of which no bit is left out.
 --
--- `changes_turn` is high with `rearm` when another length was asked for. The limit of the correction, half a turn,
--- changes then, and a correction that is beyond the new one is clipped at once: the output must not follow
--- meanwhile, or it would send the difference as a burst of edges.
+-- `changes_turn` is high with `rearm` when another length was requested. The limit of the correction, half a turn,
+-- changes then, and a correction that is beyond the new one is clipped at once: the output must not follow meanwhile,
+-- or it would send the difference as a burst of edges.
 --
 -- **Clear semantics.** `refused` is set by a command with an illegal value and cleared by one with
 -- a legal value.

@@ -95,7 +95,7 @@ entity index_zero is
     zero_moves        : out   u_unsigned(15 downto 0);                       -- how often; wraps
     zero_slip         : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);   -- counts, angle of the mark that moved it last
     put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, for those that were lost
-    misplaced         : out   std_ulogic                                     -- strobe: a mark is not where it ought to be
+    misplaced         : out   std_ulogic                                     -- strobe: a mark is in the wrong place
   );
 end entity index_zero;
 
@@ -295,7 +295,7 @@ begin
     variable before_last     : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     -- Counts from the zero of the latest index to the position while the index is checked, and clocks since its detection
     variable from_zero       : few_counts                              := "0000";
-    variable from_index      : few_counts; -- of an index told now
+    variable from_index      : few_counts; -- of the index that is detected now
     variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
     -- The angle before the step of the previous clock, and the counts from the zero of an index detected there
     variable angle_then      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');

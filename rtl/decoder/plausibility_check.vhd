@@ -39,7 +39,7 @@ entity plausibility_check is
     a                    : in    std_ulogic;             -- before the filter
     b                    : in    std_ulogic;             -- before the filter
     edge                 : in    counted_edge;           -- of the filtered levels
-    misplaced            : in    std_ulogic;             -- strobe: an index mark is not where it ought to be
+    misplaced            : in    std_ulogic;             -- strobe: an index mark is in the wrong place
     filter_length        : in    u_unsigned(7 downto 0); -- clocks, 1 is off
     minimum_edge_spacing : in    u_unsigned(15 downto 0); -- clocks, 0 is off
     clear                : in    std_ulogic;             -- pulse: clears the faults

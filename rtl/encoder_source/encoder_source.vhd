@@ -23,12 +23,12 @@ library ieee;
 entity encoder_source is
   generic (
     COUNTS_PER_REV    : positive range COUNTS_PER_REV_MIN to COUNTS_PER_REV_MAX := 16777216;
-    COUNTS_PER_SECOND : positive                 := 1398101;   -- 30 deg/s at 2**24 counts a turn
+    COUNTS_PER_SECOND : positive                 := 1398101;   -- 30 deg/s at 2**24 counts per turn
     SOURCE_CLOCK_HZ   : positive                 := 125000000; -- of `clock`
     HEADS             : positive range 2 to HEADS_MAX := 2;
-    HEAD_SEPARATION   : natural                  := 1537911;   -- counts, 33 deg at 2**24 counts a turn
-    HEAD3_AHEAD       : natural                  := 8248798;   -- counts, 177 deg at 2**24 counts a turn
-    HEAD4_AHEAD       : natural                  := 12019011;  -- counts, 257.9 deg at 2**24 counts a turn
+    HEAD_SEPARATION   : natural                  := 1537911;   -- counts, 33 deg at 2**24 counts per turn
+    HEAD3_AHEAD       : natural                  := 8248798;   -- counts, 177 deg at 2**24 counts per turn
+    HEAD4_AHEAD       : natural                  := 12019011;  -- counts, 257.9 deg at 2**24 counts per turn
     ECCENTRICITY      : integer range 0 to 8191  := 1864;      -- counts, amplitude of order 1
     ECCENTRICITY_TURN : real range 0.0 to 1.0    := 0.334;     -- turn, phase of order 1
     OVALITY           : integer range 0 to 8191  := 78;        -- counts, amplitude of order 2

@@ -58,7 +58,7 @@ package number_formats_pkg is
   constant DIFFERENCE_LATENCY         : positive := 3;
   constant MEAN_LATENCY               : positive := 10;
 
-  -- Clocks from an angle at the phase unit to its phase offset there: the first multiplier's adder takes it.
+  -- Clocks from an angle at the phase unit to its phase offset there, which the adder of the first multiplier takes.
   constant PHASE_OFFSET_CLOCK         : positive := 2;
 
   -- Clocks from a phase at the harmonic unit to its amplitude there: it is needed when the cosine is.
@@ -67,16 +67,16 @@ package number_formats_pkg is
   -- Clocks by which Z may change before or after the edge of A or B that it belongs to.
   constant INDEX_SKEW                 : positive := 3;
 
-  -- Steepest correction |d eps / d R| that is loaded, percent: from 100 on the corrected angle could turn back.
+  -- Steepest correction |d eps / d R| that may be loaded, in percent: from 100 on the corrected angle could turn back.
   constant STEEPEST_PERCENT           : positive := 100;
 
-  -- Lanes that follow the temperature do so this far to each side of T0, where the file states no range, K.
+  -- Range in K to each side of T0 in which lanes follow the temperature, if the file states no range.
   constant THERMAL_RANGE_K            : positive := 10;
 
   constant LANES_MAX                  : positive := 64;
   constant LANES_DEFAULT              : positive := 32;
 
-  -- Samples of both heads in one capture bank: 12,000 a turn at 30 deg/s and 1 kHz, and a margin.
+  -- Samples of both heads in one capture bank: 12,000 per turn at 30 deg/s and 1 kHz, and a margin.
   constant CAPTURE_DEPTH_DEFAULT      : positive := 12288;
 
   -- The mean of the heads.
@@ -89,8 +89,8 @@ package number_formats_pkg is
   constant MEAN_TERM_WIDTH            : positive := 40;
   constant MEAN_TERM_FRACTION         : positive := 20;
 
-  -- Lanes of a real order: from so many counts a turn on, for each lane that is built and beside them, their offsets are
-  -- ready before the next wrap at every speed (turn_offset_sweep).
+  -- Least counts per turn with lanes of real orders, as a part for each lane that is built and a constant part: from
+  -- there on their offsets are ready before the next wrap at every speed (turn_offset_sweep).
   constant TURN_NUMBER_WIDTH          : positive := 24;
   constant REAL_ORDER_COUNTS_A_LANE   : positive := 72;
   constant REAL_ORDER_COUNTS_BESIDE   : positive := 48;

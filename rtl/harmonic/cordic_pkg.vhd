@@ -89,7 +89,7 @@ package body cordic_pkg is
     fraction : positive
   ) return naturals is
 
-    -- -bound <= z < bound; the bound is an eighth of a turn after iteration 0.
+    -- z lies within -bound <= z < bound; the bound is an eighth of a turn after iteration 0.
     variable bound  : natural := 2 ** (fraction - 3);
     variable widths : naturals(1 to steps'length);
 

@@ -37,7 +37,7 @@ entity local_table is
   port (
     clock          : in    std_ulogic;
     angle          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
-    bank           : in    std_ulogic;                                    -- which bank this angle meets
+    bank           : in    std_ulogic;                                    -- bank that applies to this angle
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     -- Place of the windows, by bank
     bank0_place    : in    local_place;
@@ -45,7 +45,7 @@ entity local_table is
     -- Points
     write_enable   : in    std_ulogic;                                    -- pulse: write a point
     write_bank     : in    std_ulogic;
-    write_address  : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);    -- which point
+    write_address  : in    u_unsigned(LOCAL_INDEX_WIDTH - 1 downto 0);    -- number of the point
     write_data     : in    u_signed(LOCAL_POINT_WIDTH - 1 downto 0);      -- counts, s(17 − F).F
     read_word      : out   u_signed(LOCAL_POINT_WIDTH - 1 downto 0);      -- counts, s(17 − F).F
     value          : out   u_signed(LOCAL_VALUE_WIDTH - 1 downto 0) := (others => '0') -- counts, s13.22

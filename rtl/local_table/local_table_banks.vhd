@@ -2,28 +2,29 @@
 --
 -- # local_table_banks
 --
--- The local table with what the processor does to it: it holds the place of the windows of both banks, gives the processor the words of
--- the idle bank, and makes that bank the active one with a swap. The table itself is local_table.
+-- Connects the local table to the processor: holds the place of the windows of both banks, gives the processor access
+-- to the words of the idle bank, and makes that bank the active one with a swap. The table itself is local_table.
 --
 -- **Words of the place**, by `address`: 0 choice: enable in bits 3 to 0, windows in 5 to 4, width in 10 to 8, fraction in 13 to 12;
 -- 1 to 4 start of window 1 to 4; 5 and 6 step, its lower 32 bits and its upper 16. Only these bits are stored; word 7 reads as 0.
 --
--- **Swap.** Writing the choice asks for the table: the next swap makes the idle bank active, beginning with the angle of the clock
--- after `swap_comes`. Other swaps leave the table as it is. Write the choice last.
+-- **Swap.** Writing the choice requests the table: the next swap makes the idle bank active, beginning with the angle
+-- of the clock after `swap_comes`. Other swaps leave the table as it is. Write the choice last.
 --
 -- **Afterwards**, once no angle that met it before is on its way, the idle bank gets the same words: its place at once, its points
 -- one after the other, 2 clocks each. An access waits for the end of this, LOCAL_TABLE_LATENCY + 2 · 4,096 + 1 clocks at the most.
 --
 -- **Access.** Pulse `read_enable` or `write_enable` with address and data; the answer is one pulse of `done`. Keep address and data
--- until then, and start no other access before. A write waits while `hold` is high: hold it from a swap that is asked for until it
--- took place, so that a swap takes over all writes that are done and no other.
+-- until then, and start no other access before. A write waits while `hold` is high: hold it from the request of a swap
+-- until the swap took place, so that a swap takes over all finished writes and no other.
 --
 -- **Latency.** LOCAL_TABLE_LATENCY clocks from `angle` to `value`, one angle per clock. 3 clocks to `done` where nothing waits.
 --
 -- **Number formats.** angle and starts u24.0 counts; step u0.48 window a count; points s(17 − F).F counts, written and read
 -- sign-extended; value s13.22 counts.
 --
--- **Reset** drops an access and a table that was asked for. It keeps both banks and lets a copy end. At power-up no window is enabled.
+-- **Reset** drops an access and a requested table. It keeps both banks and lets a copy end. At power-up no window is
+-- enabled.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -39,7 +40,7 @@ entity local_table_banks is
     angle          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     swap_comes     : in    std_ulogic;                                    -- the angle of the next clock is the first of a new bank
-    hold           : in    std_ulogic;                                    -- a swap is asked for or waits
+    hold           : in    std_ulogic;                                    -- a swap is requested or waits
     -- The processor's side
     read_enable    : in    std_ulogic;                                    -- pulse
     write_enable   : in    std_ulogic;                                    -- pulse

@@ -15,12 +15,12 @@ package local_table_pkg is
   constant LOCAL_WINDOWS        : positive := 4;
   constant LOCAL_INDEX_WIDTH    : positive := 12; -- 4,096 points
   constant LOCAL_POINT_WIDTH    : positive := 18;
-  constant LOCAL_VALUE_FRACTION : positive := 22; -- 10 of a point and 12 of the place between two
+  constant LOCAL_VALUE_FRACTION : positive := 22; -- 10 bits of a point and 12 of the place between two points
   constant LOCAL_VALUE_WIDTH    : positive := 36; -- s13.22
   constant LOCAL_TABLE_LATENCY  : positive := 17;
 
   type local_place is record
-    enable   : std_ulogic_vector(LOCAL_WINDOWS - 1 downto 0);     -- a bit a window
+    enable   : std_ulogic_vector(LOCAL_WINDOWS - 1 downto 0);     -- one bit per window
     windows  : u_unsigned(1 downto 0);                            -- 0 one of 4,096 points, 1 two of 2,048, 2 four of 1,024
     width    : u_unsigned(2 downto 0);                            -- a window is 2**-width turn, 0 to 6
     fraction : u_unsigned(1 downto 0);                            -- of the points: F = 4, 6, 8 or 10
@@ -28,7 +28,7 @@ package local_table_pkg is
     start2   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts
     start3   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts
     start4   : u_unsigned(ANGLE_WIDTH - 1 downto 0);              -- counts
-    step     : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);         -- window a count, u0.48
+    step     : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);         -- window per count, u0.48
   end record local_place;
 
 end package local_table_pkg;

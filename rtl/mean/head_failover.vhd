@@ -2,12 +2,13 @@
 --
 -- # head_failover
 --
--- Leaves a failed head out of the mean, and takes it in again: head_watch finds the head, prepared_sets makes the set without it
--- active, parity_sum watches what no single head may change. It answers the registers of all three.
+-- Leaves a failed head out of the mean, and includes it again: head_watch finds the head, prepared_sets activates the
+-- set without it, parity_sum monitors the parity of the heads. It answers the registers of all three.
 --
--- **Failure.** While `failover.enable` is set, the active words use all heads and none is left out, the first head that fails has
--- its set loaded; no other head fails meanwhile, since only sets with one missing head are prepared. With the first
--- angle of the new set the head is left out and its index forgotten (`rearm_heads`), so that its next index defines its zero anew.
+-- **Failure.** While `failover.enable` is set, the active words use all heads and none is left out, the set without the
+-- first head that fails is loaded; failures of other heads are then ignored, because only sets with one missing head
+-- are prepared. With the first angle of the new set the head is left out and its index forgotten (`rearm_heads`), so
+-- that its next index defines its zero anew.
 --
 -- **Return.** A head that is left out comes back after that index, on request (`heads_command.come_back`) or once
 -- `failover.return_after` is over: the set of all heads is loaded. A dead head shows no index and stays out.
@@ -15,17 +16,18 @@
 -- **Processor.** `heads_command.take_set` loads a set. A swap of the processor's own words makes `heads_status.set` 7. A head that is
 -- left out stays so: words that use it, and a set that uses it before its index, are refused and set `heads_status.swap_refused`;
 -- the words in force stay. While the processor's words are in force, a head that comes back is no longer left out, and
--- no set is loaded: the processor takes it in by words of its own.
+-- no set is loaded: the processor includes it by words of its own.
 --
 -- **Allowed words.** `may_activate` is high while the idle words use no head that is left out or, while a set is loaded, that is
 -- missing in it; and, in a set or while a head is left out, while their carrier is used. It follows its inputs by a clock.
 --
--- **Latency.** From a failure of head_watch to the first angle of the set that of prepared_sets and 3 clocks. 1 clock from `read_enable` to
--- `read_data`, which is 0 for words of other units in the window; head_registers answers for both.
+-- **Latency.** From a failure in head_watch to the first angle of the set: the latency of prepared_sets and 3 clocks. 1
+-- clock from `read_enable` to `read_data`, which is 0 for words of other units in the window; head_registers answers
+-- for both.
 --
 -- **Number formats.** Those of the registers; differences s16.4 counts, head 1 in the low bits.
 --
--- **Reset.** No set is in force, no head left out, every setting 0.
+-- **Reset.** No set is in force, no head is left out, every setting is 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -50,7 +52,7 @@ entity head_failover is
     read_data        : out   std_ulogic_vector(31 downto 0) := (others => '0');         -- the word
     take_snapshot    : in    std_ulogic;                                                -- pulse
     clear            : in    std_ulogic;                                                -- pulse: clears the sticky flag of the parity
-    -- From the decoders, a bit a head, see head_watch
+    -- From the decoders, one bit per head, see head_watch
     steps            : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
     steps_up         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe
     illegals         : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky

@@ -7,14 +7,14 @@
 -- (weighted_mean).
 -- The words of the mean are swapped with the coefficients of the lanes (mean_words).
 --
--- **Position.** The output's count goes on from carrier to carrier. `position` is that of the carrier and a base; with
--- the first angle of other words it jumps by as much as the angle, the shorter way round, and `jump` says how much
--- that is, so that the ramp takes it up: the corrected position makes no step. A jump beyond ±32,767 counts is
--- that of a head that was never set up; the position then jumps by that limit, and angle and position differ by the rest until
--- the next reset.
+-- **Position.** The output's count continues from carrier to carrier. `position` is that of the carrier plus a base;
+-- with the first angle of other words it jumps by as much as the angle, the shorter way round, and `jump` states by how
+-- much, so that the ramp absorbs it: the corrected position makes no step. A jump beyond ±32,767 counts is that of a
+-- head that was never set up; the position then jumps by that limit, and angle and position differ by the remainder
+-- until the next reset.
 --
--- **Zero.** `zero_moved` toggles where the zero of any head moves, since each of them moves the mean: the ramp takes
--- it up. `put_back` is that of the carrier, whose count goes out.
+-- **Zero.** `zero_moved` toggles where the zero of any head moves, because each of them moves the mean; the ramp
+-- absorbs that. `put_back` is that of the carrier, whose count is output.
 --
 -- **Apply.** The mean may be corrected while every used head has seen its index. `referenced` is that of the carrier.
 --
@@ -50,7 +50,7 @@ entity head_mean is
     put_backs         : in    std_ulogic_vector(HEADS * 16 - 1 downto 0);                   -- counts in position that no edge brought
     zeros_moved       : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- toggles with the zero of a head
     indices_seen      : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- level
-    unsettle          : in    std_ulogic;                                                   -- angles begin anew
+    unsettle          : in    std_ulogic;                                                   -- angles restart
     counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
     compensate        : in    std_ulogic;                                                   -- the correction is wanted
     -- The words, see mean_words
@@ -58,7 +58,7 @@ entity head_mean is
     write_address     : in    u_unsigned(3 downto 0);                                       -- the word's number
     write_data        : in    std_ulogic_vector(31 downto 0);                               -- the word
     write_acknowledge : out   std_ulogic;                                                   -- pulse: written
-    hold_writes       : in    std_ulogic;                                                   -- a swap is asked for, waits or takes effect
+    hold_writes       : in    std_ulogic;                                                   -- a swap is requested, waits or takes effect
     read_address      : in    u_unsigned(3 downto 0);                                       -- the word's number
     read_data         : out   std_ulogic_vector(31 downto 0);                               -- the idle word, a clock later
     swap_comes        : in    std_ulogic;                                                   -- the next clock has the idle words

@@ -19,8 +19,9 @@
 -- one head by 2 * step_limit counts is then always found, whatever the others do within that limit: without head k they agree,
 -- and with it they differ by more than step_limit. 0 turns this off. A step of two heads names neither.
 --
--- **Restart.** While `restart` is high, and for 16 clocks, no step is looked for; then the comparison begins anew with
--- the readings of that clock. Hold it high where readings jump without a fault: another set of words, a moved zero.
+-- **Restart.** While `restart` is high, and for 16 clocks after that, no step is searched for; then the comparison
+-- restarts with the readings of that clock. Hold it high where readings jump without a fault: another set of words, a
+-- moved zero.
 --
 -- **Latency.** A fault of a decoder: 2 clocks to `failed`. Missing edges: 3 clocks after the last of the counted steps. A step:
 -- at most 20 clocks.
@@ -29,7 +30,7 @@
 -- `failed` has a bit a head, `causes` those of the register `failover`: illegal, overspeed, swallowed, missing_edges,
 -- step, index, from bit 0 on. Both are high for one clock.
 --
--- **Reset** forgets the readings and what was counted.
+-- **Reset** clears the readings and the counts.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -46,8 +47,8 @@ entity head_watch is
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
     watching       : in    std_ulogic;                                                -- level: all heads are in the mean
-    causes_wanted  : in    std_ulogic_vector(5 downto 0);                             -- a bit a cause
-    -- From the decoders, a bit a head
+    causes_wanted  : in    std_ulogic_vector(5 downto 0);                             -- one bit per cause
+    -- From the decoders, one bit per head
     steps          : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe: a count
     steps_up       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- strobe: upwards
     illegals       : in    std_ulogic_vector(HEADS - 1 downto 0);                     -- sticky
@@ -63,8 +64,8 @@ entity head_watch is
     -- Settings
     missing_counts : in    u_unsigned(7 downto 0);                                    -- counts, 0: off
     step_limit     : in    u_unsigned(15 downto 0);                                   -- counts, 0: off
-    failed         : out   std_ulogic_vector(HEADS - 1 downto 0) := (others => '0');  -- pulse, a bit a head
-    causes         : out   std_ulogic_vector(5 downto 0)         := (others => '0')   -- pulse, a bit a cause
+    failed         : out   std_ulogic_vector(HEADS - 1 downto 0) := (others => '0');  -- pulse, one bit per head
+    causes         : out   std_ulogic_vector(5 downto 0)         := (others => '0')   -- pulse, one bit per cause
   );
 end entity head_watch;
 

@@ -41,7 +41,7 @@ entity mean_words is
     write_address     : in    u_unsigned(3 downto 0);         -- the word's number
     write_data        : in    std_ulogic_vector(31 downto 0); -- the word
     write_acknowledge : out   std_ulogic := '0';              -- pulse: written
-    hold_writes       : in    std_ulogic;                     -- a swap is asked for, waits or takes effect
+    hold_writes       : in    std_ulogic;                     -- a swap is requested, waits or takes effect
     read_address      : in    u_unsigned(3 downto 0);         -- the word's number
     read_data         : out   std_ulogic_vector(31 downto 0); -- the idle word
     swap_comes        : in    std_ulogic;                     -- the idle words are active from the next clock on

@@ -2,9 +2,10 @@
 --
 -- # parity_sum
 --
--- The parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads: neither the angle of
--- the table nor a translation of the axis is in it, but every error of a single head. Since Σ cᵢ = 0 it is
--- the same sum of the differences to the carrier, which the mean has anyway. One multiplier serves all heads in turn.
+-- Computes the parity of the heads' readings, Σ cᵢ·rᵢ with Σ cᵢ = 0 and Σ cᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads:
+-- it contains neither the angle of the table nor a translation of the axis, but every error of a single head. Because Σ
+-- cᵢ = 0, it equals the same sum over the differences to the carrier, which the mean computes anyway. One multiplier
+-- serves the heads one after the other.
 --
 -- **Latency.** 7 clocks from `differences` to `parity`, which is renewed every 8 clocks; its readings are all of one clock.
 --
@@ -55,7 +56,7 @@ begin
     if rising_edge(clock) then
       beyond <= (or limit) and (abs (resize(shift_right(parity, CORRECTION_FRACTION), CORRECTION_WIDTH)) ?>= signed('0' & limit));
 
-      -- Head h is read in turn h; its product is added in turn h + 2.
+      -- Head h is read when `turn` is h; its product is added when `turn` is h + 2.
       head := to_integer(turn);
       if head = HEADS + 2 then
         parity <= resize(shift_right(sum_3, ROUNDED), parity'length);

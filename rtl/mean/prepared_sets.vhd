@@ -3,19 +3,19 @@
 -- # prepared_sets
 --
 -- Stores complete sets of words, one for all heads and one for each missing head: those of the lanes, of the mean, and the
--- coefficient offset. On request it writes one set into the idle bank, word by word, and swaps: the output changes over
--- under the ramp, in the clock in which everything else of a bank changes. All sets of four heads and 32 lanes fill one block
--- RAM of 36 Kbit.
+-- coefficient offset. On request it writes one set into the idle bank, word by word, and swaps: all words of the bank
+-- change in the same clock, and the ramp absorbs the change of the output. All sets of four heads and 32 lanes fill one
+-- block RAM of 36 Kbit.
 --
 -- **Words.** `access_word` is a word of a set as the register map lays it out, in units of 4 bytes: lane * 4 + word, and 512 + place in
 -- `mean`, of which place 15 is the coefficient offset. One word is accessed at a time; a word that is not stored reads as 0.
 --
 -- **Processor.** Its writes to the idle bank pass through here, since both write the same bank: while a set is being loaded
--- they wait, then they are carried out. A `swap` of the processor in that time is the swap of the set: the words that it
--- had written before are overwritten, and no mixture of words becomes active.
+-- they wait, then they are carried out. A `swap` of the processor in that time counts as the swap of the set: the words
+-- that it had written before are overwritten, and no mixture of words becomes active.
 --
 -- **Refusal.** A swap, of the processor or of a set, takes place only while `may_activate` is high: the idle words use no head
--- that is left out. Else `refused` pulses, the active words stay, and a set that was loaded is given up.
+-- that is left out. Otherwise `refused` pulses, the active words stay, and the loaded set is dropped.
 --
 -- **Latency.** From `load` to `swap_out` 4 * (4 * LANES + 10) + 4 clocks at most, once no write of the processor is under way and
 -- coefficient_memory is not filling its idle bank: 5.6 µs with 32 lanes at 100 MHz. `loaded` comes with `swap_comes`.
@@ -57,7 +57,7 @@ entity prepared_sets is
     acknowledge_lane  : out   std_ulogic;                     -- pulse: written, a lane's word, the offset or a turn step
     acknowledge_mean  : out   std_ulogic;                     -- pulse: written
     swap              : in    std_ulogic;                     -- pulse
-    -- Which set is loaded
+    -- Request to load a set
     load              : in    std_ulogic;                     -- pulse: load set `number` and swap; ignored while busy
     number            : in    u_unsigned(2 downto 0);         -- number of the set
     busy              : out   std_ulogic;                     -- level: from the clock after `load` until `loaded`

@@ -2,16 +2,15 @@
 --
 -- # turn_difference
 --
--- The difference of two angles on the shorter way round: minuend - subtrahend, with a turn added or taken away
--- where it is half a turn or more. So the difference of two heads goes on where one of them passes its zero before
--- the other.
+-- Computes the difference of two angles the shorter way round: minuend - subtrahend, plus or minus a turn if it is half
+-- a turn or more. So the difference of two heads makes no step when one of them passes its zero before the other.
 --
 -- **Latency.** 3 clocks from the angles to `difference`, one pair a clock.
 --
 -- **Number formats.** Angles u24.0 counts below counts_per_rev; difference s24.0 counts with
 -- -counts_per_rev <= 2 * difference < counts_per_rev.
 --
--- There is no reset. `counts_per_rev` stands still.
+-- There is no reset. `counts_per_rev` must not change.
 
 library ieee;
   use ieee.std_logic_1164.all;

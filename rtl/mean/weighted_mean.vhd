@@ -2,15 +2,14 @@
 --
 -- # weighted_mean
 --
--- What the weighted mean of the heads adds to the correction of the carrier s: the output is
--- θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, so the term is f_s − Σ wᵢ·(rᵢ − r_s), to be
--- added to E and subtracted with it. f_s is the fraction of o_s; its whole counts are taken off
--- the reading before (head_mean). With Σ wᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads, no
--- translation of the axis is in the mean. The carrier's own weight is not used: its difference is 0, so the
--- weights of all heads have the sum 1 whatever it is.
+-- Computes the term that the weighted mean of the heads adds to the correction of the carrier s: the output is
+-- θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, so the term is f_s − Σ wᵢ·(rᵢ − r_s), to be added to E and
+-- subtracted with it. f_s is the fraction of o_s; head_mean has subtracted its whole counts from the reading. With Σ
+-- wᵢ·e^{jβᵢ} = 0, βᵢ the places of the heads, the mean contains no translation of the axis. The carrier's own weight is
+-- not used: its difference is 0, so the weights of all heads have the sum 1 whatever it is.
 --
--- **Turn.** Differences are taken on the shorter way round (turn_difference), the fractions of the offsets after
--- that.
+-- **Turn.** Differences are taken the shorter way round (turn_difference); the fractions of the offsets are applied
+-- after that.
 --
 -- **Limit.** A difference beyond ±65,536 counts is that of a head that is lost, or was never set up. It is limited to
 -- what s16.4 holds, which bounds the term within ±2¹⁹ counts; `limited` is high with a term of which
@@ -44,7 +43,7 @@ entity weighted_mean is
     fractions        : in    std_ulogic_vector(HEADS * HEAD_OFFSET_FRACTION - 1 downto 0); -- counts, u0.4, of each o
     carrier_fraction : in    u_unsigned(HEAD_OFFSET_FRACTION - 1 downto 0);                -- counts, u0.4, of the carrier's o
     weights          : in    std_ulogic_vector(HEADS * HEAD_WEIGHT_WIDTH - 1 downto 0);    -- s1.16
-    used             : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- a bit a head
+    used             : in    std_ulogic_vector(HEADS - 1 downto 0);                        -- one bit per head
     counts_per_rev   : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                -- counts
     differences      : out   std_ulogic_vector(HEADS * (ANGLE_WIDTH + 1) - 1 downto 0);    -- counts, s24.0
     fine_differences : out   std_ulogic_vector(HEADS * HEAD_DIFFERENCE_WIDTH - 1 downto 0) := (others => '0'); -- counts, s16.4

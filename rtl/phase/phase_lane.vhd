@@ -34,7 +34,7 @@ entity phase_lane is
   port (
     clock        : in    std_ulogic;
     angle        : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                   -- counts
-    phase_step   : in    u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);              -- turn a count, u0.48
+    phase_step   : in    u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);              -- turn per count, u0.48
     phase_offset : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                   -- turn, u0.24, 2 clocks later
     phase        : out   u_unsigned(PHASE_WIDTH - 1 downto 0) := (others => '0') -- turn, u0.24
   );

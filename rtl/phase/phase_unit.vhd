@@ -27,7 +27,7 @@ entity phase_unit is
   port (
     clock         : in    std_ulogic;
     angle         : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                     -- counts
-    phase_steps   : in    std_ulogic_vector(LANES * PHASE_STEP_WIDTH - 1 downto 0); -- turn a count, u0.48
+    phase_steps   : in    std_ulogic_vector(LANES * PHASE_STEP_WIDTH - 1 downto 0); -- turn per count, u0.48
     phase_offsets : in    std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0);      -- turn, u0.24
     phases        : out   std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0)       -- turn, u0.24
   );

@@ -3,10 +3,10 @@
 -- # turn_counter
 --
 -- Counts the turns of the angle. Each angle is taken as the continuation of the one before, the shorter way round: a wrap forwards
--- adds a turn, a wrap backwards takes one off. An angle that jumps, because the zero moves or another head becomes
--- the carrier, is continued the same way, and exactly half a turn counts as no wrap. Turn number and angle
--- together are the angle over many turns. If no count is lost, a rearm too keeps the number: the angle that begins at 0 and
--- the next index, at 0 again, shift it to and fro by the same.
+-- adds a turn, a wrap backwards subtracts one. An angle that jumps, because the zero moves or another head becomes the
+-- carrier, is continued the same way, and exactly half a turn counts as no wrap. Turn number and angle together are the
+-- angle over many turns. If no count is lost, a rearm keeps the number too: the angle restarts at 0, the next index
+-- sets it to 0 again, and the two shifts cancel.
 --
 -- **Latency.** `turn_select`, the two low bits of an angle's turn number, is valid in the clock after its angle and stands until the
 -- clock after the next angle that is taken. `turn` follows a clock later.

@@ -2,16 +2,17 @@
 --
 -- # access_guard
 --
--- Says whose an access is: the generated register block's, a coefficient of a lane, the coefficient
--- offset, a word of the mean, of the further heads, of a prepared set, of the conditions, of the local table, of the turns or of the
--- capture; and refuses what is nobody's or illegal for this core's generics or state: a coefficient word of a lane that is not
--- built, a write of a coefficient, of the offset, of the mean, of a prepared set, of the local table or of a turn step without
--- all four bytes, a word of a head, of a prepared set, of the conditions, of the local table or of the turns that are not
--- built, a capture word beyond the two words of every sample of a bank, any capture word while no bank is ready, a write of a
--- capture word, and what the register map does not let a register's word be read or written.
+-- Decides which unit an access belongs to: the generated register block, a coefficient of a lane, the coefficient
+-- offset, a word of the mean, of the further heads, of a prepared set, of the conditions, of the local table, of the
+-- turns or of the capture; and refuses an access that belongs to no unit or is illegal for this core's generics or
+-- state: a coefficient word of a lane that is not built, a write of a coefficient, of the offset, of the mean, of a
+-- prepared set, of the local table or of a turn step without all four bytes, a word of a head, of a prepared set, of
+-- the conditions, of the local table or of the turns that are not built, a capture word beyond the two words of every
+-- sample of a bank, any capture word while no bank is ready, a write of a capture word, and a read or write of a
+-- register that the register map does not allow.
 --
--- **Latency.** 1 clock from `judge` to the verdict, of which one bit is high; it stands until the next. The pulse
--- that asks the unit comes with it, for one clock.
+-- **Latency.** 1 clock from `judge` to the verdict, of which one bit is high; it stands until the next. The pulse that
+-- requests the word from the unit comes with it, for one clock.
 --
 -- **Number formats.** Addresses in bytes.
 --
@@ -43,7 +44,7 @@ entity access_guard is
     capture_ready   : in    std_ulogic;                     -- a bank belongs to the processor
     address         : in    axi_lite_address;               -- bytes
     is_write        : in    std_ulogic;
-    write_strobes   : in    std_ulogic_vector(3 downto 0);  -- a bit a byte
+    write_strobes   : in    std_ulogic_vector(3 downto 0);  -- one bit per byte
     to_registers    : out   std_ulogic;
     to_coefficients : out   std_ulogic;
     to_offset       : out   std_ulogic;

@@ -37,12 +37,12 @@ entity axi_lite_access is
     -- AXI4-Lite slave, see axi_lite_pkg
     s_axil_request  : in    axi_lite_request;
     s_axil_response : out   axi_lite_response;
-    -- The access under way
-    taken           : out   std_ulogic;                    -- pulse: a new one
-    address         : out   axi_lite_address;              -- bytes, a word's
+    -- The present transfer
+    taken           : out   std_ulogic;                    -- pulse: a new transfer
+    address         : out   axi_lite_address;              -- bytes, of a word
     is_write        : out   std_ulogic := '0';
     write_data      : out   std_ulogic_vector(31 downto 0);
-    write_strobes   : out   std_ulogic_vector(3 downto 0);  -- a bit a byte
+    write_strobes   : out   std_ulogic_vector(3 downto 0);  -- one bit per byte
     refused         : in    std_ulogic;                    -- in the clock after taken
     -- Its answer
     answered        : in    std_ulogic;                    -- pulse

@@ -36,13 +36,13 @@ entity head_registers is
     -- The heads
     head3              : in    decoded_head;
     head4              : in    decoded_head;
-    indices_seen       : in    std_ulogic_vector(3 downto 0);  -- a bit a head
+    indices_seen       : in    std_ulogic_vector(3 downto 0);  -- one bit per head
     difference_limited : in    std_ulogic;                     -- the difference of a used head is limited
     clear_limited      : in    std_ulogic;                     -- pulse: clears its sticky flag
     -- Settings
-    pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits a head, as the registers have them
-    clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, a bit a head
-    delays             : out   std_ulogic_vector(31 downto 0) := (others => '0') -- clocks, 8 bits a head, head 1 in the low ones
+    pins               : out   std_ulogic_vector(31 downto 0); -- 16 bits per head, as the registers have them
+    clear_heads        : out   std_ulogic_vector(1 downto 0);  -- pulses, one bit per head
+    delays             : out   std_ulogic_vector(31 downto 0) := (others => '0') -- clocks, 8 bits per head, head 1 in the low ones
   );
 end entity head_registers;
 

@@ -29,7 +29,7 @@ library ieee;
 entity register_access is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;        -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false; -- the mean of the heads is built
     MODULATORS    : boolean                       := false; -- amplitudes follow conditions

@@ -22,7 +22,7 @@ library ieee;
 
 entity capture_memory is
   generic (
-    DEPTH : positive range 2 to 16384 := CAPTURE_DEPTH_DEFAULT -- samples a bank
+    DEPTH : positive range 2 to 16384 := CAPTURE_DEPTH_DEFAULT -- samples per bank
   );
   port (
     clock         : in    std_ulogic;

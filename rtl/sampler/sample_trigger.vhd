@@ -50,12 +50,12 @@ entity sample_trigger is
     reset         : in    std_ulogic;
     enable        : in    std_ulogic;
     mode          : in    u_unsigned(1 downto 0);                    -- 0 equal time, 1 equal angle, 2 external
-    external      : in    std_ulogic := '0';                         -- strobe: a sample is asked for from outside
+    external      : in    std_ulogic := '0';                         -- strobe: a sample is requested from outside
     sample_period : in    u_unsigned(31 downto 0);                   -- clocks
     angle_step    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);      -- counts
     turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the index, head 1
     zero_moved    : in    std_ulogic := '0';                         -- toggles with the first position from another zero
-    trigger       : out   std_ulogic                                 -- one clock a sample
+    trigger       : out   std_ulogic                                 -- one clock per sample
   );
 end entity sample_trigger;
 

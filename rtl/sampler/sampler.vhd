@@ -64,7 +64,7 @@ library ieee;
 
 entity sampler is
   generic (
-    DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- sample pairs a bank
+    DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- sample pairs per bank
     HEADS : positive range 2 to HEADS_MAX := 2
   );
   port (
@@ -73,7 +73,7 @@ entity sampler is
     -- Settings
     enable              : in    std_ulogic;
     mode                : in    u_unsigned(1 downto 0);                              -- 0 equal time, 1 equal angle, 2 external
-    external            : in    std_ulogic := '0';                                   -- strobe: a sample is asked for from outside
+    external            : in    std_ulogic := '0';                                   -- strobe: a sample is requested from outside
     sample_period       : in    u_unsigned(31 downto 0);                             -- clocks
     angle_step          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                -- counts
     counts_per_rev      : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);       -- counts
@@ -94,14 +94,14 @@ entity sampler is
     further_positions    : in    std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0) := (others => '0'); -- counts, head 4, head 3
     further_flags        : in    std_ulogic_vector(7 downto 0) := (others => '0');                      -- levels, as flags 0 to 7
     reference_position   : in    u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');              -- counts from the index
-    reference_zero_moved : in    std_ulogic := '0';                                                     -- toggles with another zero
+    reference_zero_moved : in    std_ulogic := '0';                                                     -- toggles when the zero moves
     -- To and from the processor
     release_bank        : in    std_ulogic;                                          -- pulse: the READY bank is free again
     capture_ready       : out   std_ulogic;                                          -- pulse: a bank became READY
     capture_overrun     : out   std_ulogic;                                          -- pulse: a turn was dropped
     capture_busy        : out   std_ulogic;                                          -- level: a turn is being captured
-    bank_ready          : out   std_ulogic;                                          -- level: a bank is the processor's
-    ready_bank          : out   std_ulogic;                                          -- which one
+    bank_ready          : out   std_ulogic;                                          -- level: a bank belongs to the processor
+    ready_bank          : out   std_ulogic;                                          -- its number
     header_start_time   : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     header_sequence     : out   u_unsigned(31 downto 0);                             -- banks handed over before this one
     header_sample_count : out   u_unsigned(15 downto 0);                             -- sample pairs
@@ -111,9 +111,9 @@ entity sampler is
     fill_count          : out   u_unsigned(15 downto 0);                             -- sample pairs in the bank being filled
     trigger             : out   std_ulogic;                                          -- one clock after each sample's clock
     -- Read port, READY bank
-    read_enable         : in    std_ulogic;                                          -- start a read
+    read_enable         : in    std_ulogic;                                          -- starts a read
     read_address        : in    u_unsigned(14 downto 0);                             -- sample * 2 + head - 1
-    read_further        : in    std_ulogic := '0';                                   -- of heads 3 and 4
+    read_further        : in    std_ulogic := '0';                                   -- reads heads 3 and 4
     read_valid          : out   std_ulogic;                                          -- 4 clocks after read_enable
     read_data           : out   std_ulogic_vector(POSITION_WIDTH - 1 downto 0)       -- counts
   );
@@ -381,7 +381,7 @@ begin
         readable(0) := '1';
       end if;
 
-      -- If nothing is to be read, any address of the memory will do.
+      -- Without a read any valid address may be applied.
       memory_read_address <= (others => '0');
       is_inside           := is_at_most(sample, DEPTH - 1);
       if is_inside and ready_bank = '1' then

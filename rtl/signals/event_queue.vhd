@@ -36,7 +36,7 @@ entity event_queue is
     reset         : in    std_ulogic;
     probe         : in    std_ulogic;                                                   -- strobe
     compare       : in    std_ulogic;                                                   -- strobe
-    recorded      : in    std_ulogic_vector(1 downto 0);                                -- a bit a kind
+    recorded      : in    std_ulogic_vector(1 downto 0);                                -- one bit per kind
     position      : in    u_signed(POSITION_WIDTH - 1 downto 0);                        -- counts
     angle         : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                         -- counts
     timestamp     : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);                     -- clocks

@@ -2,8 +2,8 @@
 --
 -- # fault_outputs
 --
--- What the outside learns of a fault: the alarm pin, and the enable of the line drivers, which a fault can take away, so
--- that a drive sees a broken encoder in place of one that stands.
+-- Reports faults at two pins: the alarm, and the enable of the line drivers, which a fault can remove, so that a drive
+-- detects a broken encoder instead of one that stands still.
 --
 -- **Latency.** 1 clock; from `clear` to `driver_enable` 2 clocks.
 --
@@ -11,15 +11,15 @@
 --
 -- **Driver enable.** `driver_enable` is high while `enable` is, until a fault is `present` whose bit in `release_sources` is
 -- set. From then on it is low, and `released` high, until a low `enable`, or a `clear` (pulse) with no such fault `present` a
--- clock after it. So one pulse that clears the fault and the release is enough, a fault that stands keeps the drivers
--- released, and a fault that is over does not bring a moving encoder back by itself. `causes` are the faults that released
--- them, and those that came since; after a `clear` that was not enough, those that are still present.
+-- clock after it. So one pulse can clear both the fault and the release, a fault that persists keeps the drivers
+-- released, and the end of a fault alone does not enable the drivers again. `causes` are the faults that released them,
+-- and those that came since; after a `clear` that was not enough, those that are still present.
 --
--- **Reset** takes the alarm away, forgets the release, and leaves `driver_enable` as it is: a drive that watches its lines
--- does not trip by a reset of the core, in which A and B stand. `enable` falls with the reset. The hold ends, without a
--- gap, when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then `driver_enable` falls, so
--- that an output that nobody sets up again does not stay on the lines. Drivers that were released stay so until `enable` is
--- high. A reset within a hold does not make it longer.
+-- **Reset** clears the alarm and the release, and leaves `driver_enable` as it is: a drive that watches its lines does
+-- not trip by a reset of the core, in which A and B stand. `enable` falls with the reset. The hold ends, without a gap,
+-- when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then `driver_enable`
+-- falls, so that an output that nobody sets up again does not stay on the lines. Drivers that were released stay so
+-- until `enable` is high. A reset within a hold does not make it longer.
 
 library ieee;
   use ieee.std_logic_1164.all;

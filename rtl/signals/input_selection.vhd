@@ -2,8 +2,8 @@
 --
 -- # input_selection
 --
--- Adapts an encoder's signals to the decoder: inverts A, B or Z, and exchanges A and B, which turns the counting
--- direction round. One for each head.
+-- Adapts an encoder's signals to the decoder: inverts A, B or Z, and exchanges A and B, which reverses the counting
+-- direction. Each head has one instance.
 --
 -- **Latency.** None: one level of logic in front of the synchroniser. Each output depends on one pin at a time, so
 -- that a pin's edge makes one edge.

@@ -2,19 +2,20 @@
 --
 -- # position_compare
 --
--- Tells with a strobe when the corrected position reaches a given count, and each multiple of an interval from there: the
--- signal that fires a camera or a laser at even angles.
+-- Gives a strobe when the corrected position reaches a given count, and each multiple of an interval from there: a
+-- signal that triggers a camera or a laser at even angles.
 --
 -- **Latency.** 2 clocks from `position` to `strobe`.
 --
 -- **Number formats.** position, first s31.0 counts; interval u24.0 counts, 0: `first` alone. Differences hold across the
 -- wrap of the position as long as it is within 2**31 counts.
 --
--- **Arming.** `arm` (pulse) begins anew with `first` and `interval`. `first` is reached when the position comes to it, or passes it,
--- from the side on which it was at the arming; where it stood there, when it leaves it in either direction. From then on
--- the place reached last is left when the position is a whole interval away from it, in either direction: the next place is then
--- reached. So a position that trembles on a place gives one strobe. A position that jumps further gives a strobe every third clock until it
--- has caught up. `disarm` (pulse) ends it, also in the clock of an `arm`.
+-- **Arming.** `arm` (pulse) restarts with `first` and `interval`. `first` is reached when the position comes to it, or
+-- passes it, from the side on which it was at the arming; if the position stood at `first`, then when it leaves `first`
+-- in either direction. From then on the place reached last is left when the position is a whole interval away from it,
+-- in either direction: the next place is then reached. So a position that trembles on a place gives one strobe. A
+-- position that jumps further gives a strobe every third clock until it has caught up. `disarm` (pulse) ends it, also
+-- in the clock of an `arm`.
 --
 -- **Reset** disarms.
 
@@ -53,8 +54,8 @@ begin
     variable place    : count         := (others => '0'); -- the first place
     variable step     : count         := (others => '0');
     variable distance : count         := (others => '0');
-    variable below    : std_ulogic    := '0';             -- the side at the arming
-    variable stood    : std_ulogic    := '0';             -- at the place at the arming
+    variable below    : std_ulogic    := '0';             -- the position's side at the arming
+    variable stood    : std_ulogic    := '0';             -- at the arming the position was at the place
     variable is_there : std_ulogic;
     -- The next places upwards and downwards; the distances from them to the position, the lower one minus a count
     variable upper      : count       := (others => '0');
@@ -63,7 +64,7 @@ begin
     variable lower_then : count;
     variable from_upper : count       := (others => '0');
     variable from_lower : count       := (others => '0');
-    -- A place was reached one clock ago. For two clocks the distances still belong to the places before.
+    -- A place was reached one clock ago. For two clocks the distances still belong to the previous places.
     variable rose      : std_ulogic   := '0';
     variable fell      : std_ulogic   := '0';
     variable goes_up   : std_ulogic;

@@ -2,8 +2,7 @@
 --
 -- # position_latch
 --
--- Keeps the corrected position and angle, and the time, of a probe's edge: what a touch probe or a camera needs of
--- an encoder.
+-- Latches the corrected position, the angle and the time of a probe's edge, for a touch probe or a camera.
 --
 -- **Latency.** The values are those of the clock DELAY clocks after `strobe`. With the DELAY of the core they belong to
 -- the pins of head 1 at the probe's own edge, as far as both have the same input filter: the corrected position is
@@ -14,7 +13,7 @@
 --
 -- **Edges** may follow each other in any clock; each is latched, the last one is kept.
 --
--- **Reset** forgets edges that are under way, and the count.
+-- **Reset** drops edges in progress and clears the count.
 
 library ieee;
   use ieee.std_logic_1164.all;

@@ -2,13 +2,13 @@
 --
 -- # pulse_input
 --
--- Makes a strobe of each active edge of an asynchronous pin, such as a probe or a request for a sample.
+-- Gives a strobe for each active edge of an asynchronous pin, such as a probe or a request for a sample.
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 1 clocks from the pin's edge to `strobe`, 4 with the filter off.
 --
 -- **Number formats.** filter_length u8.0 clocks: a level is taken over after this number of equal samples, 1 is off.
 --
--- **Reset.** The level in the last clock of the reset makes no strobe.
+-- **Reset.** The level in the last clock of the reset gives no strobe.
 
 library ieee;
   use ieee.std_logic_1164.all;

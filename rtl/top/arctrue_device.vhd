@@ -2,16 +2,16 @@
 --
 -- # arctrue_device
 --
--- Processor side of a Zynq-7000, core and four LEDs, for two to four heads. The top levels give its ports to pins:
+-- Processor side of a Zynq-7000, core and four LEDs, for two to four heads. The top levels connect its ports to pins:
 -- arctrue_zynq_top for two heads, arctrue_zynq_heads_top for three and four, arctrue_zynq_differential_top for pairs.
--- Of the processor's side only its I2C controller has pins here, all others are the chip's own.
+-- On the processor side only the I2C controller has ports here; its other pins need none.
 --
 -- **Latency.** That of arctrue_core; no register stands between it and the pins.
 --
 -- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
 --
--- **Clock and reset** come from the processor, see zynq_processor. Until the firmware lets the reset go,
--- the outputs are low and the LEDs out.
+-- **Clock and reset** come from the processor, see zynq_processor. Until the firmware releases the reset, the outputs
+-- are low and the LEDs out.
 --
 -- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault while a head has an index error,
 -- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was
@@ -26,7 +26,7 @@ library ieee;
 entity arctrue_device is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     HEADS         : positive range 2 to HEADS_MAX := 2;
     MEAN          : boolean                       := false;                 -- the mean of two heads; with more heads always
@@ -36,7 +36,7 @@ entity arctrue_device is
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
   port (

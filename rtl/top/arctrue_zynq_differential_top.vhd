@@ -3,7 +3,7 @@
 -- # arctrue_zynq_differential_top
 --
 -- arctrue_zynq_top with the encoder signals as differential pairs of the chip (IBUFDS, OBUFDS). The chip's
--- pairs are LVDS_25 or TMDS_33, no RS-422: a board that uses them brings the levels there.
+-- pairs are LVDS_25 or TMDS_33, no RS-422: a board that uses them must convert the levels.
 --
 -- **Latency.** That of arctrue_zynq_top.
 --
@@ -17,7 +17,7 @@ library ieee;
 entity arctrue_zynq_differential_top is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples per bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
     MEAN          : boolean                       := false;                 -- correct the mean of both heads, not head 1 alone
     ROTATION      : string                        := "cordic";              -- or "table": how a lane finds its cosine
@@ -25,7 +25,7 @@ entity arctrue_zynq_differential_top is
     LOCAL_TABLE   : boolean                       := false;                 -- a table corrects what a sum of orders cannot hold
     REAL_ORDERS   : boolean                       := false;                 -- phases of lanes continue from turn to turn
     EVENTS        : boolean                       := false;                 -- events of probe and compare wait in a queue
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks that an LED is lit at least
     DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
   port (

@@ -5,7 +5,7 @@
 -- The whole chip as a table with four read heads: encoder_source on the board's own oscillator. The
 -- processor takes no part. For a second PYNQ-Z2 or Arty Z7-20 on the bench: docs/hardware.md.
 --
--- **Latency.** None to speak of: nothing comes in.
+-- **Latency.** None: there is no data input.
 --
 -- **Number formats.** None: edges.
 --
@@ -34,7 +34,7 @@ end entity encoder_source_heads_top;
 
 architecture rtl of encoder_source_heads_top is
 
-  -- Counts, 64.3 deg at 2**24 counts a turn. At these places any three heads are equally good (docs/heads.md).
+  -- Counts, 64.3 deg at 2**24 counts per turn. At these places any three heads are equally good (docs/heads.md).
   constant HEAD2_AHEAD : natural := 2996597;
 
   signal reset : std_ulogic;

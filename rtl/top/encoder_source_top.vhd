@@ -5,7 +5,7 @@
 -- The whole chip as a table with two read heads: encoder_source on the board's own oscillator. The
 -- processor takes no part. For a second PYNQ-Z2 or Arty Z7-20 on the bench: docs/hardware.md.
 --
--- **Latency.** None to speak of: nothing comes in.
+-- **Latency.** None: there is no data input.
 --
 -- **Number formats.** None: edges.
 --

@@ -2,11 +2,11 @@
 --
 -- # reset_release
 --
--- Makes the core's synchronous reset of the processor's, which comes at any time: it is brought
--- into the clock's domain, and let go CLOCKS clocks after it ended there.
+-- Generates the core's synchronous reset from the processor's reset, which comes at any time: synchronises it to the
+-- clock, and ends the core's reset CLOCKS clocks after it ended there.
 --
 -- **Latency.** `reset` rises 3 clocks after `asynchronous_reset_n` falls and falls 3 + CLOCKS clocks
--- after that rises; one clock more where the pin is caught late.
+-- after that rises; one clock more if the pin is sampled late.
 --
 -- **Number formats.** None: bits.
 --

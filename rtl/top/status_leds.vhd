@@ -5,8 +5,8 @@
 -- Four LEDs that a person can read: alive, capture, fault, compensation. A state of one clock is
 -- stretched so that a person sees it.
 --
--- **Latency.** A state shows at the next window boundary: windows are 2**HOLD_LOG2 clocks long. A
--- LED is lit for a whole window if its state was high in any clock of the previous window.
+-- **Latency.** A state shows at the next window boundary: windows are 2**HOLD_LOG2 clocks long. An LED is lit for a
+-- whole window if its state was high in any clock of the previous window.
 --
 -- **Number formats.** None: bits, high is lit.
 --

@@ -16,15 +16,15 @@
 -- **Interrupt.** `interrupt` is level sensitive and goes to IRQF2P(0), which is interrupt 61 of the
 -- generic interrupt controller. The other lines stay low.
 --
--- **I2C.** Controller 0 leaves by the fabric (EMIO). `scl_low` and `sda_low` ask for a wire to be pulled low; a wire
--- is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O. General-purpose pins 54 (SCL) and 55 (SDA)
--- are on the same wires: the firmware clocks a device free with them that holds SDA.
+-- **I2C.** Controller 0 leaves by the fabric (EMIO). `scl_low` and `sda_low` request that a wire is pulled low; a wire
+-- is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O. General-purpose pins 54 (SCL) and 55
+-- (SDA) are on the same wires: with them the firmware clocks a device that holds SDA until it releases the wire.
 --
 -- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way then: it
 -- gets no answer, and the processor would wait for ever. One that begins during the reset, or in the
 -- RESET_CLOCKS clocks after it, waits until the reset is over.
 --
--- **Write data** are taken in the order of their addresses; WID is not looked at.
+-- **Write data** are taken in the order of their addresses; WID is ignored.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -33,7 +33,7 @@ library ieee;
 
 entity zynq_processor is
   generic (
-    RESET_CLOCKS : positive range 1 to 65535 := 64 -- reset is held this long after the processor's
+    RESET_CLOCKS : positive range 1 to 65535 := 64 -- clocks of reset after the processor's reset
   );
   port (
     clock           : out   std_ulogic;
@@ -54,9 +54,8 @@ architecture rtl of zynq_processor is
 
   constant ID_WIDTH : positive := 12;
 
-  -- Primitives of the 7 series, named as the vendor's and the open tools' libraries name them. Inputs
-  -- that are not listed stay open, which both tie to 0.
-  -- vsg_off
+  -- Primitives of the 7 series, named as the vendor's and the open tools' libraries name them. Inputs that are not
+  -- listed stay open; both tools tie them to 0. vsg_off
   component PS7 is
     port (
       EMIOGPIOI       : in    std_ulogic_vector(63 downto 0);

@@ -36,7 +36,7 @@ architecture simulation of demo_harness is
 
 begin
 
-  -- 100 MHz, made here: Python need not wake for every edge.
+  -- The clock of 100 MHz is generated here, so that Python need not wake for every edge.
   clock <= not clock after 5 ns;
 
   player : entity work.edge_player

@@ -81,7 +81,7 @@ begin
       z                    => z,
       counts_per_rev       => counts_per_rev,
       filter_length        => filter_length,
-      -- An edge nearer than the sender promises sets overspeed.
+      -- An edge that is nearer than the output's minimum spacing sets overspeed.
       minimum_edge_spacing => minimum_spacing,
       timestamp            => to_unsigned(0, TIMESTAMP_WIDTH),
       clear                => '0',

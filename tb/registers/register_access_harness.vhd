@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
 -- register_access with the generated block, for simulation: the coefficient window and the offset are plain memory, the
--- capture window reads its own word index twice; all three answer after `memory_latency` clocks. A port a register is
--- put round it by scripts/register_words.py.
+-- capture window reads its own word index twice; all three answer after `memory_latency` clocks.
+-- scripts/register_words.py writes a wrapper with one port per register.
 
 library ieee;
   use ieee.std_logic_1164.all;

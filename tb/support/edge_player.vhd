@@ -8,7 +8,7 @@
 -- levels as one decimal number, pin 0 in bit 0. `sim/arctrue/table/pins.py` writes such files.
 --
 -- **Latency.** With `run` high from rising edge 1 on, a change of clock c leaves with rising edge c,
--- so what it drives sees it at edge c + 1.
+-- so a register that it drives samples it at edge c + 1.
 --
 -- `run` low halts the player where it is. `finished` rises with the last change.
 

@@ -60,7 +60,7 @@ begin
     assert status = open_ok
       report FILE_NAME & ": cannot be written"
       severity failure;
-    -- What a register hands out with edge 1 is seen at edge 2, so edge 1 counts as clock 0.
+    -- A value that a register outputs with edge 1 is recorded at edge 2, so edge 1 counts as clock 0.
     write_event(0);
     previous := levels;
     clocks   := 0;

@@ -42,7 +42,7 @@ entity arctrue_zynq_heads_harness is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic := '0';
     compare_out      : out   std_ulogic;
-    -- The I2C bus with its pull-ups: what the thermometer does, and the levels
+    -- I2C bus with its pull-ups: wires that the thermometer pulls low, and the levels
     thermometer_scl  : in    std_ulogic := '0'; -- 1 pulls low
     thermometer_sda  : in    std_ulogic := '0'; -- 1 pulls low
     scl              : out   std_ulogic;

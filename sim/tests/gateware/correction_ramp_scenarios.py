@@ -27,7 +27,7 @@ class RampScenario:
     inserted: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """Counts by which the reading jumps with a marker, (clocks,); empty for no jump."""
     ramp_acceleration: int = 0
-    """Acceleration in 2⁻⁵⁹ count a clock and clock; 0 for no bound."""
+    """Acceleration in 2⁻⁵⁹ count per clock²; 0 for no bound."""
 
     def __str__(self) -> str:
         return self.name
