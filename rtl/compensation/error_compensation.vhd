@@ -2,9 +2,9 @@
 --
 -- # error_compensation
 --
--- The compensated reading of equation (8), θ_com = R − ε(R), modulo the turn. Adds the pair sums
--- of the harmonics and the offset to ε, passes it through the correction_ramp (no step at a swap
--- or when `apply` changes) and subtracts it from the delayed reading.
+-- Computes the compensated reading of equation (8), θ_com = R − ε(R), modulo the turn. Adds the pair sums of the
+-- harmonics and the offset to ε, passes it through the correction_ramp (no step at a swap or when `apply` changes) and
+-- subtracts it from the delayed reading.
 --
 -- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two
 -- clocks of adder tree, the ramp, the subtraction with the turn's fold.

@@ -2,10 +2,10 @@
 --
 -- # table_conditions
 --
--- The conditions that multiply the amplitudes of lanes, with the window of registers that sets them: direction h (stop_operator),
--- speed over nominal speed (table_speed) and two words of the processor (slewed_word). It also counts the steps of the
--- sweep in which amplitude_sweep multiplies the amplitudes by them. One divider serves direction and speed, each in its
--- part of the sweep.
+-- Computes the conditions that multiply the amplitudes of lanes, and answers the window of registers that sets them:
+-- direction h (stop_operator), speed over nominal speed (table_speed) and two words of the processor (slewed_word). It
+-- also counts the steps of the sweep in which amplitude_sweep multiplies the amplitudes by them. One divider serves
+-- direction and speed, each in its part of the sweep.
 --
 -- **Unknown direction.** While the direction is not known h is 0. Once it is known, h moves towards it by `slew` per
 -- sweep, so that the output makes no step, and then follows it at once.

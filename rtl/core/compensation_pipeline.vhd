@@ -33,8 +33,8 @@
 -- **Referenced.** `referenced` says that the angle of its clock counts from an index mark. It travels with the
 -- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z of an angle without a zero.
 --
--- **Put back.** `position` contains `put_back` counts for those that head 1 lost. A change of `zero_moved` tells the
--- first angle from another zero; both travel with the angle, and what changed by it decays at the ramp rate.
+-- **Put back.** `position` contains `put_back` counts for those that head 1 lost. A change of `zero_moved` marks the
+-- first angle from another zero; both travel with the angle, and the change of the correction decays at the ramp rate.
 --
 -- **Mean.** With MEAN, angle and position are those of the carrier, and `mean_term`, `jumped` and `jump` of its reading
 -- come MEAN_LATENCY clocks after it (head_mean). `swap_comes` is high in the clock before the first angle of a new bank.

@@ -2,9 +2,9 @@
 --
 -- # fold_sequence
 --
--- The order of events in a folded pipeline: an angle is accepted every FOLD clocks, in slot 0, and
--- meets the blocks of lanes one after the other, in the slots 0 to FOLD - 1. With FOLD = 1 every clock
--- is slot 0 and every strobe is high.
+-- Controls the order of events in a folded pipeline: an angle is accepted every FOLD clocks, in slot 0, and meets the
+-- blocks of lanes one after the other, in the slots 0 to FOLD - 1. With FOLD = 1 every clock is slot 0 and every strobe
+-- is high.
 --
 -- **Latency.** All outputs belong to their own clock. `first_sums` and `last_sums` are those of the angle
 -- accepted SUMS_CLOCK, and SUMS_CLOCK + FOLD - 1, clocks before.

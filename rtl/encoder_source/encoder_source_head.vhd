@@ -2,9 +2,9 @@
 --
 -- # encoder_source_head
 --
--- One read head of encoder_source: the true angle grows by the same amount in every clock, and the
--- reading is R = θ + ε(θ), equation (2), with an order 1 and an order 2. The compensation pipeline subtracts the error
--- that its coefficients describe; here that is -ε.
+-- Generates one read head of encoder_source: the true angle grows by the same amount in every clock, and the reading is
+-- R = θ + ε(θ), equation (2), with an order 1 and an order 2. The compensation pipeline subtracts the error that its
+-- coefficients describe; here that is -ε.
 --
 -- **Latency.** 35 clocks from the true angle to the edge.
 --

@@ -2,9 +2,10 @@
 --
 -- # local_table
 --
--- A correction that a sum of orders cannot hold: 4,096 points over the turn, or over one, two or four windows of 1/2 to 1/64 of
--- it, with straight lines between them. Outside of every window the value is 0. Two banks hold points and place; `bank` travels with the
--- angle, so that each angle meets one bank in all of its stages. The register map fixes the formats.
+-- Computes a correction that a sum of orders cannot describe, from 4,096 points over the turn, or over one, two or four
+-- windows of 1/2 to 1/64 of the turn, with straight lines between the points. Outside of every window the value is 0.
+-- Two banks hold points and place; `bank` travels with the angle, so that each angle meets one bank in all of its
+-- stages. The register map fixes the formats.
 --
 -- **Latency.** LOCAL_TABLE_LATENCY = 17 clocks from `angle` and `bank` to `value`, one angle per clock: 4 to the window, 5 to the
 -- place in it (phase_lane), 3 for the points, 5 for the line.

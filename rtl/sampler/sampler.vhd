@@ -205,10 +205,11 @@ begin
     variable filling_bank  : std_ulogic := '0';
     variable samples       : u_unsigned(14 downto 0) := (others => '0');
     variable first_before  : std_ulogic := '1';                                      -- `first`, one clock ago
-    -- For the next clock: turn_above and turn_below have belonged to this turn for a clock; the next sample fills the bank
+    -- Values for the next clock: turn_above and turn_below have belonged to this turn for a clock; the next sample
+    -- fills the bank
     variable was_judged    : std_ulogic := '0';
     variable is_last       : std_ulogic := '0';
-    variable is_before     : std_ulogic; -- so does the one after it
+    variable is_before     : std_ulogic; -- the sample after the next fills the bank
     variable start_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
     variable flags         : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
     variable closed        : std_ulogic;

@@ -14,8 +14,9 @@
 -- both kinds; number, lost u16.0, both wrap.
 --
 -- **Events.** `kind` bit 0: an edge of the probe; bit 1: a pulse of the compare; both: they have the same time. 0: the queue is
--- empty and the other fields mean nothing. `recorded` selects the kinds that enter. Each event increases the number by 1,
--- also one that finds the queue full: that event is lost, and `lost` counts it. So a gap in the numbers shows where events are missing.
+-- empty and the other fields are meaningless. `recorded` selects the kinds that enter. Each event increases the number
+-- by 1, also one that finds the queue full: that event is lost, and `lost` counts it. So a gap in the numbers shows
+-- where events are missing.
 --
 -- **Reset** empties the queue and clears both counts. It must last DELAY and COMPARE_DELAY clocks to forget events under way.
 

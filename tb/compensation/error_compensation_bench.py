@@ -135,8 +135,8 @@ async def random_input(dut: Any, counts_per_rev: int) -> None:
 @cocotb.test()
 @cocotb.parametrize(sign=[1, -1])
 async def extremes(dut: Any, sign: int) -> None:
-    """Every term is at the end of its format; readings at both ends of the turn, position
-    wrapping."""
+    """Terms are at the ends of their formats, readings at both ends of the turn; the position
+    wraps."""
     counts_per_rev = 2**24
     model = await compare(
         dut,

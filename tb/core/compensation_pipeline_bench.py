@@ -434,7 +434,7 @@ async def reset_under_load(dut: Any) -> None:
     for _ in range(1000):
         await RisingEdge(dut.clock)
         corrections.append(dut.correction.value.to_signed())
-    # Two clocks after the reset, the total that was on its way out has left.
+    # Two clocks after the reset, the pipeline has output the totals that it still held.
     rising = np.array(corrections[1:])
     assert rising[0] == 0
     assert np.all(np.diff(rising) >= 0)

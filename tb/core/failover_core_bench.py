@@ -1,7 +1,8 @@
 """cocotb tests of the core with FAILOVER: each way in which a head fails, and its return.
 
 Each test is a row of the table in docs/heads.md: what detects the fault, within which time, and the
-error of the output until then. No clock may see a step, and the set without the head is right.
+error of the output until then. The output makes no step in any clock, and the set without the head
+is right.
 """
 
 from __future__ import annotations

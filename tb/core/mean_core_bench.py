@@ -264,7 +264,7 @@ async def the_mean_is_blind_to_the_axis(dut: Any) -> None:
 
 @cocotb.test(skip=HEADS < 4)
 async def three_heads_go_on_without_the_first(dut: Any) -> None:
-    """The carrier's pins stand; the set without head 1 is right, and no clock saw a step."""
+    """The carrier's pins stop; the set without head 1 is right, and no clock has a step."""
     machine = await prepared(dut)
     names = machine.registers
     cocotb.start_soon(machine.run())

@@ -1,4 +1,4 @@
-"""Make a netlist with random initial registers, as a chip may have that is not loaded."""
+"""Make a netlist with random initial registers, as in a chip that loads no initial values."""
 
 from __future__ import annotations
 

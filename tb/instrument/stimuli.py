@@ -337,7 +337,8 @@ def real_order_coefficient_memory(random: np.random.Generator) -> Stimulus:
 
 
 def table_conditions(random: np.random.Generator) -> Stimulus:
-    """Return a table to and fro; the registers are written at first, and now and then."""
+    """Return a table that moves to and fro, and writes of registers: at the start, and now and
+    then."""
     clocks = 24_000
     place = np.cumsum(held(random.integers(-1, 2, clocks // 800).tolist(), 800))
     place = place // 3

@@ -85,7 +85,8 @@ async def flags_from_before_watching_fail_no_head(dut: Any) -> None:
 
 @cocotb.test()
 async def missing_edges_equal_the_model(dut: Any) -> None:
-    """Heads that move together, one that stands, and a table that trembles give the same clock."""
+    """Entity and model find a standing head in the same clock, and none while the table
+    trembles."""
     rng = np.random.default_rng(HEADS)
     await start(dut)
     limit = 48

@@ -76,7 +76,8 @@ async def tremble_on_the_wrap(dut: Any) -> None:
 
 @cocotb.test()
 async def jumps_take_the_shorter_way(dut: Any) -> None:
-    """The zero moves, so that the angle jumps anywhere; half a turn, to the count, is no wrap."""
+    """The zero moves, so that the angle jumps anywhere; a jump of exactly half a turn is no
+    wrap."""
     rng = np.random.default_rng(3)
     angles = rng.integers(0, COUNTS_PER_REV, 2000)
     half = COUNTS_PER_REV // 2

@@ -42,7 +42,7 @@ CASES = {
 
 
 def motion(case: LoopBack, seed: int) -> NDArray[np.int64]:
-    """Return a random motion with long ways, reversals on every count, standstills, and a final
+    """Return a random motion with long travels, reversals on every count, standstills, and a final
     rest."""
     random = np.random.default_rng(seed)
     counts = np.zeros(case.clocks, dtype=np.int64)

@@ -48,7 +48,7 @@ async def all_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
         edges = all_edges[TAKEN_OVER:]
         clocks = np.array([clock for clock, _, _ in edges])
         for (_, before, level_before), (_, name, level) in pairwise(edges):
-            # Never both at once, and forward: after an edge of A the levels differ.
+            # A and B never change together, and turn forward: after an edge of A they differ.
             assert name != before
             assert (level != level_before) == (name == "a")
         expected = COUNTS_A_CLOCK * (clocks[-1] - clocks[0])

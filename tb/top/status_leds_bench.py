@@ -41,7 +41,7 @@ async def a_window_shows_what_the_one_before_saw(dut: Any) -> None:
         seen = [0, 0, 0]
         for clock in range(WINDOW):
             for place, name in enumerate(STATES):
-                # Mostly short: about one event in two windows, of one clock or some.
+                # Mostly short events of one or some clocks: about one in two windows.
                 levels[place] = int(chance.random() < (0.5 if levels[place] else 0.06))
                 getattr(dut, name).value = levels[place]
                 seen[place] += levels[place]

@@ -68,7 +68,7 @@ def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) 
 
 
 def test_swaps_in_the_ramp(scene: Scene) -> None:
-    """150 swaps alternate between all and nothing; no ramp reaches its end."""
+    """150 swaps alternate between all lanes and none; no ramp reaches its end."""
     good = scene.coefficients
     instrument = scene.instrument
     for number in range(150):
@@ -79,7 +79,7 @@ def test_swaps_in_the_ramp(scene: Scene) -> None:
     hammered = scene.compare()
     assert hammered.illegal == 0
     assert not scene.faults()
-    # The correction stays between nothing and all.
+    # The correction stays between 0 and the full one.
     assert hammered.worse < scene.clean_bound + scene.ramp_lag
     assert instrument.read("status.ramp_busy") == 0
     scene.recovers()

@@ -138,7 +138,8 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
 
 
 def test_a_command_that_comes_before_the_sleep_is_heard(tmp_path: Path) -> None:
-    """Its interrupt is taken before the processor sleeps, and no other event would wake it."""
+    """The command's interrupt comes before the processor sleeps, and no other event would wake
+    it."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")

@@ -118,7 +118,7 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
     # A step down passes the upper end of the count that it comes to.
     level = np.where(step < 0, np.cumsum(step) + 1, np.cumsum(step))[step != 0]
     assert np.array_equal(np.diff(recording.output.position), np.diff(level))
-    # The reading's own error, exactly known; an edge is seen up to a clock late, ½ on the mean.
+    # The reading's error is known exactly; an edge is recorded up to a clock late, ½ on average.
     angle = recording.head1.true_angle_rad
     state = motion.state(np.clip((recording.head1.clock - begin) / CLOCK_HZ, 0, motion.duration_s))
     assert np.max(np.abs(np.diff(recording.head1.position))) <= 1
