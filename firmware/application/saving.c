@@ -23,8 +23,8 @@ void saving_recover(struct application *application) {
     }
 }
 
-/* Takes the calibration's lanes that are active, or were before the core began anew, and the loaded set, even if no
-   turn has judged it again yet. */
+/* Takes the calibration's lanes that are active, or were before the core restarted, and the loaded set, even if no turn
+   has judged it again yet. */
 static void saving_take_known(const struct application *application, struct saved *saved) {
     const struct load *load = &application->load;
     bool waits = application->saved_state == SAVED_WAITING;

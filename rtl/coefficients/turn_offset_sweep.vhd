@@ -318,7 +318,7 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- In the last clock of an item, the words that were asked for are there.
+      -- In the last clock of an item, the requested words are there.
       copied      <= copying and (now.bank xor idle_bank) when now.part = PARTS - 1 and now.which = 0 else
                      '0';
       copied_lane <= to_unsigned(now.lane, 6);

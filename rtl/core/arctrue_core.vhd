@@ -17,8 +17,8 @@
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.
 --
--- **Rotation.** ROTATION says how a lane finds its cosine: `cordic`, as in the paper, or `table` (table_rotation), in fewer
--- look-up tables. Latency and formats are the same. The register `capability` shows it.
+-- **Rotation.** ROTATION selects how a lane computes its cosine: `cordic`, as in the paper, or `table`
+-- (table_rotation), in fewer look-up tables. Latency and formats are the same. The register `capability` shows it.
 --
 -- **Modulators.** With MODULATORS amplitudes of lanes follow the direction of motion, the speed or a word of the processor
 -- (table_conditions); the pipeline is as long. The register `capability` shows it.
@@ -96,7 +96,7 @@ entity arctrue_core is
     out_z           : out   std_ulogic;
     driver_enable   : out   std_ulogic;                     -- enables the line drivers of A, B and Z
     alarm           : out   std_ulogic;                     -- a selected fault is present
-    -- Instruments beside the table
+    -- External instruments
     sync_in         : in    std_ulogic := '0';              -- asynchronous: an edge asks for a sample
     trigger_out     : out   std_ulogic;                     -- a pulse with each sample
     probe_in        : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
@@ -1000,7 +1000,7 @@ begin
       alarm           => alarm
     );
 
-  -- Instruments beside the table ---------------------------------------------------------------
+  -- External instruments ---------------------------------------------------------------
 
   sync_input : entity work.pulse_input
     port map (

@@ -30,8 +30,8 @@
 -- as 0; a change of it starts the ramp, so neither switching on nor off steps the output. A swap
 -- starts the ramp too.
 --
--- **Referenced.** `referenced` says that the angle of its clock counts from an index mark. It travels with the
--- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z of an angle without a zero.
+-- **Referenced.** `referenced` states that the angle of its clock counts from an index mark. It travels with the angle
+-- and leaves as `corrected_referenced`, so that quadrature_output gives no Z of an angle without a zero.
 --
 -- **Put back.** `position` contains `put_back` counts for those that head 1 lost. A change of `zero_moved` marks the
 -- first angle from another zero; both travel with the angle, and the change of the correction decays at the ramp rate.

@@ -8,7 +8,7 @@
 -- **Failure.** While `failover.enable` is set, the active words use all heads and none is left out, the set without the
 -- first head that fails is loaded; failures of other heads are then ignored, because only sets with one missing head
 -- are prepared. With the first angle of the new set the head is left out and its index forgotten (`rearm_heads`), so
--- that its next index defines its zero anew.
+-- that its next index defines its zero again.
 --
 -- **Return.** A head that is left out comes back after that index, on request (`heads_command.come_back`) or once
 -- `failover.return_after` is over: the set of all heads is loaded. A dead head shows no index and stays out.

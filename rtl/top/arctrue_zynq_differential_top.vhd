@@ -50,7 +50,7 @@ entity arctrue_zynq_differential_top is
     out_b_n          : out   std_ulogic;
     out_z_p          : out   std_ulogic;
     out_z_n          : out   std_ulogic;
-    -- Single ended: line drivers of A, B and Z; instruments beside the table
+    -- Single ended: line drivers of A, B and Z; external instruments
     driver_enable    : out   std_ulogic;
     alarm            : out   std_ulogic;
     sync_in          : in    std_ulogic; -- asynchronous

@@ -41,7 +41,7 @@ entity arctrue_zynq_top is
     out_a            : out   std_ulogic;
     out_b            : out   std_ulogic;
     out_z            : out   std_ulogic;
-    -- Line drivers of A, B and Z; instruments beside the table
+    -- Line drivers of A, B and Z; external instruments
     driver_enable    : out   std_ulogic;
     alarm            : out   std_ulogic;
     sync_in          : in    std_ulogic; -- asynchronous

@@ -116,7 +116,7 @@ async def scratches_are_taken_away(dut: Any) -> None:
 
 @cocotb.test()
 async def words_of_the_table(dut: Any) -> None:
-    """Every word reads back; parts of a word and addresses beyond are refused."""
+    """Every word reads back; writes of parts of a word and addresses beyond are refused."""
     machine = await prepared(dut)
     bus = machine.bus
     first, place = registers.LOCAL_POINTS_ADDRESS, registers.LOCAL_PLACE_CHOICE_ADDRESS

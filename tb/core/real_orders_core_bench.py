@@ -142,7 +142,7 @@ async def rearm_keeps_the_turn(dut: Any) -> None:
 
 @cocotb.test()
 async def words_of_turn_steps(dut: Any) -> None:
-    """Words read back; other lanes, parts of a word and writes of the turn number are refused."""
+    """Words read back; other lanes, partial writes and writes of the turn number are refused."""
     machine = await prepared(dut)
     bus = machine.bus
     first = registers.TURN_STEPS_ADDRESS

@@ -300,7 +300,7 @@ async def run(machine: Machine, bursts: list[Burst]) -> None:
 
 @cocotb.test()
 async def every_kind_size_and_length(dut: Any) -> None:
-    """All sizes, kinds and lengths run, at an odd start where one is allowed."""
+    """Bursts of all sizes, kinds and lengths run, with unaligned starts where these are allowed."""
     await start(dut)
     chance = random.Random(1)
     for kind in (FIXED, INCR, WRAP):

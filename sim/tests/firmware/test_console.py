@@ -370,7 +370,7 @@ class Room:
 
 
 def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) -> None:
-    """No line waits or is cut, and its alarms come with the next line."""
+    """No line waits or is cut; the alarms of an omitted line come with the next one."""
     running.send("telemetry on")
     running.send("set alarm_noise_arcsec 0.000001")
     running.core.hand_over(turn(seed=1))
@@ -391,7 +391,8 @@ def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) 
 
 
 def test_the_longest_line_of_telemetry_has_room_in_the_ring(running: Firmware) -> None:
-    """Every number has its greatest length, with every alarm; a longer line would never be sent."""
+    """Every number has its greatest length and every alarm is on; a longer line would never be
+    sent."""
     ffi, library = firmware()
     running.core.hand_over(turn(seed=1))
     running.step(4)

@@ -101,8 +101,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
 )
 @pytest.mark.parametrize("turns_before", [0, 2])
 def test_a_file_with_one_wrong_order_is_refused(wrong: dict[str, float], turns_before: int) -> None:
-    """This holds before the first turn too, where the uncorrected order 1 is twenty times as
-    large."""
+    """The file is refused before the first turn too, when order 1 is twenty times as large,
+    uncorrected."""
     made = started()
     for seed in range(turns_before):
         made.turn(turn(100 + seed))

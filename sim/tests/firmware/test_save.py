@@ -126,8 +126,7 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
 
 
 def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
-    """Their words and those of the window return with the first turn that confirms the other
-    lanes."""
+    """Words of lanes and window return with the first turn that confirms the other lanes."""
     board = Board()
     with_modulators(board.firmware)
     board.firmware.send("set orders 8")

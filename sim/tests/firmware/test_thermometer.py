@@ -101,8 +101,8 @@ def test_a_bus_that_is_stuck_is_given_up() -> None:
 @pytest.mark.parametrize("clocks", range(1, 10))
 @pytest.mark.parametrize(("made", "address"), [(Adt7420, "48"), (Tmp117, "49")])
 def test_a_device_that_holds_sda_is_brought_back(clocks: int, made: Any, address: str) -> None:
-    """It was sending a byte when the master stopped: up to nine clocks and a STOP make it
-    listen."""
+    """The device was sending a byte when the master stopped: up to nine clocks and a STOP free the
+    bus."""
     model = I2cModel(**{f"at_{address}": made(21.5)})
     thermometer = found(model)
     for _ in range(3):

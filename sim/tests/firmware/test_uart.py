@@ -228,7 +228,7 @@ def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
 @pytest.mark.parametrize("first", range(1, 12))
 @pytest.mark.parametrize("apart", [1, 2, 3])
 def test_a_character_that_comes_at_any_moment_is_heard(uart: Uart, first: int, apart: int) -> None:
-    """This includes a character between the handler's last read and its end."""
+    """A character is received even between the handler's last read and its end."""
     uart.arrive(ord("a"))
     uart.arrivals = {uart.reads + first: ord("b"), uart.reads + first + apart: ord("c")}
     for _ in range(30):

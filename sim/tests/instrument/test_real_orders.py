@@ -120,7 +120,7 @@ def test_lines_are_gone_after_some_turns_and_backwards(built: Instrument) -> Non
 
 @pytest.mark.large
 def test_lines_are_gone_after_a_thousand_turns(built: Instrument) -> None:
-    """There is no drift: a thousand turns later it is as good as after a few, and a thousand
-    back."""
+    """Nothing drifts: a thousand turns later, and back again, the lines are as small as after a
+    few."""
     for found in run(built, bank(on=True), 1000, 1000):
         assert found.max() < 0.5, found
