@@ -1,4 +1,4 @@
-"""Which samples of a capture can be used, and why not."""
+"""Checks which samples of a capture can be used, and states why the others cannot."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ CLOCK_HZ_DEFAULT = 100e6
 class CaptureRefusedError(Exception):
     """A capture that cannot be used; the last good coefficients stay.
 
-    ``run``: as in the file; ``sample``: 0, 1, … within the run; None where there is none.
+    ``run``: as in the file; ``sample``: 0, 1, … within the run; each is None where it does not
+    apply.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class WholeTurns:
     step_counts: float
     """Median step of head 1, with sign."""
     masked: int = 0
-    """Samples between the first and the last that the set says not to use."""
+    """Number of samples between the first and the last that the set masks."""
     further_counts: tuple[NDArray[np.int64], ...] = ()
     """Counts of heads 3 and 4, if present, each of shape (samples,)."""
 
@@ -202,7 +203,7 @@ def _check_steps(
     faults = []
     for number, (head, median) in enumerate(zip(heads, medians, strict=True), start=1):
         steps = np.diff(head)
-        # A step of few counts differs by one through rounding alone.
+        # Rounding alone changes a step of few counts by one.
         allowed = max(STEP_TOLERANCE * abs(median), 1.0)
         bad = np.flatnonzero(np.abs(steps - median * gaps) > allowed * gaps)
         if median == 0.0:

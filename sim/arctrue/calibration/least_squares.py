@@ -31,13 +31,13 @@ Float = NDArray[np.float64]
 
 ROUNDS_MOST = 10
 CONVERGED_ARCSEC = 1e-4
-"""What a further round would still change of ε, at most."""
+"""Largest change of ε in a round at which the iteration ends."""
 _BLOCK = 1 << 15
 
 
 @dataclass(frozen=True)
 class _Normal:
-    """XᵀX, Xᵀy, yᵀy of one run; the last column is the run's constant."""
+    """XᵀX, Xᵀy and yᵀy of one run; the last column is the run's constant."""
 
     matrix: Float
     right: Float
@@ -91,12 +91,12 @@ def least_squares(
     unit = arcsec_per_count(counts_per_rev)
     turn_arcsec = unit * counts_per_rev
     nominal = nominal_separation_rad * ARCSEC_PER_RAD
-    # Whole turns between the heads' counters mean nothing.
+    # Whole turns between the heads' counters have no meaning.
     whole = [
         round((float(np.mean(p.head2_counts - p.head1_counts)) * unit - nominal) / turn_arcsec)
         for p in turns
     ]
-    # An order that either α hides would make the matrix singular.
+    # An order that one of the two values of α hides would make the matrix singular.
     raw_rad = float(np.mean(turns[0].head2_counts - turns[0].head1_counts)) * unit / ARCSEC_PER_RAD
     hidden = ~np.isfinite(noise_gain(orders, nominal_separation_rad))
     seen = orders[~hidden & np.isfinite(noise_gain(orders, raw_rad))]
@@ -178,7 +178,8 @@ def _design(
     orders: NDArray[np.int64],
     shift_arcsec: float,
 ) -> Float:
-    """Columns cos nR₂ − cos nR₁ of all orders, then the sines, then 1: (n, 2·orders + 1)."""
+    """Return the columns cos nR₂ − cos nR₁ of all orders, then the sines, then 1: (n, 2·orders +
+    1)."""
     turned = np.exp(-1j * shift_arcsec / ARCSEC_PER_RAD)
     difference = powers(unit_vectors(head2, counts_per_rev) * turned, orders)
     difference -= powers(unit_vectors(head1, counts_per_rev), orders)
@@ -227,13 +228,13 @@ def _residual(
 
 
 def _square_left(normal: _Normal, x: Float) -> float:
-    """|y − Xx|² of a run."""
+    """Return |y − Xx|² of a run."""
     left = normal.square - 2.0 * x @ normal.right + x @ normal.matrix @ x
     return max(float(left), 0.0)
 
 
 def _noise(normal: _Normal, own: Float) -> float:
-    """Standard deviation of the noise of a run, from what its own values leave."""
+    """Return the standard deviation of a run's noise, from the residual with its own values."""
     free = max(normal.samples - own.size, 1)
     # A residual of exactly zero must not divide by zero.
     return float(np.sqrt(max(_square_left(normal, own) / free, 1e-18)))
@@ -246,12 +247,12 @@ def _solve(matrix: Float, right: Float) -> Float:
 
 
 def _solve_one(normal: _Normal) -> Float:
-    """What one run says alone, its constant last."""
+    """Solve one run alone; its constant is the last value."""
     return _solve(normal.matrix, normal.right)
 
 
 def _solve_together(normals: Sequence[_Normal], sigmas: Sequence[float]) -> tuple[Float, Float]:
-    """Harmonics (2·orders,) common to all runs and a constant for each, arcseconds."""
+    """Solve for the runs' common harmonics (2·orders,) and a constant for each run, arcseconds."""
     runs = len(normals)
     shared = normals[0].right.size - 1
     matrix, right = np.zeros((shared + runs,) * 2), np.zeros(shared + runs)
@@ -264,6 +265,6 @@ def _solve_together(normals: Sequence[_Normal], sigmas: Sequence[float]) -> tupl
 
 
 def _without_constant(normal: _Normal) -> Float:
-    """XᵀX of the harmonics with the run's constant free: its Schur complement."""
+    """Return XᵀX of the harmonics with the run's constant free: its Schur complement."""
     last = normal.matrix[:-1, -1]
     return np.asarray(normal.matrix[:-1, :-1] - np.outer(last, last) / normal.matrix[-1, -1])
