@@ -88,7 +88,7 @@ class Calibration:
     objections : tuple of str
         Why these coefficients should not be written, one sentence each.
     warnings : tuple of str
-        What a person should know, one sentence each.
+        Warnings for the user, one sentence each.
     """
 
     estimate: Estimate

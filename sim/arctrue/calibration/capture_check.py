@@ -100,25 +100,25 @@ def whole_turns(
     Parameters
     ----------
     capture : Capture
-        Of a measurement set.
+        The capture of a measurement set.
     counts_per_rev : int
         Counts of one turn.
     runs : sequence of int, optional
-        Which runs; without it those at the lowest speed.
+        Numbers of the runs; default: those at the lowest speed.
     most_order : int, optional
-        Highest order that the samples have to show.
+        Highest order that the samples must resolve.
 
     Returns
     -------
     list of WholeTurns
-        One of each run.
+        One entry for each run.
 
     Raises
     ------
     CaptureRefusedError
-        With the first fault found.
+        A sample cannot be used; the error states the first fault.
     ValueError
-        A run is not there.
+        The capture lacks a run of ``runs``.
     """
     if capture.run.size == 0:
         raise CaptureRefusedError("empty", "it has no samples")

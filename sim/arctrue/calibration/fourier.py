@@ -39,7 +39,7 @@ def fourier(
     Parameters
     ----------
     turns : sequence of WholeTurns
-        Of the runs.
+        Samples of the runs.
     counts_per_rev : int
         Counts of one turn.
     nominal_separation_rad : float
@@ -47,10 +47,11 @@ def fourier(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Which α head 2's zero is set by; without it the measured one, where the index is to be
-        believed; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured one, if the index is
+        plausible; ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
-        Standard uncertainty of how far apart the heads detect the index mark, arcseconds.
+        Standard uncertainty of the distance between the places where the heads detect the index
+        mark, arcseconds.
     index_repeatability_counts : float, optional
         Standard deviation of one head's index from run to run, counts.
     by_harmonics : Separation, optional
@@ -59,9 +60,9 @@ def fourier(
     Returns
     -------
     estimate : Estimate
-        Of every order, with its covariance.
+        The error with every order and its covariance.
     warnings : list of str
-        What a person should know, one sentence each.
+        Warnings for the user, one sentence each.
 
     Raises
     ------

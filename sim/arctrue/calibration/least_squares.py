@@ -58,12 +58,12 @@ def least_squares(
 ) -> tuple[Estimate, list[str]]:
     """Fit ε as a function of the reading to all turns together.
 
-    Runs are weighted by the noise that each leaves.
+    Runs are weighted by the noise of their residuals.
 
     Parameters
     ----------
     turns : sequence of WholeTurns
-        Of the runs.
+        Samples of the runs.
     counts_per_rev : int
         Counts of one turn.
     nominal_separation_rad : float
@@ -71,10 +71,11 @@ def least_squares(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Which α head 2's zero is set by; without it the measured one, where the index is to be
-        believed; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured one, if the index is
+        plausible; ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
-        Standard uncertainty of how far apart the heads detect the index mark, arcseconds.
+        Standard uncertainty of the distance between the places where the heads detect the index
+        mark, arcseconds.
     index_repeatability_counts : float, optional
         Standard deviation of one head's index from run to run, counts.
     by_harmonics : Separation, optional
@@ -83,9 +84,9 @@ def least_squares(
     Returns
     -------
     estimate : Estimate
-        Of every order, with its covariance.
+        The error with every order and its covariance.
     warnings : list of str
-        What a person should know, one sentence each.
+        Warnings for the user, one sentence each.
     """
     orders = np.asarray(orders, dtype=np.int64)
     unit = arcsec_per_count(counts_per_rev)

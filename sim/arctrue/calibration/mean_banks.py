@@ -87,7 +87,7 @@ def mean_lanes(
     lanes: int = LANES_DEFAULT,
     least_arcsec: float = 0.0,
 ) -> Coefficients:
-    """Return the largest ``lanes`` orders of E as a function of r_s, above ``least_arcsec`` only."""
+    """Return the largest ``lanes`` orders of E as a function of r_s, above ``least_arcsec``."""
     most = int(disc.orders.max(initial=1))
     number = 1 << max(10, int(np.ceil(np.log2(8 * most))))
     reading: Float = np.arange(number) * np.float64(2.0 * np.pi / number)
