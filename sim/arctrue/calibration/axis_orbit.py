@@ -71,7 +71,7 @@ def axis_orbit(
         reading = counts * unit - disc.offsets_rad[head]
         error = disc.under_head(head, reading + places[head]) * RAD_PER_ARCSEC
         rows.append(reading - error)
-    # Readings of a head may count whole turns of their own.
+    # The readings of each head may contain another number of whole turns.
     readings = np.array(rows)
     whole = np.rint((readings - readings[0]).mean(axis=1) / (2.0 * np.pi))
     readings -= 2.0 * np.pi * whole[:, np.newaxis]

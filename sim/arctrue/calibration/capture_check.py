@@ -141,7 +141,7 @@ def _lowest_speed(capture: Capture, slices: dict[int, slice]) -> list[int]:
     for run, rows in slices.items():
         steps = np.abs(np.diff(capture.head1_counts[rows]))
         times = np.diff(capture.time_s[rows])
-        # Without a step there is no speed; the check of the run says so.
+        # Without a step there is no speed; the check of the run reports this.
         speeds[run] = (
             float(np.median(steps)) / max(float(np.median(times)), 1e-12) if steps.size else 0.0
         )
@@ -198,7 +198,11 @@ def _check_steps(
     medians: list[float],
     counts_per_rev: int,
 ) -> None:
-    """``kept``: place of every sample in the run; masked ones between them are whole steps."""
+    """Refuse a run with a step that is not plausible.
+
+    ``kept``: place of every sample in the run; between two places, each masked sample counts as a
+    step.
+    """
     gaps = np.diff(kept)
     faults = []
     for number, (head, median) in enumerate(zip(heads, medians, strict=True), start=1):
@@ -259,8 +263,8 @@ def _check_speed(
     times = np.diff(capture.time_s[rows])
     clock_hz = capture.clock_hz or CLOCK_HZ_DEFAULT
     steps = np.abs(np.diff(capture.head1_counts[rows]))
-    # An edge a clock is the most that the decoder counts. Times are written to a microsecond, so
-    # a single interval can be off by one.
+    # The decoder counts one edge per clock at most. Times are written to a microsecond, so that a
+    # single interval can be wrong by one.
     fast = np.flatnonzero(steps > clock_hz * (times + 1e-6))
     if fast.size:
         index = int(fast[0])

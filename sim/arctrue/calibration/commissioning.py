@@ -176,7 +176,7 @@ class Skew:
 
     @property
     def head_delays(self) -> int:
-        """The value of the device's parameter: one byte a head, head 1 in the lowest."""
+        """The value of the device's parameter: one byte per head, head 1 in the lowest."""
         return sum(clocks << 8 * head for head, clocks in enumerate(self.delays_clocks))
 
 

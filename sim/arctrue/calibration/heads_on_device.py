@@ -132,7 +132,7 @@ class _Fit:
         if self.heads == 4:
             return parity_weights(self.offsets + self.late, self.ratios)[None, :]
         if self.heads == 3:
-            # Each head against the mean of those before it, for a power of the first row alone.
+            # Each head minus the mean of those before it; only the first row gives a spectrum.
             return np.array([[-1.0, 1.0, 0.0], [-1.0, -1.0, 2.0]]) / np.sqrt([[2.0], [6.0]])
         return np.asarray(np.array([[-1.0, 1.0]]) / np.sqrt(2.0))
 
@@ -280,7 +280,7 @@ def heads_on_device(
         design, _ = fit.places_equations(power)
         norms = np.linalg.norm(design, axis=0)
         of_places = np.linalg.inv((design / norms).T @ (design / norms)) / np.outer(norms, norms)
-        # As in the firmware: the noise of all orders, calculated again for order 1.
+        # As in the firmware: order 1 has the noise of all orders, without their colour.
         variances[:, 0] = np.diag(of_places)[:2]
         covariances[0] = of_places[0, 1]
         further = fit.heads - 1

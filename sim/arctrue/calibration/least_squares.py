@@ -1,14 +1,14 @@
-"""The error function by least squares at the angles really read.
+"""Fits the error function by least squares at the measured readings.
 
 With g(R) = ε(θ) as a function of the *reading*, each head gives the disc angle under it without
 approximation: θ = R₁ − g(R₁) and θ + α = R₂ − g(R₂). The difference is
 
     R₂ − R₁ = α + g(R₂) − g(R₁),
 
-linear in the harmonics of g and in α, exact for any steps, speed and number of samples; and
-g(R₁) is what the gateware has to subtract, equation (8). Only the zero of head 2 couples back: a
-run's index is good to a count, so each run has its own constant, and R₂ is moved by what that
-constant differs from α until nothing changes.
+linear in the harmonics of g and in α, exact for any steps, speed and number of samples. The
+gateware subtracts g(R₁), equation (8). Only the zero of head 2 needs iteration: the index of a run
+repeats to a count, so that each run has its own constant. R₂ is moved by the difference of that
+constant from α until the result no longer changes.
 """
 
 from __future__ import annotations

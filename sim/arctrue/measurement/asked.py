@@ -88,7 +88,7 @@ def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
 
 
 def by_device(kind: str) -> bool:
-    """True if ``arctrue capture`` can record it: the device captures one turn of both heads."""
+    """Tell whether ``arctrue capture`` can record it: the device captures a turn of both heads."""
     return kind in ("speed", "direction", "again", "warm")
 
 

@@ -130,6 +130,6 @@ def read_description(folder: Path) -> Description:
 
 
 def _stays_inside(name: str) -> bool:
-    """True if ``name`` is a relative path without "..", read as a path of any system."""
+    """Tell whether ``name`` is a relative path without "..", read as a path of any system."""
     windows, posix = PureWindowsPath(name), PurePosixPath(name)
     return not (windows.anchor or posix.is_absolute() or ".." in windows.parts + posix.parts)

@@ -45,7 +45,7 @@ def in_capture(item: Candidate, observations: Observations) -> bool:
 
 
 def _of_samples(item: Candidate) -> list[float]:
-    """Return the orders N ± ν, with N samples a turn, that explain all rows as well as ν does.
+    """Return the orders N ± ν, with N samples per turn, that explain all rows as well as ν does.
 
     Each is scored on the rows themselves: runs that start at different angles or have other numbers
     of samples a turn exclude it, and so does a reference. An effect that was not weighed has none.

@@ -130,8 +130,8 @@ def _acting_rms(change: NDArray[np.float64]) -> float:
 
 
 def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
-    """Return the number of rows in channels that the effect changes: the others say nothing about
-    it.
+    """Return the number of rows in channels that the effect changes: other rows do not determine
+    its size.
 
     A polygon's faces are known from the 480 reference rows, however long the capture is. If the
     effect changes no channel, all rows count.

@@ -111,7 +111,8 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
 def looked_for(
     effect: Effect, residuals: Residuals
 ) -> tuple[Effect, dict[str, float], float] | None:
-    """Return the form and the place in which an effect fits best, and how many were tried."""
+    """Return the form and the place in which an effect fits best, and the number of places that
+    were tried."""
     form, trials = effect.narrowed(residuals)
     if not form.search:
         return form, {}, trials
@@ -146,7 +147,7 @@ def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
     """Return what the set lacks for orders that do not complete a period on the arc of the
     reference.
 
-    Such orders are a slow curve, as a drift is, and say nothing about the disc.
+    Such orders are a slow curve, like a drift, and contain no information about the disc.
     """
     rows = observations.reference
     if observations.capture is not None or rows is None or effect.search:

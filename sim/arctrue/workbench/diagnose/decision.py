@@ -1,4 +1,4 @@
-"""The decision on a set: its verdict and what the verdict rests on."""
+"""The decision on a set: its verdict and the results on which it rests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "b
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """A verdict and what it rests on."""
+    """A verdict and the results on which it rests."""
 
     verdict: Verdict
     first: Candidate | None = None

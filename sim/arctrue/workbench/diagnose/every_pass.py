@@ -64,8 +64,8 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
 def _acts_on_capture(item: Candidate) -> bool:
     """Tell whether the effect has columns in the capture.
 
-    An effect that only the reference shows changes the capture's prediction by what it returns to
-    the graduation, which is in every run as far as noise allows.
+    An effect that only the reference shows changes the capture's prediction through the orders of
+    the graduation alone, which change in every run, as far as noise allows.
     """
     columns = item.solution.observations.capture
     assert columns is not None

@@ -55,7 +55,7 @@ MOST_LEFT = 0.5
 where the noise of the model without it has absorbed most of the effect."""
 OF_ITS_SIZE = 0.2
 """Largest first p of an effect that slow noise may have absorbed. Such noise is about as large as
-the effect, which is then one standard uncertainty of it or more; chance reaches that with this
+the effect, so that the effect is one standard uncertainty or more; chance reaches that with this
 probability or less."""
 MOST_WEIGHED = 6
 """Largest number of candidates that are weighed with the noise free on both sides."""
@@ -246,8 +246,8 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Return those that are not far behind or gain more: they may be a larger effect around the
-    other.
+    """Return those that are not far behind or gain more: they may be larger effects that contain
+    the other.
 
     The disc order at which a line was found is weighed however far it is behind the line.
     """
@@ -309,7 +309,7 @@ def _judged(
         before, after = held_out_with(
             base.terms, item.term, base.observations, base.context, base.noise
         )
-        # A product of parts describes what is seen and is no name.
+        # A product of parts describes the observation and is no name.
         named = item.asked is not None
         share = block_share(found.base, item.effect, item.nonlinear) if named else None
         improvement = falls(before, after, base.noise)

@@ -77,7 +77,7 @@ def posterior(
         weights = untold(len(candidates), untestable)
         return normalised(weights | {item.name: share for item in candidates})
     evidence = {item.name: share + log_evidence(_weighed(item)) for item in candidates}
-    # An effect that a rule excludes fits nevertheless: something like it is there.
+    # An effect that a rule excludes fits nevertheless: the real error resembles it.
     judged = evidence | _as_uncertain_as_the_first(candidates, effect_class, share)
     suspects = [judged[name] for name in judged if name in excluded]
     weights = {
@@ -101,8 +101,8 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
-        # The lack of fit is that of the model without the first, which explains it as well: the
-        # stranger is no likelier.
+        # The first explains the lack of fit of the model without it: something unknown is no
+        # likelier.
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
         # ``unknown`` may be ahead of a single effect by the odds that the rules ask of a product.
@@ -120,7 +120,7 @@ def posterior(
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # With the first in the model it adds nothing, or the first adds to it, at this p.
+                # At this p it adds nothing with the first in the model, or the first adds to it.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)
@@ -166,7 +166,8 @@ def stated(
     if not heirs:
         return dict(found)
     part = sum(found[name] for name in falling) / len(heirs)
-    # The answer stays ahead of an heir v if k·held ≥ v + (1 − k)·part, of others if k·held ≥ v.
+    # ``heirs`` get what the answer loses. With a kept share k the answer stays ahead of an heir of
+    # probability v if k·held ≥ v + (1 − k)·part, and of others if k·held ≥ v.
     least = (max(found[name] for name in heirs) + part) / (held + part)
     others = set(found) - {*falling, *heirs} if verdict != "ambiguous" else set()
     least = max([least, *(found[name] / held for name in others)])

@@ -158,8 +158,8 @@ def smallest_detectable(
         return None
     information = np.diag(score.information)
     there = information > 0.0
-    # A column that the other columns of its block, or the model, explain whole is not seen by
-    # itself.
+    # A column is not seen by itself if the other columns of its block, or the model, explain it
+    # completely.
     units = np.where(there, 1.0 / np.sqrt(np.maximum(information, 1e-300)), 0.0)
     moved, typical = {}, int(np.flatnonzero(there)[0])
     for channel, columns in _columns(effect, nonlinear, residuals.solution):

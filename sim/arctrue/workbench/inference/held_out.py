@@ -71,8 +71,8 @@ class Improvement:
     gain: float
     """Rise of the log predictive density of all rows of the channel."""
     information: float
-    """Σ (change of the prediction)²/variance: when the effect is real, the rise has half of this as
-    its mean and all of it as its variance."""
+    """Σ (change of the prediction)²/variance: for a real effect it is the variance of the rise, and
+    twice its mean."""
 
 
 def holds_out(channels: Iterable[Improvement]) -> bool:

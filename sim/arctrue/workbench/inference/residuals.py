@@ -158,7 +158,7 @@ class Residuals:
         offsets = np.arange(layout.shared, layout.shared + layout.runs)
         normal[offsets, offsets] += 1.0 / self.solution.noise.index_variance
         if self.solution.held:
-            # Coefficients that were not fitted to these rows take nothing from any column.
+            # Coefficients that were not fitted to these rows absorb no part of a column.
             normal[: layout.shared] = 0.0
             normal[:, : layout.shared] = 0.0
         return normal
@@ -231,7 +231,7 @@ class Residuals:
     def whitened_columns(
         self, effect: Effect, nonlinear: Nonlinear
     ) -> tuple[Matrix | None, Matrix | None]:
-        """Whitened columns of one effect by channel; None where it adds nothing."""
+        """Return the whitened columns of one effect by channel; None where it adds nothing."""
         term, noise = Term(effect, nonlinear), self.solution.noise
         found: list[Matrix | None] = []
         for rows, of_rows, is_it in (

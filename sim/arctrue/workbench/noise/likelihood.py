@@ -247,7 +247,7 @@ def _shares(block: int, step: float, constants: Float) -> tuple[Float, Float]:
     for index, constant in enumerate(constants):
         decay = step / constant
         if block * decay > SLOW_BLOCKS:
-            # All of its power is at low frequencies, as if it were white from block to block.
+            # All power of the part is at low frequencies, as if it were white from block to block.
             rho = float(np.exp(-decay))
             white[index], between[index] = (1.0 + rho) / (1.0 - rho) / block, 0.0
             continue

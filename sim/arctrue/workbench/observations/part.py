@@ -1,4 +1,4 @@
-"""The part of a long capture or reference that searches and statistics work on.
+"""The part of a long capture or reference to which searches and statistics are applied.
 
 Whole stretches of consecutive rows are kept, spread over every run: pairs of turns where there is
 room for them, so that sample rate, electrical phase, turn-to-turn scatter and every run's own

@@ -14,12 +14,13 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOVING_STEP_DEG = 1.0
-"""Largest step of rows that are read on the move: nobody stops at every degree."""
+"""Largest step of rows that are read on the move: a run with stops has larger steps."""
 LEAST_ROWS = 8
 """Least number of rows for a median of six second differences: with fewer one odd row decides
 it."""
 EVEN = 0.05
-"""Share within which the times between marks follow their distances at a steady speed."""
+"""Relative tolerance within which the times between marks follow their distances at a steady speed.
+"""
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle, commanded or from a finer encoder, written with four decimals."""
 SPEED_RATIO = 1.2
@@ -78,7 +79,7 @@ def passes_of(columns: Reference) -> list[slice]:
         if labels is not None:
             new[1:] |= np.diff(labels) != 0
     sense = np.sign(np.diff(target))
-    # A step the other way is the way back to the first station: a pass of its own begins.
+    # A step in the other sense returns to the first station: a new pass begins.
     turned = (sense[1:] != sense[:-1]) & (sense[1:] != 0.0) & (sense[:-1] != 0.0)
     turned &= ~new[1:-1]
     new[2:] |= turned & ~np.concatenate([[False], turned[:-1]])

@@ -1,4 +1,4 @@
-"""Each head's interpolator is not perfect: an error with the period of its signal."""
+"""Error of each head's interpolator, with the period of its signal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ kept."""
 
 
 class SubdivisionError(Effect):
-    """cos, sin of k times the electrical phase, each head its own."""
+    """cos, sin of k times the electrical phase, separately for each head."""
 
     name = "subdivision_error"
     physics = (
