@@ -25,11 +25,13 @@ Reason = Literal[
 ]
 
 STEP_TOLERANCE = 0.10
-"""A step is plausible within 10 % of its run's median (measurement set, schema 1)."""
+"""Relative deviation from the run's median up to which a step is plausible (measurement set, schema
+1)."""
 JUMP_STEPS = 2.0
-"""Relative size from which a step is a jump: no table moves by two steps in the time of one."""
+"""Ratio of a step to the median from which it is a jump: no table moves by two steps in the time of
+one."""
 LOWEST_SPEED_TOLERANCE = 0.05
-"""Runs within 5 % of the lowest speed count as runs at the lowest speed."""
+"""Relative distance from the lowest speed up to which runs count as runs at the lowest speed."""
 CLOCK_HZ_DEFAULT = 100e6
 
 

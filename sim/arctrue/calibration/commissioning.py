@@ -24,7 +24,8 @@ Integer = NDArray[np.int64]
 COUNTED_WRONG = 0.01
 """Share of a turn by which a head may differ from head 1; eccentricity changes less than 10⁻³."""
 PLACE_TOLERANCE_DEG = 1.0
-"""A head this near counts as the one that was planned there. The device accepts 0.25°."""
+"""Largest distance in degrees at which a head counts as the planned one. The device accepts 0.25°.
+"""
 DELAY_MOST_CLOCKS = 255
 
 

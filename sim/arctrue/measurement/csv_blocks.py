@@ -35,7 +35,7 @@ BytesRead = Callable[[Path, int, int], None]
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
-"""Rows of a block if the lines are read one by one."""
+"""Number of rows of a block if the lines are read one by one."""
 _NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", "N/A", "n/a")
 _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")

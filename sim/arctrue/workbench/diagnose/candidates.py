@@ -69,8 +69,9 @@ def with_regular(
 ) -> list[Candidate]:
     """Return the candidates, with those of a forward search in place of others of the same name.
 
-    A line is left out where the search looked and found none: it is noise that drives a resonance,
-    or a line of half a record. A line above the searched rates stays where it is the larger one.
+    A line is left out if the forward search covered its place and found no line: it is noise that
+    drives a resonance, or a line of half a record. A line above the searched rates stays if it is
+    the larger one.
     """
     larger = {
         item.name

@@ -25,11 +25,12 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 STEP_TOLERANCE = 0.1
-"""A step is plausible within 10 % of the steps around it."""
+"""Relative deviation from the steps around it up to which a step is plausible."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""A run whose number of turns is nearer than this to a whole number was meant to be whole turns."""
+"""Largest distance of a number of turns from a whole number at which a run was meant to be whole
+turns."""
 LEAST_GAP_STEPS = 3.0
-"""A step longer than this many usual steps means missing rows, not a change of speed."""
+"""Number of usual steps above which a step means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
 """Least deviation of an implausible step, in standard deviations of the noise of a step; in dense
 rows of few counts this is more than the 10 %."""

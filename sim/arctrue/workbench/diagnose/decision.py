@@ -51,9 +51,9 @@ class Decision:
     """Effects that the next measurement has to distinguish, where plans are tried by calculation.
     """
     next: NextMeasurement | None = None
-    """The next measurement, where the rule itself knows it."""
+    """The next measurement, if the rule itself determines it."""
     further: Decision | None = None
-    """The decision with the first effect in the model; None where that was not asked."""
+    """The decision with the first effect in the model; None if it was not made."""
 
     @property
     def rests_on(self) -> str:

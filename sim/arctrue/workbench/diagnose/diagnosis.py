@@ -38,7 +38,7 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 MATTERS_COUNTS = 0.5
-"""An effect that moves the prediction by less than this many counts RMS is negligible."""
+"""Smallest RMS change of the prediction, in counts, of an effect that is not negligible."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,10 +181,10 @@ def _with_the_found(
     """Return the findings that remain with the named effect in the model.
 
     An effect may show in the reference as a line at an alias, an oscillation or a step; these are
-    no findings of their own. A regular cause is a finding itself and stays in the list; what its
-    plain line misses, such as a phase that depends on the direction, may have looked like a
-    resonance. A jump that vanishes with the product of parts that describes everything is no jump:
-    an error that follows the speed differs from run to run.
+    no findings of their own. A regular cause is a finding itself and stays in the list. The error
+    that its plain line does not describe, such as a phase that depends on the direction, may have
+    looked like a resonance. A jump that vanishes with a product of parts that describes the whole
+    error is no jump: an error that follows the speed differs from run to run.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:

@@ -174,10 +174,9 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
     """Return those of ``items`` that would be significant without slow noise.
 
     Offsets of the runs beyond the index repeatability are disregarded as well, if the effect
-    explains them: one warm run causes them where a head drifts. Every estimate of the noise
-    contains at least as much noise as none, so that an effect which is not significant here is not
-    significant with any estimate. An effect with a search is left out, because its place was found
-    in the slow noise.
+    explains them: a drifting head causes them in one warm run. Every estimate contains at least the
+    noise of this test, so that an effect which is not significant here is not significant with any
+    estimate. An effect with a search is left out, because its place was found in the slow noise.
     """
     fixed = [
         item
@@ -211,8 +210,8 @@ def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> l
 def takes_most(grown: Solution, base: Solution) -> bool:
     """Tell whether the effect leaves less than half of a channel's residual variance.
 
-    Slow noise absorbs a slow effect far above the scatter of the rows completely while the effect
-    is not in the model, so that its gain with that noise says nothing.
+    While the effect is not in the model, slow noise completely absorbs a slow effect far above the
+    scatter of the rows, so that its gain with that noise is no evidence.
     """
     return any(
         float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2))

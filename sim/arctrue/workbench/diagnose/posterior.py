@@ -64,12 +64,12 @@ def posterior(
     the rules.
 
     The sum is 1. ``look_alikes`` of the first of the class, which the set cannot test, are as
-    probable as it is. ``product`` is the best product of parts, unless it is one of the candidates
-    in other words. ``excluded`` are effects that fit but that held-out rows, passes or speeds
-    contradict; the first of the class may be one of them, and ``unknown`` is then as likely as it
-    is. ``confounded``: the product is the first effect growing with another condition, and as
-    likely as it is. ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names to
-    products, and products to names.
+    probable as the first. ``product`` is the best product of parts, unless it equals one of the
+    candidates. ``excluded`` are effects that fit but that held-out rows, passes or speeds
+    contradict; the first of the class may be one of them, and ``unknown`` is then as likely as the
+    first. ``confounded``: the product is the first effect growing with another condition, and as
+    likely as the first. ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names
+    to products, and products to names.
     """
     effects = len(candidates) + untestable
     share = float(np.log(prior(effects)))
@@ -137,13 +137,14 @@ def stated(
     """Return the probabilities with which an answer is stated; the sum is 1.
 
     ``found``: the probabilities from the evidence; ``members``: the class of the answer;
-    ``confidence``: how often such answers are right (:mod:`calibrated`), None where that is not
-    known. The confidence goes to the first of the class, to ``unknown`` or to ``none``; also to
-    ``none`` where the set cannot tell, since it is then likeliest that nothing which the set could
-    show is missing. What effects and ``none`` lose goes to ``unknown``, and what ``unknown`` loses
-    goes to the effects. What an answer gains is taken from all others in proportion, so that a
-    class has at least the probability of its first. The first of a class gains nothing while a
-    rival is level with it. No answer falls behind one that it contradicts.
+    ``confidence``: the probability that such answers are right (:mod:`calibrated`), None where it
+    is not known. The first of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also
+    gets it if the verdict is that the set cannot tell, since it is then likeliest that nothing is
+    missing which the set could show. Probability that effects and ``none`` lose is added to
+    ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
+    answer gains is taken from all others in proportion, so that a class has at least the
+    probability of its first. The first of a class gains nothing while a rival is as probable. No
+    answer falls behind one that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)

@@ -65,7 +65,7 @@ class Survey:
 
     residuals: Residuals
     matters_arcsec: float
-    """An effect that moves the prediction by less than this is negligible."""
+    """Smallest RMS change of the prediction of an effect that is not negligible."""
     absent: int
     """Number of effects of the catalogue that the model lacks, by which their p is corrected."""
     looks: int = 1
@@ -138,9 +138,9 @@ def _holds_out(item: Candidate) -> bool:
     """Tell whether the error on held-out rows falls by more than two standard errors.
 
     The free offset of each run absorbs an effect that is known from run to run only, so that rows
-    of the same run cannot show it; there the runs are the sample, and the scatter of the index
-    among them decides. A regular cause was predicted from other blocks of the record when it was
-    found.
+    of the same run cannot show it. The runs are then the sample, and the scatter of the index among
+    them decides. A regular cause has passed the prediction from other blocks of the record in its
+    search.
     """
     if item.regular is not None:
         return True

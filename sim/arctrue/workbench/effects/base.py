@@ -141,7 +141,7 @@ class SearchParameter:
     high: float
     meaning: str
     steps: int = 64
-    """Points of the grid that the default scan tries."""
+    """Number of points of the grid that the default scan tries."""
     integer: bool = False
     """Whether only whole numbers are meaningful; such a parameter is not refined."""
 

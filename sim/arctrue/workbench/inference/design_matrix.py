@@ -24,7 +24,7 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 
 BLOCK_ROWS = 1 << 15
-"""Rows of one product, for memory alone: 32,768 rows of 100 columns are 26 MB."""
+"""Number of rows of one product, for memory alone: 32,768 rows of 100 columns are 26 MB."""
 MOST_RECENT = 4
 """Number of blocks of columns kept for terms that come and go: a scan asks for the same again."""
 Rows = CaptureRows | ReferenceRows

@@ -134,9 +134,9 @@ def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvemen
 def folds_of(observations: Observations) -> Folds:
     """Assign each four consecutive rows to the four folds, in a random order.
 
-    Single rows are shorter than half of any period that rows can show, so that every wave is seen
-    on both sides of a row that is left out. In a fixed order, the same stations of every cycle
-    could be left out together.
+    Any wave that the rows can show has a half period longer than one row, so that it is seen on
+    both sides of a row that is left out. In a fixed order, the same stations of every cycle could
+    be left out together.
     """
     found: list[Integer | None] = []
     for rows in (observations.capture, observations.reference):

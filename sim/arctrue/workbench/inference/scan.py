@@ -67,7 +67,7 @@ to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 7
 STATION_DECIMALS = 6
 """Decimals of a radian to which stations are rounded; stations that are then equal are one."""
 LARGEST_GAP_STEPS = 8.0
-"""A reference run with a wider gap, in its own steps, does not go round the whole turn."""
+"""Largest gap of a reference run, in its own steps, with which it goes round the whole turn."""
 
 
 @dataclass(frozen=True, slots=True)

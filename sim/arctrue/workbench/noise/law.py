@@ -17,7 +17,7 @@ Integer = NDArray[np.int64]
 ANGLE_BINS = 36
 """Parts of the turn, 10° each, in which the noise may have a scale of its own."""
 SAME_STEP = 1.25
-"""Runs share a spectrum if the ratio of their clock steps is below this."""
+"""Largest ratio of the clock steps of two runs that share a spectrum."""
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,7 @@ class RowNoise:
     scale: Float
     """Standard deviation of each row divided by that of the spectrum, shape (rows,)."""
     weightless: bool = False
-    """The noise of this channel cannot be estimated, so that no fit uses its rows."""
+    """True if the noise of this channel cannot be estimated, so that no fit uses its rows."""
 
     @property
     def rows(self) -> int:

@@ -36,10 +36,11 @@ def reference_speed(columns: Reference) -> Float | None:
     """Return the signed speed of every row, rad/s, 0 where the table stood; None if it never moved.
 
     A pass lies between two changes of run, cycle or direction, or of the sense in which the targets
-    follow each other. Passes over near stations are on the move. Passes that a clock sampled while
-    the speed changed (a ramp) are on the move too: even times, uneven ways. So are passes over far
-    stations (a polygon's faces), if their times are those of steady speeds and at least two of the
-    speeds differ: a table that stops takes about as long at each station in every pass.
+    follow each other. Three kinds of passes are on the move. First, passes over stations close
+    together. Second, passes that a clock sampled while the speed changed (a ramp): their times are
+    even and their ways uneven. Third, passes over stations far apart (a polygon's faces), if their
+    times are those of steady speeds and at least two of the speeds differ: a table that stops takes
+    about as long at each station in every pass.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:

@@ -263,7 +263,7 @@ class ReferenceRows(_Sliceable):
     row: Integer | None = None
     """Number of the row among all that are used; None: 0, 1, … without a gap."""
     capture_runs: int | None = None
-    """Runs of the capture of the same set; None: these rows are not those of a set."""
+    """Number of runs of the capture of the same set; None: these rows are not those of a set."""
     heads: int = 2
     """Number of heads of the set's capture."""
     conditions: Mapping[str, Float] = field(default_factory=dict)

@@ -95,8 +95,8 @@ class SubdivisionError(Effect):
         """Return the sum of all amplitudes.
 
         Sine and cosine that deviate from quadrature by ψ cause ψ/2·(1 ± cos 2φ), of which the
-        columns have only the wave; and a counter that is zeroed at the index keeps the whole error
-        of that place as an offset.
+        columns contain only the wave. A counter that is zeroed at the index also keeps the whole
+        error of that place as an offset.
         """
         pairs = coefficients.reshape(-1, 2)
         return float(np.sum(np.hypot(pairs[:, 0], pairs[:, 1])))

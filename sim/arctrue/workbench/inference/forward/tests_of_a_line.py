@@ -47,9 +47,9 @@ def coherence(
     """Return the share of a line that the other blocks predict; ``others`` are also fitted.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
-    Waugh): the part that the base alone would take is no error of the line. c_b is the line's
-    coefficients in block b by itself, c₋ those in all other blocks, both at once with the
-    covariance of the noise, so that correlation across the edges counts. The share is
+    Waugh): the part that the base alone would explain is no error of the line. c_b are the line's
+    coefficients in block b by itself, c₋ those in all other blocks. Both are fitted together with
+    the covariance of the noise, so that correlation across the edges counts. The share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
