@@ -45,7 +45,7 @@ class CaptureRefusedError(Exception):
     def __init__(
         self, reason: Reason, message: str, run: int | None = None, sample: int | None = None
     ) -> None:
-        """Join place and reason for people."""
+        """Compose the message for the user from place and reason."""
         place = "capture" if run is None else f"run {run}"
         if sample is not None:
             place += f", sample {sample}"

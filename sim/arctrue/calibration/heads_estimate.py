@@ -88,12 +88,12 @@ class HeadsEstimate:
 
     @property
     def radius_ratios(self) -> Float:
-        """Nominal radius over that of each head, (heads,)."""
+        """Ratio of the nominal radius to that of each head, (heads,)."""
         return self.state.radius_ratios
 
     @property
     def u_radius_ratios(self) -> Float:
-        """Their standard uncertainty, (heads,)."""
+        """Standard uncertainty of the radius ratios, (heads,)."""
         part = self.state.layout.radius
         return np.concatenate(([0.0], np.sqrt(np.diag(self.covariance)[part])))
 

@@ -25,7 +25,7 @@ SLIP = 0.001
 START_ARCSEC = 1e4
 """Standard deviation of K before the first turn, which is far larger than any error of a table."""
 LEAST_TURNS = 4
-"""Turns before a phase counts as known: two turns determine K and c."""
+"""Number of turns before a phase counts as known: two turns determine K and c."""
 SIGMAS = 3.0
 """Number of standard uncertainties by which |c| must exceed half the loaded amplitude. With a
 smaller |c| the lane would add more than it removes."""
@@ -35,7 +35,7 @@ LARGEST_SHARE = 0.125
 
 @dataclass
 class LineFinder:
-    """The state for one line; arrays hold [Re K, Im K, Re c, Im c], arcseconds."""
+    """State of the filter for one line; arrays hold [Re K, Im K, Re c, Im c], arcseconds."""
 
     order: float
     amplitude_arcsec: float

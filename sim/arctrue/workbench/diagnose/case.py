@@ -51,7 +51,7 @@ than 1 %."""
 AGAIN = 3
 """Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3
-"""Largest number of effects that are looked at one after another, each with those before it in the
+"""Largest number of effects that are tested one after another, each with those before it in the
 model."""
 
 
@@ -109,7 +109,7 @@ class Case:
         """The first effect that fits and matters, but that held-out rows, passes or speeds
         contradict.
 
-        Something like it is there, but not this effect.
+        The real error resembles it, but is not this effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -174,8 +174,8 @@ class Case:
     def oscillation(self) -> Oscillation | None:
         """A damped oscillation in the noise, larger than what is negligible.
 
-        In a capture it is looked for where the whitened residuals are not white, or where an effect
-        was found or refused.
+        In a capture it is searched for if the whitened residuals are not white, or if an effect was
+        found or refused.
         """
         residuals = self.survey.residuals
         found, values = self.survey.findings.oscillation, residuals.capture_whitened

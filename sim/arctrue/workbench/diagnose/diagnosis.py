@@ -256,10 +256,10 @@ def _case_of(
 
 
 def _deepest(found: Decision, base: Solution) -> Solution:
-    """Return the solution with most of the stated effects: it leaves what no effect explains.
+    """Return the solution with most of the stated effects, whose residual no effect explains.
 
-    A defect of a few rows is not included, since it may be a wrong row; a defect on every turn is
-    none.
+    An effect at one place of the disc is not included: a defect of a few rows may be a wrong row,
+    and only a defect on every turn is certainly no wrong row.
     """
     further: Decision | None = found
     while further is not None:

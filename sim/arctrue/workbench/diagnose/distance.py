@@ -17,8 +17,8 @@ from arctrue.workbench.noise.whiteness import whiteness
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Least number of runs of a capture, or of visits of a station: fewer do not show which one is off.
-"""
+"""Least number of runs of a capture, or of visits of a station: fewer do not show which one is
+wrong."""
 NOT_WHITE_P = 1e-4
 """p of whiteness, as sure as a lack of fit: below it, the noise is of a kind that the noise model
 does not have."""

@@ -378,8 +378,8 @@ def _judged_product(
 
 
 def _same_columns(item: Candidate, real: Candidate) -> bool:
-    """Tell whether both are the same block of columns in other words, as a warm centre and order 1
-    times the temperature are."""
+    """Tell whether both effects have the same block of columns up to a linear transformation, such
+    as a warm centre and order 1 times the temperature."""
     assert real.evidence is not None
     if real.effect.search or item.rank != real.rank:
         return False

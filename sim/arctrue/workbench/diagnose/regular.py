@@ -85,7 +85,7 @@ MANY_ARCSEC = 600.0
 
 @dataclass(frozen=True)
 class Band:
-    """Rates of a record up to which lines were looked for."""
+    """Range of the rates of a record in which lines were searched for."""
 
     in_time: bool
     highest: float

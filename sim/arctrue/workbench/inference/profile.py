@@ -206,8 +206,8 @@ class Profile:
 def _as_a_walk(noise: Noise) -> Noise:
     """Return noise with the same steps from row to row, in which the slow parts are a random walk.
 
-    These steps hardly distinguish the two, and a slow walk hides a drift: the search for the
-    likeliest noise does not find the way from one to the other by itself.
+    These steps hardly distinguish the two, and a slow walk hides a drift. The search for the
+    likeliest noise does not reach one from the other, so that both are tried.
     """
     laws = [
         None if law is None else replace(law, spectra=tuple(map(_slowest, law.spectra)))

@@ -241,7 +241,7 @@ class ReferenceRows(_Sliceable):
     face: Integer | None
     """Number of the polygon face, 0 … faces − 1; between the faces that of the nearest one."""
     faces: int | None
-    """Faces of the polygon; None: the reference is none."""
+    """Number of faces of the polygon; None: the reference is no polygon."""
     electrical1_rad: Float | None
     """Phase of the signal period of head 1, radians; None: lines or counts are not known."""
     teeth: float | None

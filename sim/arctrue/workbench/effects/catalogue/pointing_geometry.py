@@ -1,4 +1,5 @@
-"""The axes of a mount lean or are not square to each other, or the line of sight is off them."""
+"""The axes of a mount lean or are not square to each other, or the line of sight is not square to
+its axis."""
 
 from __future__ import annotations
 
