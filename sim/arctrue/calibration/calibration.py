@@ -40,12 +40,12 @@ METHODS = {"fourier": fourier, "least_squares": least_squares}
 
 @dataclass(frozen=True)
 class CalibrationSettings:
-    """How to calibrate; the defaults are those of the command line.
+    """Settings of the calibration; the defaults are those of the command line.
 
     Parameters
     ----------
     method : {"least_squares", "fourier"}, optional
-        How the orders are found.
+        Method that finds the orders.
     runs : sequence of int, optional
         Runs of the capture; default: those at the lowest speed.
     most_order : int, optional
@@ -114,7 +114,7 @@ def calibrate(
     measurement : MeasurementSet
         A set with a capture of both heads.
     settings : CalibrationSettings, optional
-        How to calibrate.
+        Settings of the calibration.
 
     Returns
     -------

@@ -35,7 +35,7 @@ class Estimate:
     Parameters
     ----------
     function_of : {"reading", "angle"}
-        What x is.
+        Meaning of x.
     orders : ndarray of int, shape (orders,)
         The orders n.
     values : ndarray, shape (2·orders,)

@@ -37,7 +37,7 @@ def joined(
     Parameters
     ----------
     sets : sequence of MeasurementSet
-        Of the same table.
+        Sets of the same table.
     times : {"", "after", "keep"}, optional
         ``after`` appends a set whose clock restarts to the one before, ``keep`` keeps the times
         (s); by default such sets are refused.

@@ -321,7 +321,7 @@ class Reference(_Rows):
 
 @dataclass(frozen=True)
 class Origin:
-    """How a set was made.
+    """Command and program that made a set, with their notes.
 
     Parameters
     ----------
@@ -359,7 +359,7 @@ class MeasurementSet:
     title : str, optional
         Name of the set, one line.
     origin : Origin, optional
-        How the set was made.
+        Command and program that made the set.
     other : mapping, optional
         Keys that this version does not know, by their dotted names.
     warnings : tuple of str, optional

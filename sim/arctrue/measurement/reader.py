@@ -41,7 +41,7 @@ def read_measurement_set(
     reference: bool = True,
     progress: BytesRead | None = None,
 ) -> MeasurementSet:
-    """Read a whole set; memory is 8 bytes a field and one block of the file.
+    """Read a whole set; it takes 8 bytes of memory per field and one block of the file.
 
     Parameters
     ----------

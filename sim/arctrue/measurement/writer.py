@@ -56,7 +56,7 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     folder : Path or str
         The folder; it is created if it does not exist.
     measurement : MeasurementSet
-        What is written.
+        The set that is written.
 
     Raises
     ------

@@ -266,7 +266,7 @@ def _errors(
 ) -> Float:
     """Return measured less predicted values of the rows that were left out.
 
-    With ``noise``, that of all rows, the neighbours predict the coloured part.
+    If ``noise``, that of all rows, is given, the neighbours predict the coloured part.
     """
     apart = _left_out(observations, kept, capture=capture)
     predicted = channel_prediction(
