@@ -1,6 +1,7 @@
-"""Whether coefficients may be written: what the reference or the firmware would refuse.
+"""Checks whether coefficients may be written: what the reference or the firmware would refuse.
 
-Each function gives objections, one sentence each; none: the coefficients may be written.
+Each function returns objections, one sentence each; without objections the coefficients may be
+written.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coef
 
 
 def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
-    """The set's own reference run: the correction must not make the error larger.
+    """Object if the correction makes the error larger in the set's own reference run.
 
-    The RMS may rise by what the scatter of the rows explains: √2 standard errors of a mean square,
-    twice, where nothing was there to be corrected.
+    The RMS may rise by what the scatter of the rows explains: the mean square may rise by two
+    standard errors of the change of the squares.
     """
     if comparison is None:
         return []
@@ -37,7 +38,8 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
 
 
 def of_steepness(coefficients: Coefficients) -> list[str]:
-    """The firmware's ``too_steep`` and ``out_of_range``, at any temperature of the file's range."""
+    """Object where the firmware would: ``too_steep`` and ``out_of_range``, at any temperature of
+    the file's range."""
     steepest, largest = coefficients.extent()
     thermal = coefficients.thermal
     where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"
@@ -56,7 +58,7 @@ def of_steepness(coefficients: Coefficients) -> list[str]:
 
 
 def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
-    """The firmware's ``heads_exchanged``: each head sees what the other should."""
+    """Object where the firmware would: ``heads_exchanged``, each head sees the other's place."""
 
     def far(off_rad: float) -> bool:
         return abs(math.remainder(off_rad, math.tau)) * ARCSEC_PER_RAD > BELIEVABLE_ARCSEC
@@ -73,11 +75,12 @@ def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
 def of_estimate(
     estimate: Estimate, coefficients: Coefficients, *, made_of_estimate: bool = True
 ) -> list[str]:
-    """The firmware's ``not_better``: the error expected with the coefficients against none.
+    """Object where the firmware would: ``not_better``, no smaller expected error with the
+    coefficients than without.
 
-    |x − a|² of an estimate x is 2u² too large in the mean where a does not come from x; where it
-    does, the error of x is all of the error, and what quantising adds. An amplitude A has the mean
-    square A²/2.
+    For an estimate x with standard uncertainty u, |x − a|² is on average 2u² too large if a does
+    not come from x. If a comes from x, the remaining error is the error of x and the rounding of a.
+    An amplitude A has the mean square A²/2.
     """
     seen = np.isfinite(estimate.noise_gain)
     if not (coefficients.amplitudes != 0).any():

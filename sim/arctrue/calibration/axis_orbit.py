@@ -1,8 +1,8 @@
-"""Where the axis was at every sample of a capture of three or four heads.
+"""Calculates the position of the axis at every sample of a capture of three or four heads.
 
 A head p after head 1 reads θ + (x sin p + y cos p)/r + the disc's error under it
-(docs/architecture.md, "Head geometry"). Without the disc's error the readings of one instant give
-θ, x and y by least squares.
+(docs/architecture.md, "Head geometry"). Once the disc's error is subtracted, the simultaneous
+readings give θ, x and y by least squares.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ LEAST_HEADS = 3
 class AxisOrbit:
     """Displacement over the disc's radius in arcseconds, each (n,), without its mean.
 
-    ``angle_rad``: of the table, not wrapped. The axis' forward circle once a turn is not in it: no
-    capture tells that from an eccentric disc. ``u_arcsec``: of x and y, by a reading's noise.
+    ``angle_rad``: angle of the table, not wrapped. The axis' forward circle once a turn is not
+    included: no capture distinguishes it from an eccentric disc. ``u_arcsec``: standard uncertainty
+    of x and y from the noise of a reading.
     """
 
     angle_rad: Float
@@ -54,7 +55,7 @@ def orbit_of_set(measurement: MeasurementSet) -> AxisOrbit | None:
 def axis_orbit(
     turns: WholeTurns, disc: HeadsOnDisc, counts_per_rev: int, noise_arcsec: float
 ) -> AxisOrbit:
-    """Solve every sample of one run; ``disc`` as calibrated from this or another capture.
+    """Solve every sample of one run; ``disc`` is calibrated from this or another capture.
 
     Raises ValueError for fewer than three heads, which do not determine θ, x and y.
     """
@@ -70,7 +71,7 @@ def axis_orbit(
         reading = counts * unit - disc.offsets_rad[head]
         error = disc.under_head(head, reading + places[head]) * RAD_PER_ARCSEC
         rows.append(reading - error)
-    # Readings of a head may count whole turns of their own.
+    # The readings of each head may contain another number of whole turns.
     readings = np.array(rows)
     whole = np.rint((readings - readings[0]).mean(axis=1) / (2.0 * np.pi))
     readings -= 2.0 * np.pi * whole[:, np.newaxis]

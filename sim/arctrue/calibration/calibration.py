@@ -40,24 +40,23 @@ METHODS = {"fourier": fourier, "least_squares": least_squares}
 
 @dataclass(frozen=True)
 class CalibrationSettings:
-    """How to calibrate; the defaults are those of the command line.
+    """Settings of the calibration; the defaults are those of the command line.
 
     Parameters
     ----------
     method : {"least_squares", "fourier"}, optional
-        How the orders are found.
+        Method that finds the orders.
     runs : sequence of int, optional
-        Runs of the capture; without it those at the lowest speed.
+        Runs of the capture; default: those at the lowest speed.
     most_order : int, optional
         Orders 1 to this one are fitted.
     lanes : int, optional
         Lanes of the gateware.
     gain_limit : float, optional
-        Orders whose noise is magnified by more are left out.
+        Largest noise gain of an order; orders with a larger one are left out.
     separation : str, optional
-        Where the separation α of the heads is from. Without it: measured by the index where it is
-        to be believed, else nominal, and by the harmonics where their standard uncertainty is less
-        than that of either.
+        Source of the separation α of the heads. Default: measured by the index if plausible,
+        otherwise nominal; by the harmonics if their standard uncertainty is less than that of both.
     """
 
     method: Method = "least_squares"
@@ -77,19 +76,19 @@ class Calibration:
     estimate : Estimate
         Error as a function of the reading, as the gateware needs it.
     verdicts : tuple of Verdict
-        Of each order: whether it is corrected, and why not.
+        One for each order: whether it is corrected, and if not, why.
     coefficients : Coefficients
-        What the gateware is loaded with.
+        The coefficients that are loaded into the gateware.
     turns : tuple of WholeTurns
-        What it was worked out from.
+        The samples from which it was calculated.
     comparison : ReferenceComparison or None
-        Error of the reference run before and after; None where the set has none.
+        Error of the reference run before and after; None for a set without one.
     separations : mapping
-        The separation α from every source that there is.
+        The separation α from every available source.
     objections : tuple of str
         Why these coefficients should not be written, one sentence each.
     warnings : tuple of str
-        What a person should know, one sentence each.
+        Warnings for the user, one sentence each.
     """
 
     estimate: Estimate
@@ -98,9 +97,10 @@ class Calibration:
     turns: tuple[WholeTurns, ...]
     comparison: ReferenceComparison | None
     separations: Mapping[Choice, Separation]
-    """α from every source that there is; ``estimate.separation_choice`` says which was used."""
+    """Value of α from every available source; ``estimate.separation_choice`` states which one was
+    used."""
     objections: tuple[str, ...]
-    """Why these coefficients should not be written, one sentence each."""
+    """Reasons why these coefficients should not be written, one sentence each."""
     warnings: tuple[str, ...]
 
 
@@ -112,9 +112,9 @@ def calibrate(
     Parameters
     ----------
     measurement : MeasurementSet
-        With a capture of both heads.
+        A set with a capture of both heads.
     settings : CalibrationSettings, optional
-        How to calibrate.
+        Settings of the calibration.
 
     Returns
     -------
@@ -126,8 +126,8 @@ def calibrate(
     CaptureRefusedError
         The capture cannot be used; the text says why.
     ValueError
-        The set has no capture or not that run, or the error is larger than the gateware's formats
-        hold.
+        The set has no capture or not that run, or the error exceeds the range of the gateware's
+        formats.
     """
     settings = settings or CalibrationSettings()
     measurement = _without_masked_stations(measurement)
@@ -178,10 +178,10 @@ def _at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficien
 
 
 def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[str]:
-    """Why coefficients that come from elsewhere should not be written for this set's table.
+    """Return why coefficients from another source should not be written for this set's table.
 
-    The reference run decides where there is one, else what the two heads see; a capture that
-    cannot be used says nothing.
+    The reference run decides if the set has one, otherwise the two heads do. A capture that cannot
+    be used gives no objection.
     """
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
@@ -210,7 +210,7 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
 
 
 def _without_masked_stations(measurement: MeasurementSet) -> MeasurementSet:
-    """The set without the rows of its reference that are not to be used."""
+    """Return the set without the masked rows of its reference."""
     reference = measurement.reference
     if reference is None or reference.mask is None:
         return measurement
@@ -221,7 +221,7 @@ def _without_masked_stations(measurement: MeasurementSet) -> MeasurementSet:
 def _estimated(
     measurement: MeasurementSet, turns: Sequence[WholeTurns], settings: CalibrationSettings
 ) -> tuple[Estimate, dict[Choice, Separation], list[str]]:
-    """The estimate as a function of the reading, α from every source, and warnings."""
+    """Return the estimate as a function of the reading, α from every source, and warnings."""
     table, reference = measurement.table, measurement.reference
     assert table.counts_per_rev is not None
     assert table.head_separation_deg is not None
@@ -243,7 +243,7 @@ def _estimated(
         if not np.isfinite(estimate.values).all():
             raise CaptureRefusedError("nan", "the fit has no finite solution")
         if estimate.function_of == "angle":
-            # The step changes values by less than a thousandth: the covariance stays.
+            # The conversion changes values by less than a thousandth: the covariance stays.
             values = as_function_of_reading(estimate.orders, estimate.values)
             estimate = replace(estimate, function_of="reading", values=values)
         return estimate, warnings
@@ -261,7 +261,7 @@ def _estimated(
         for _ in range(ROUNDS_MOST):
             estimate, warnings = estimated("harmonics", by_harmonics)
             assert reference is not None
-            # The slope is that of the α it was taken at.
+            # The slope depends on α: calculate it again at the new α.
             again = separation_by_harmonics(estimate, reference, table.counts_per_rev)
             settled = abs(again.value_rad - by_harmonics.value_rad) < SETTLED_U * again.u_rad
             if settled or not np.isfinite(again.u_rad):
@@ -281,7 +281,8 @@ def _estimated(
 
 
 def _separations_apart(estimate: Estimate, separations: Mapping[Choice, Separation]) -> list[str]:
-    """A warning where the α used and that of the harmonics are further apart than they may be."""
+    """Return a warning if the α in use and that of the harmonics differ by too many standard
+    uncertainties."""
     other = separations["harmonics"]
     if estimate.separation_choice == "harmonics" or not np.isfinite(other.u_rad):
         return []

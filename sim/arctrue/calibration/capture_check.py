@@ -1,4 +1,4 @@
-"""Which samples of a capture can be used, and why not."""
+"""Checks which samples of a capture can be used, and states why the others cannot."""
 
 from __future__ import annotations
 
@@ -25,24 +25,27 @@ Reason = Literal[
 ]
 
 STEP_TOLERANCE = 0.10
-"""A step is plausible within 10 % of its run's median (measurement set, schema 1)."""
+"""Relative deviation from the run's median up to which a step is plausible (measurement set, schema
+1)."""
 JUMP_STEPS = 2.0
-"""Relative size from which a step is a jump: no table moves by two steps in the time of one."""
+"""Ratio of a step to the median from which it is a jump: no table moves by two steps in the time of
+one."""
 LOWEST_SPEED_TOLERANCE = 0.05
-"""Runs within 5 % of the lowest speed count as runs at the lowest speed."""
+"""Relative distance from the lowest speed up to which runs count as runs at the lowest speed."""
 CLOCK_HZ_DEFAULT = 100e6
 
 
 class CaptureRefusedError(Exception):
     """A capture that cannot be used; the last good coefficients stay.
 
-    ``run``: as in the file; ``sample``: 0, 1, … within the run; None where there is none.
+    ``run``: as in the file; ``sample``: 0, 1, … within the run; each is None where it does not
+    apply.
     """
 
     def __init__(
         self, reason: Reason, message: str, run: int | None = None, sample: int | None = None
     ) -> None:
-        """Join place and reason for people."""
+        """Compose the message for the user from place and reason."""
         place = "capture" if run is None else f"run {run}"
         if sample is not None:
             place += f", sample {sample}"
@@ -76,7 +79,7 @@ class WholeTurns:
     step_counts: float
     """Median step of head 1, with sign."""
     masked: int = 0
-    """Samples between the first and the last that the set says not to use."""
+    """Number of samples between the first and the last that the set masks."""
     further_counts: tuple[NDArray[np.int64], ...] = ()
     """Counts of heads 3 and 4, if present, each of shape (samples,)."""
 
@@ -99,25 +102,25 @@ def whole_turns(
     Parameters
     ----------
     capture : Capture
-        Of a measurement set.
+        The capture of a measurement set.
     counts_per_rev : int
         Counts of one turn.
     runs : sequence of int, optional
-        Which runs; without it those at the lowest speed.
+        Numbers of the runs; default: those at the lowest speed.
     most_order : int, optional
-        Highest order that the samples have to show.
+        Highest order that the samples must resolve.
 
     Returns
     -------
     list of WholeTurns
-        One of each run.
+        One entry for each run.
 
     Raises
     ------
     CaptureRefusedError
-        With the first fault found.
+        A sample cannot be used; the error states the first fault.
     ValueError
-        A run is not there.
+        The capture lacks a run of ``runs``.
     """
     if capture.run.size == 0:
         raise CaptureRefusedError("empty", "it has no samples")
@@ -140,7 +143,7 @@ def _lowest_speed(capture: Capture, slices: dict[int, slice]) -> list[int]:
     for run, rows in slices.items():
         steps = np.abs(np.diff(capture.head1_counts[rows]))
         times = np.diff(capture.time_s[rows])
-        # Without a step there is no speed; the check of the run says so.
+        # Without a step there is no speed; the check of the run reports this.
         speeds[run] = (
             float(np.median(steps)) / max(float(np.median(times)), 1e-12) if steps.size else 0.0
         )
@@ -197,12 +200,16 @@ def _check_steps(
     medians: list[float],
     counts_per_rev: int,
 ) -> None:
-    """``kept``: place of every sample in the run; masked ones between them are whole steps."""
+    """Refuse a run with a step that is not plausible.
+
+    ``kept``: place of every sample in the run; between two places, each masked sample counts as a
+    step.
+    """
     gaps = np.diff(kept)
     faults = []
     for number, (head, median) in enumerate(zip(heads, medians, strict=True), start=1):
         steps = np.diff(head)
-        # A step of few counts differs by one through rounding alone.
+        # Rounding alone changes a step of few counts by one.
         allowed = max(STEP_TOLERANCE * abs(median), 1.0)
         bad = np.flatnonzero(np.abs(steps - median * gaps) > allowed * gaps)
         if median == 0.0:
@@ -258,8 +265,8 @@ def _check_speed(
     times = np.diff(capture.time_s[rows])
     clock_hz = capture.clock_hz or CLOCK_HZ_DEFAULT
     steps = np.abs(np.diff(capture.head1_counts[rows]))
-    # An edge a clock is the most that the decoder counts. Times are written to a microsecond, so
-    # a single interval can be off by one.
+    # The decoder counts one edge per clock at most. Times are written to a microsecond, so that a
+    # single interval can be wrong by one.
     fast = np.flatnonzero(steps > clock_hz * (times + 1e-6))
     if fast.size:
         index = int(fast[0])

@@ -20,7 +20,7 @@ Float = NDArray[np.float64]
 
 DISAGREEMENT_FALSE_ALARM = 1e-3
 LEAST_LINE_ARCSEC = 0.03
-"""Lines smaller than this are not worth a person's time."""
+"""Smallest amplitude of a line that is reported."""
 
 
 def combined_estimate(
@@ -42,15 +42,16 @@ def combined_estimate(
     u_index_rad: float,
     iterations: int,
 ) -> Estimate:
-    """Put the covariance together.
+    """Combine the runs into an estimate with its covariance.
 
-    ``values`` and every entry of ``by_run``: (2·seen,); ``information``: XᵀX a run for noise of
-    variance 1; ``own_residuals``: what is left of each run by *its own* values, so that a run that
-    differs is not taken for a noisy one; ``residual_rms_by_run``: by the common values.
+    ``values`` and every entry of ``by_run``: (2·seen,); ``information``: XᵀX of each run for noise
+    of variance 1; ``own_residuals``: residuals of each run with *its own* values, so that a run
+    that differs from the others does not count as noisy; ``residual_rms_by_run``: with the common
+    values.
 
-    The covariance is that of white noise with each run's own variance, times the
-    residual's power near each order over its mean power (so that noise that is not white counts
-    where it is), times the disagreement between runs where it is more than chance, plus α's part.
+    The covariance is that of white noise with each run's own variance, times the residual's power
+    near each order over its mean power (noise that is not white then counts at its own orders),
+    times the disagreement between runs if it exceeds chance, plus the contribution of α.
     """
     sigmas = noise_by_run(own_residuals, 2 * seen.size + 1)
     covariance = np.linalg.inv(_sum(information, sigmas))
@@ -110,7 +111,8 @@ def combined_estimate(
 
 
 def noise_by_run(own_residuals: Sequence[Float], parameters: int) -> Float:
-    """Standard deviation of each run's noise from what its own ``parameters`` values leave."""
+    """Return the standard deviation of each run's noise from its residual after a fit of its own
+    ``parameters`` values."""
     return np.array(
         # A residual of exactly zero must not divide by zero.
         [np.sqrt(max(float(r @ r) / max(r.size - parameters, 1), 1e-18)) for r in own_residuals]
@@ -133,7 +135,7 @@ def _sum(information: Sequence[Float], sigmas: Float) -> Float:
 def _by_separation(
     values: Float, orders: NDArray[np.int64], separation_rad: float, u_rad: float
 ) -> Float:
-    """Return the common effect of an error of α on all orders."""
+    """Return the covariance of all orders that the uncertainty of α causes."""
     slope = separation_slope(orders, values, separation_rad)
     direction = np.concatenate((slope.real, -slope.imag)) * u_rad
     return np.outer(direction, direction)
@@ -146,7 +148,8 @@ def _disagreement(
     sigmas: Float,
     colour: Float,
 ) -> Float:
-    """χ² a degree of freedom of the runs' values at every order, where it is more than chance."""
+    """Return χ² per degree of freedom of the runs' values at every order where it exceeds chance,
+    else 1."""
     number = colour.size
     if len(by_run) < 2:
         return np.ones(number)

@@ -1,9 +1,9 @@
-"""Judges how the heads of a table are connected, before anything is calibrated.
+"""Judges how the heads of a table are connected, before any calibration.
 
-Readings of all heads at one clock each, taken while the table turns once or more in its positive
-direction, show the sense of each head, its place after head 1, and which cable is at which head.
-Two turns at one speed, forward and backward, show what the electronics of one head is later than
-that of another: a head that is τ late reads θ(t − τ), so that its offset differs by τ times the
+While the table turns once or more in its positive direction, the readings of all heads at the same
+clocks show the sense of each head, its place after head 1, and which cable is at which head. Two
+turns at one speed, forward and backward, show by how much the electronics of one head is later than
+that of another: a head that is τ late reads θ(t − τ), so that its offset changes by τ times the
 difference of both speeds.
 """
 
@@ -24,13 +24,14 @@ Integer = NDArray[np.int64]
 COUNTED_WRONG = 0.01
 """Share of a turn by which a head may differ from head 1; eccentricity changes less than 10⁻³."""
 PLACE_TOLERANCE_DEG = 1.0
-"""A head this near counts as the one that was planned there. The device accepts 0.25°."""
+"""Largest distance in degrees at which a head counts as the planned one. The device accepts 0.25°.
+"""
 DELAY_MOST_CLOCKS = 255
 
 
 @dataclass(frozen=True)
 class Connection:
-    """What the readings say of the heads; lists are by cable, head 1 first.
+    """The findings from the readings of the heads; lists are by cable, head 1 first.
 
     ``travels``: counts that each head moved; ``places_deg``: after head 1, NaN without an index;
     ``at_head``: number of the planned head at which each cable is, 0 where no plan fits.
@@ -41,9 +42,9 @@ class Connection:
     places_deg: tuple[float, ...]
     at_head: tuple[int, ...]
     off_deg: float
-    """Largest distance of a place from the plan, with the cables as found."""
+    """Largest distance of a place from the plan, with the cables assigned as found."""
     faults: tuple[str, ...]
-    """What is wrong, and what to do; none: the heads are as planned."""
+    """Faults, each with its remedy; empty if the heads are as planned."""
 
 
 def judge_connection(
@@ -128,7 +129,8 @@ def _sense_faults(travels: Integer, most: int) -> list[str]:
 def _places(
     angles: Integer, sense: Integer, indexed: NDArray[np.bool_], counts_per_rev: int
 ) -> Float:
-    """Places after head 1, degrees: means over the turn, without the order 1 of eccentricity."""
+    """Return the places after head 1, degrees: means over the turn, without the order 1 of
+    eccentricity."""
     places = np.full(angles.shape[1], np.nan)
     if not indexed[0]:
         return places
@@ -144,7 +146,8 @@ def _places(
 
 
 def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float, bool]:
-    """The head at which each cable is, the largest distance, and whether the plan is mirrored."""
+    """Return the head at which each cable is, the largest distance, and whether the plan is
+    mirrored."""
     heads = plan_deg.size
     if np.isnan(places_deg).any():
         return (0,) * heads, float("nan"), False
@@ -155,7 +158,7 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
             apart = places_deg - (-expected if mirrored else expected)
             off = float(np.abs((apart + 180.0) % 360.0 - 180.0).max())
             if off <= PLACE_TOLERANCE_DEG:
-                # Of equal plans, as of evenly spaced heads, the first is the cables as they are.
+                # Evenly spaced heads have equal plans: the first one leaves the cables as they are.
                 return tuple(place + 1 for place in order), off, mirrored
             found.append((off, mirrored, order))
     return (0,) * heads, min(found)[0], False
@@ -163,9 +166,9 @@ def _cables(places_deg: Float, plan_deg: Float) -> tuple[tuple[int, ...], float,
 
 @dataclass(frozen=True)
 class Skew:
-    """How much later each head is than the earliest, and the delays that take it away.
+    """Delay of each head, and the corrections that make all heads equally late.
 
-    ``late_ns`` and ``u_ns`` (H,): against head 1; ``delays_clocks`` (H,): for ``head_delays``.
+    ``late_ns`` and ``u_ns`` (H,): relative to head 1; ``delays_clocks`` (H,): for ``head_delays``.
     """
 
     late_ns: Float
@@ -174,7 +177,7 @@ class Skew:
 
     @property
     def head_delays(self) -> int:
-        """The value of the device's parameter: one byte a head, head 1 in the lowest."""
+        """The value of the device's parameter: one byte per head, head 1 in the lowest."""
         return sum(clocks << 8 * head for head, clocks in enumerate(self.delays_clocks))
 
 
@@ -186,7 +189,8 @@ def skew_of(
     clock_hz: float,
     delays_clocks: tuple[int, ...],
 ) -> Skew:
-    """Skew from two turns in opposite directions, made with ``delays_clocks`` in the device.
+    """Calculate the skew from two turns in opposite directions, made with ``delays_clocks`` in the
+    device.
 
     Raises ValueError for turns in one direction and for a skew beyond 255 clocks.
     """
@@ -194,14 +198,14 @@ def skew_of(
         raise ValueError("both turns go in the same direction")
     apart = speeds_rad_s[0] - speeds_rad_s[1]
     late_s = -(forward.offsets_rad - backward.offsets_rad) / apart
-    # The parity, and each contrast, has the noise of one reading; an offset that of two heads.
+    # The parity and each contrast have the noise of one reading; an offset has that of two heads.
     u_offset = [
         np.sqrt(2.0 / number) * found.noise_arcsec * RAD_PER_ARCSEC
         for found, number in zip((forward, backward), samples, strict=True)
     ]
     u_s = np.full(late_s.size, float(np.hypot(*u_offset)) / abs(apart))
     u_s[0] = 0.0
-    # What is late now has the present delays in it.
+    # The measured delay contains the present delays of the device.
     own = late_s - np.array(delays_clocks, dtype=np.float64) / clock_hz
     own -= own[0]
     needed = np.rint((own.max() - own) * clock_hz).astype(np.int64)

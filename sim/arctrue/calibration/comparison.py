@@ -1,4 +1,4 @@
-"""The error against the reference, before and after the gateware."""
+"""Compares the error against the reference before and after the correction by the gateware."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Float = NDArray[np.float64]
 
 
 class Extent(NamedTuple):
-    """Arcseconds."""
+    """Range and RMS of values, arcseconds."""
 
     lowest: float
     highest: float
@@ -25,7 +25,7 @@ class Extent(NamedTuple):
 
     @property
     def peak_to_peak(self) -> float:
-        """Highest less lowest."""
+        """Difference of the highest and the lowest value."""
         return self.highest - self.lowest
 
 
@@ -46,7 +46,7 @@ class ReferenceComparison:
 
 
 def extent(values: Float) -> Extent:
-    """Lowest, highest and root mean square."""
+    """Return the lowest value, the highest value and the root mean square."""
     return Extent(
         float(values.min()), float(values.max()), float(np.sqrt(np.mean(np.square(values))))
     )
@@ -55,7 +55,8 @@ def extent(values: Float) -> Extent:
 def compare(reference: Reference, coefficients: Coefficients) -> ReferenceComparison:
     """Run the readings of the reference run through the bit-true gateware.
 
-    What leaves the gateware is whole counts, so its rounding is part of the error after.
+    The gateware outputs whole counts, so that its rounding is part of the error after the
+    correction.
     """
     counts_per_rev = coefficients.counts_per_rev
     counts = reading_counts(reference, counts_per_rev)
@@ -75,7 +76,7 @@ def compare(reference: Reference, coefficients: Coefficients) -> ReferenceCompar
 
 
 def reading_counts(reference: Reference, counts_per_rev: int) -> NDArray[np.int64]:
-    """The reading of head 1 in counts: as recorded, else reference angle + error."""
+    """Return the reading of head 1 in counts: as recorded, otherwise reference angle + error."""
     if reference.head1_counts is not None:
         return reference.head1_counts
     degrees = reference.target_deg + reference.error_arcsec / 3600.0

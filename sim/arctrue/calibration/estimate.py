@@ -35,7 +35,7 @@ class Estimate:
     Parameters
     ----------
     function_of : {"reading", "angle"}
-        What x is.
+        Meaning of x.
     orders : ndarray of int, shape (orders,)
         The orders n.
     values : ndarray, shape (2·orders,)
@@ -46,15 +46,15 @@ class Estimate:
     noise_gain : ndarray, shape (orders,)
         |TF| of every order.
     disagreement : ndarray, shape (orders,)
-        χ² a degree of freedom between the runs; 1 where it cannot be judged.
+        χ² per degree of freedom between the runs; 1 where it cannot be judged.
     residual_rms_arcsec : float
-        RMS of what is left, arcseconds.
+        RMS of the residual, arcseconds.
     u_measured_separation_rad : float
         Standard uncertainty of the measured separation, radians.
     runs : tuple of RunFit
         The fit of each run.
     iterations : int
-        Until the fit stood still.
+        Number of iterations until the fit converged.
     """
 
     function_of: Literal["reading", "angle"]
@@ -64,14 +64,15 @@ class Estimate:
     noise_gain: Float
     """|TF| of every order, (N,)."""
     disagreement: Float
-    """χ² a degree of freedom between the runs at every order, (N,); 1 where it cannot be judged."""
+    """χ² per degree of freedom between the runs at every order, (N,); 1 if it cannot be judged."""
     residual_rms_arcsec: float
     residual_peaks: tuple[tuple[float, float], ...]
-    """Lines that stand out in what is left: (order, amplitude in arcseconds), largest first."""
+    """Lines that stand out in the residual: (order, amplitude in arcseconds), largest first."""
     head_separation_rad: float
     """The α that was used."""
     u_head_separation_rad: float
-    """Its standard uncertainty; the covariance holds it with its coupling to every order."""
+    """Standard uncertainty of the α that was used; the covariance includes its coupling to every
+    order."""
     separation_choice: Choice
     """Source of the α that was used."""
     measured_separation_rad: float
@@ -111,7 +112,7 @@ class Estimate:
         return np.asarray(np.sqrt(variance.mean(axis=0)))
 
     def error_arcsec(self, x_rad: Float) -> Float:
-        """Work out the error.
+        """Calculate the error.
 
         Parameters
         ----------
@@ -126,10 +127,10 @@ class Estimate:
         return error_arcsec(self.orders, self.values, x_rad)
 
     def u_error_arcsec(self, x_rad: Float, applied: NDArray[np.bool_] | None = None) -> Float:
-        """Work out the standard uncertainty of the error by the full covariance.
+        """Calculate the standard uncertainty of the error with the full covariance.
 
-        j(x)ᵀ C j(x) with j the cosines and sines of the orders that are seen: what the noise makes
-        of each order, and what α makes of all of them together.
+        Its square is j(x)ᵀ C j(x) with j the cosines and sines of the orders that are seen. It
+        contains the noise of each order and the common effect of α on all orders.
 
         Parameters
         ----------

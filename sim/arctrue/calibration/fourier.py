@@ -1,7 +1,7 @@
 """The Fourier method of the paper, equations (1)–(7).
 
-It supposes that the samples stand at equal steps of the true angle, K of them over whole turns.
-Sampling in equal *time* at an uneven speed breaks that (``least_squares`` does not suppose it).
+It assumes that the samples are at equal steps of the true angle, K of them over whole turns.
+Samples at equal *times* and uneven speed violate this; ``least_squares`` does not need it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def fourier(
     Parameters
     ----------
     turns : sequence of WholeTurns
-        Of the runs.
+        Samples of the runs.
     counts_per_rev : int
         Counts of one turn.
     nominal_separation_rad : float
@@ -47,10 +47,11 @@ def fourier(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Which α head 2's zero is set by; without it the measured one, where the index is to be
-        believed; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured one, if the index is
+        plausible; ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
-        Standard uncertainty of how far apart the heads detect the index mark, arcseconds.
+        Standard uncertainty of the distance between the places where the heads detect the index
+        mark, arcseconds.
     index_repeatability_counts : float, optional
         Standard deviation of one head's index from run to run, counts.
     by_harmonics : Separation, optional
@@ -59,14 +60,14 @@ def fourier(
     Returns
     -------
     estimate : Estimate
-        Of every order, with its covariance.
+        The error with every order and its covariance.
     warnings : list of str
-        What a person should know, one sentence each.
+        Warnings for the user, one sentence each.
 
     Raises
     ------
     ValueError
-        Samples of a run are masked: a transform needs every one.
+        Samples of a run are masked: a transform needs every sample.
     """
     for part in turns:
         if part.masked:
@@ -128,7 +129,7 @@ def fourier(
     values = np.average(by_run, axis=0, weights=weights)
     common = (values[: seen.size] - 1j * values[seen.size :]) / 2.0 / transfer
     residual_rms = [
-        # Parseval: the lines differ by what the run's own coefficients do.
+        # Parseval: the residual differs by the difference of the coefficients.
         float(np.sqrt(np.mean(own**2) + 2.0 * np.sum(np.abs(spectrum[visible] - common) ** 2)))
         for own, spectrum in zip(own_residuals, spectra, strict=True)
     ]
@@ -158,14 +159,14 @@ def fourier(
 
 
 def _steps(part: WholeTurns) -> Float:
-    """n·θ − n·θ₀ of the samples for n = 1, by the supposition of equal steps."""
+    """Return n·θ − n·θ₀ of the samples for n = 1, with the assumption of equal steps."""
     sign = 1.0 if part.step_counts > 0 else -1.0
     step = sign * 2.0 * np.pi * part.turns / part.samples
     return np.asarray(step * np.arange(part.samples))
 
 
 def _start_rad(part: WholeTurns, counts_per_rev: int) -> float:
-    """The true angle of the first sample: ε has no mean over equal steps."""
+    """Return the true angle of the first sample: ε has no mean over equal steps."""
     relative = (part.head1_counts - part.head1_counts[0]) * (2.0 * np.pi / counts_per_rev)
     first = int(part.head1_counts[0]) % counts_per_rev * (2.0 * np.pi / counts_per_rev)
     return first + float(np.mean(relative - _steps(part)))
@@ -174,7 +175,7 @@ def _start_rad(part: WholeTurns, counts_per_rev: int) -> float:
 def _coefficients(
     difference: Float, part: WholeTurns, orders: NDArray[np.int64], start_rad: float
 ) -> NDArray[np.complex128]:
-    """D₂₁[n] at θ = 0, from the transform whose zero is the first sample."""
+    """Return D₂₁[n] at θ = 0, from the transform whose zero is the first sample."""
     spectrum = np.fft.fft(difference) / part.samples
     sign = 1 if part.step_counts > 0 else -1
     lines = (sign * orders * part.turns) % part.samples
@@ -195,5 +196,5 @@ def _synthesis(
 
 
 def _values(coefficients: NDArray[np.complex128]) -> Float:
-    """Cosines, then sines, from E_n: ε = 2·Re Σ E_n e^{jnθ}."""
+    """Return the cosines, then the sines, from E_n: ε = 2·Re Σ E_n e^{jnθ}."""
     return np.concatenate((2.0 * coefficients.real, -2.0 * coefficients.imag))

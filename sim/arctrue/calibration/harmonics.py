@@ -1,4 +1,4 @@
-"""Sums of harmonics, and the step from a function of the true angle to one of the reading."""
+"""Sums of harmonics, and the conversion of a function of the true angle to one of the reading."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _BLOCK = 1 << 15
 
 
 def unit_vectors(counts: Integer, counts_per_rev: int) -> NDArray[np.complex128]:
-    """e^{jR} of counts, (n,): reduced to one turn in whole numbers first."""
+    """Return e^{jR} of counts, (n,), which are first reduced to one turn as integers."""
     return np.exp((2j * np.pi / counts_per_rev) * np.remainder(counts, counts_per_rev))
 
 
 def powers(vectors: NDArray[np.complex128], orders: Integer) -> NDArray[np.complex128]:
-    """``vectors``ⁿ for every order, (n, orders)."""
-    # An order's column lies together in memory: it is written and read as a whole.
+    """Return ``vectors``ⁿ for every order, (n, orders)."""
+    # An order's column is contiguous in memory: it is written and read as a whole.
     result = np.empty((vectors.size, orders.size), dtype=np.complex128, order="F")
     if orders.size and np.array_equal(orders, np.arange(1, orders.size + 1)):
-        # One multiplication an order, where a power takes a logarithm.
+        # One multiplication per order is faster than a power, which needs a logarithm.
         running = vectors
         for index in range(orders.size):
             result[:, index] = running
@@ -33,7 +33,7 @@ def powers(vectors: NDArray[np.complex128], orders: Integer) -> NDArray[np.compl
 
 
 def error_arcsec(orders: Integer, values: Float, x_rad: Float) -> Float:
-    """Σ cosine·cos(n·x) + sine·sin(n·x); ``values``: (2·orders,), ``x_rad``: any shape."""
+    """Return Σ cosine·cos(n·x) + sine·sin(n·x); ``values``: (2·orders,), ``x_rad``: any shape."""
     x = np.asarray(x_rad, dtype=np.float64)
     flat = x.ravel()
     cosine, sine = np.split(np.asarray(values), 2)
@@ -46,10 +46,11 @@ def error_arcsec(orders: Integer, values: Float, x_rad: Float) -> Float:
 
 
 def as_function_of_reading(orders: Integer, values: Float) -> Float:
-    """The harmonics of g with g(R) = ε(θ), R = θ + ε(θ), from those of ε; arcseconds, (2·orders,).
+    """Convert the harmonics of ε to those of g with g(R) = ε(θ), R = θ + ε(θ); arcseconds,
+    (2·orders,).
 
-    The gateware works out ε at the reading, equation (8). Taking ε(R) for ε(θ) there leaves
-    ε·ε′, at 150″ of eccentricity 0.055″ of order 2; g leaves nothing.
+    The gateware calculates ε at the reading, equation (8). With ε(R) in place of ε(θ) an error of
+    ε·ε′ would remain, 0.055″ of order 2 for an eccentricity of 150″; with g none remains.
     """
     most = int(orders.max(initial=1))
     number = 1 << max(10, int(np.ceil(np.log2(16 * most))))

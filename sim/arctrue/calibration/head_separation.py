@@ -1,11 +1,11 @@
-"""α: what the capture says of it, how well, and whether to believe that.
+"""The separation α from the capture, its uncertainty, and whether it can be believed.
 
-mean(R₂ − R₁) over uniform true angle is the separation as the index marks show it: both heads
-count from the same mark, and ε(θ + α) − ε(θ) has no mean. It repeats to ± 1 count a head. What no
-repeat shows is a constant difference between the places where the heads detect the mark: it goes
-into α one to one (10 µm at the disc are 38″). A set states its standard uncertainty as
-``table.index_detection_arcsec``; without the key it is that of the heads' mounting, 50″/√3. An
-index that is not found at all shows as runs that disagree or a value far from nominal.
+mean(R₂ − R₁) over uniform true angle is the separation according to the index marks: both heads
+count from the same mark, and ε(θ + α) − ε(θ) has no mean. It repeats to ± 1 count per head. No
+repeat shows a constant difference between the places where the heads detect the mark; this
+difference is fully contained in α (10 µm at the disc are 38″). A set states its standard
+uncertainty as ``table.index_detection_arcsec``; without the key it is that of the heads' mounting,
+50″/√3. An index that was not found shows as runs that disagree or a value far from nominal.
 """
 
 from __future__ import annotations
@@ -23,20 +23,22 @@ Choice = Literal["measured", "nominal", "harmonics"]
 
 NOMINAL_TOLERANCE_ARCSEC = 50.0
 U_NOMINAL_RAD = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0) * RAD_PER_ARCSEC
-"""Rectangular distribution over the tolerance."""
+"""Standard uncertainty of a rectangular distribution over the tolerance."""
 U_DETECTION_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
-"""Default of ``table.index_detection_arcsec``: a sensor of the mark is mounted no better than its
+"""Default of ``table.index_detection_arcsec``: the sensor of the mark is mounted no better than its
 head."""
 INDEX_REPEATABILITY_COUNTS = 1.0
 BELIEVABLE_ARCSEC = 900.0
-"""0.25°, 0.24 mm at the disc: no head is mounted so badly; the index is at fault."""
+"""Largest plausible difference from nominal: 0.25°, 0.24 mm at the disc. No head is mounted so
+badly; a larger difference is a fault of the index."""
 RUNS_AGREE_COUNTS = 4.0
-"""± 1 count for each of two heads, between the two runs furthest apart."""
+"""Largest difference between two runs that agree: ± 1 count for each of two heads."""
 
 
 @dataclass(frozen=True)
 class Separation:
-    """A value of α with its standard uncertainty; ``note`` says why there is none (u infinite)."""
+    """A value of α with its standard uncertainty; without a value u is infinite and ``note`` says
+    why."""
 
     value_rad: float
     u_rad: float
@@ -48,7 +50,7 @@ def u_index_rad(
     index_detection_arcsec: float = 0.0,
     index_repeatability_counts: float | None = None,
 ) -> float:
-    """Standard uncertainty of α by the index, the same for all runs.
+    """Return the standard uncertainty of α by the index, the same for all runs.
 
     The index of each of the two heads repeats with the standard deviation
     ``index_repeatability_counts``; None: within ± 1 count, a rectangular distribution.
@@ -60,7 +62,7 @@ def u_index_rad(
 
 
 def _repeatability(stated_counts: float | None) -> float:
-    """Standard deviation of one head's index, counts."""
+    """Return the standard deviation of one head's index, counts."""
     if stated_counts is None:
         return INDEX_REPEATABILITY_COUNTS / math.sqrt(3.0)
     return stated_counts
@@ -72,7 +74,7 @@ def chosen(
     measured: Separation,
     by_harmonics: Separation | None,
 ) -> Separation:
-    """The value of the ``choice``. Raises ValueError for harmonics that determine none."""
+    """Return the separation of the ``choice``. Raises ValueError for harmonics without a value."""
     if choice == "measured":
         return measured
     if choice == "nominal":
@@ -110,16 +112,16 @@ def judge(
     index_detection_arcsec: float = 0.0,
     index_repeatability_counts: float | None = None,
 ) -> tuple[Choice, list[str]]:
-    """Which separation to use, and what a person should know about it.
+    """Return which separation to use, and warnings for the user about it.
 
-    The index is used where it can be believed and its detection is known no worse than the
-    nominal value; else the nominal value.
+    The index is used if it is plausible and its detection is known as well as the nominal value or
+    better; otherwise the nominal value is used.
     """
     warnings = []
     trusted = True
     off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
     spread = max(by_run_rad) - min(by_run_rad)
-    # A repeatability that is stated widens what ± 1 count allows, in proportion.
+    # A stated repeatability widens the limit for ± 1 count in proportion.
     wider = max(_repeatability(index_repeatability_counts) / _repeatability(None), 1.0)
     allowed = wider * RUNS_AGREE_COUNTS * rad_per_count(counts_per_rev) + 6.0 * max(u_by_run_rad)
     if spread > allowed:

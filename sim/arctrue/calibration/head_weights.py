@@ -1,15 +1,14 @@
-"""Weights of the mean of the heads, and of the parity that shows a head that is wrong.
+"""Weights of the mean of the heads, and of the parity that detects a wrong head.
 
-Head i stands p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that moves by
-c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, ρ_i being the disc's nominal radius R over the
-radius of head i. With
+Head i stands p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that moves by c = x
++ jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, ρ_i being the disc's nominal radius R over the radius
+of head i.
 
-    Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0
-
-the mean Σwᵢrᵢ turns with the table and sees no translation of the axis, at no order, repeating or
-not. Three heads have one solution, four a family, of which the one with the least noise √Σwᵢ²
-is taken, two only at 180°. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 sees neither the
-table's motion nor the axis'; it takes four heads.
+With Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0 the mean Σwᵢrᵢ turns with the table and contains no translation
+of the axis, at any order, repeating or not. Three heads have one solution. Four heads have a family
+of solutions, of which the one with the least noise √Σwᵢ² is taken. Two heads have a solution at
+180° only. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 contains neither the motion of the
+table nor that of the axis; it needs four heads.
 """
 
 from __future__ import annotations
@@ -28,18 +27,20 @@ Float = NDArray[np.float64]
 MOST_WEIGHT = WEIGHT_LIMIT / WEIGHT_ONE
 """Largest weight of the format s1.16."""
 NOISE_LIMIT = 1.0
-"""Noise of the mean over that of one reading from which one head alone is quieter."""
+"""Largest ratio of the mean's noise to that of one reading: above it, one head alone has less
+noise."""
 LEAK_LIMIT = 1e-3
-"""Largest share of a translation in the mean, where no weights make it 0: two heads within 3′ of
+"""Largest share of a translation in the mean where no weights make it 0: two heads within 3′ of
 180°."""
 
 
 class WeightsRefusedError(ValueError):
-    """No weights for these places, or none that can be used."""
+    """These places have no weights, or none that can be used."""
 
 
 def translation_columns(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
-    """Return what heads read of an axis motion along y and along x: ρ·cos p and ρ·sin p, (H, 2)."""
+    """Return the change of the readings by an axis motion along y and along x: ρ·cos p and ρ·sin p,
+    (H, 2)."""
     places = np.asarray(places_rad, dtype=np.float64)
     ratios = np.ones_like(places) if radius_ratios is None else np.asarray(radius_ratios)
     return np.column_stack((ratios * np.cos(places), ratios * np.sin(places)))
@@ -51,9 +52,9 @@ def mean_weights(
     *,
     noise_limit: float = NOISE_LIMIT,
 ) -> Float:
-    """Weights of the mean with the least noise, (H,).
+    """Return the weights of the mean with the least noise, (H,).
 
-    Raises WeightsRefusedError where no weights keep a translation out of the mean, where one does
+    Raises WeightsRefusedError where no weights exclude a translation from the mean, where one does
     not fit into s1.16, or where the mean is noisier than ``noise_limit`` times one reading.
     """
     places = np.asarray(places_rad, dtype=np.float64)
@@ -66,7 +67,7 @@ def mean_weights(
             f"heads at {named}: no weights keep a motion of the axis out of the mean; two heads "
             "must stand at 180°, three or four at different places"
         )
-    # Two heads a little off 180° miss the sum too: what must hold exactly is Σw = 1.
+    # Two heads a little off 180° also miss Σw = 1, which must hold exactly.
     weights = weights / weights.sum()
     largest = int(np.argmax(np.abs(weights)))
     if not -MOST_WEIGHT <= weights[largest] < MOST_WEIGHT:
@@ -84,10 +85,10 @@ def mean_weights(
 
 
 def parity_weights(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
-    """Weights cᵢ of the parity of four heads, (4,), Σcᵢ² = 1, the largest positive.
+    """Return the weights cᵢ of the parity of four heads, (4,), Σcᵢ² = 1, the largest positive.
 
-    Raises WeightsRefusedError for another number of heads, or places that leave more than one
-    such combination.
+    Raises WeightsRefusedError for another number of heads, or places that have more than one such
+    combination.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     if places.size != HEADS_MOST:
@@ -109,9 +110,9 @@ def weights_without_each(
     *,
     noise_limit: float = NOISE_LIMIT,
 ) -> tuple[Float | WeightsRefusedError, ...]:
-    """Weights with one head missing, (H,) with its weight 0, for each head in turn.
+    """Return the weights without each head in turn, (H,), that head's weight being 0.
 
-    A refusal stands in the place of weights that cannot be used.
+    Where no weights can be used, the entry is the refusal.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     ratios = np.ones_like(places) if radius_ratios is None else np.asarray(radius_ratios)
@@ -132,10 +133,10 @@ def weights_without_each(
 def weight_words(
     weights: ArrayLike, places_rad: ArrayLike, radius_ratios: ArrayLike | None = None
 ) -> NDArray[np.int32]:
-    """Weights as s1.16 words whose sum is 2¹⁶ exactly, (H,); a weight 0 stays 0.
+    """Return weights as s1.16 words whose sum is 2¹⁶ exactly, (H,); a weight 0 stays 0.
 
-    Of the words within 2 of each weight those are taken that let the least of a translation
-    through. Raises WeightsRefusedError for a weight that s1.16 does not hold.
+    Among the words within 2 of each weight, those with the smallest share of a translation are
+    taken. Raises WeightsRefusedError for a weight that s1.16 does not hold.
     """
     values = np.asarray(weights, dtype=np.float64) * WEIGHT_ONE
     columns = translation_columns(places_rad, radius_ratios)
@@ -174,9 +175,10 @@ def order_factor(
     orders: Sequence[int] | NDArray[np.int64],
     radius_ratios: ArrayLike | None = None,
 ) -> NDArray[np.complex128]:
-    """W(n) = Σwᵢ·e^{jnpᵢ}: what the mean sees of the disc's order n, (orders,).
+    """Return W(n) = Σwᵢ·e^{jnpᵢ}, the factor of the disc's order n in the mean, (orders,).
 
-    At order 1 with ρᵢ: nearly all of that order is an eccentric disc, which acts by the radius.
+    At order 1 each term has the factor ρᵢ: nearly all of that order is an eccentric disc, which
+    acts by the radius.
     """
     places = np.asarray(places_rad, dtype=np.float64)
     w = np.asarray(weights, dtype=np.float64)

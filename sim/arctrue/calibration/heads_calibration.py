@@ -1,4 +1,4 @@
-"""The whole calibration of a set of three or four heads: verify, fit, choose orders, quantise."""
+"""The calibration of a set of three or four heads: verify, fit, choose orders, quantise."""
 
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ from arctrue.measurement.measurement_set import MeasurementSet
 class MeanSettings:
     """Settings of the calibration of the mean.
 
-    ``motion`` None: unknown at every order with four heads, else none; ``runs`` None: those at the
-    lowest speed; ``u_radius``: standard uncertainty of a head's radius over the disc's.
+    ``motion``: None means that motion is unknown at every order with four heads, and absent
+    otherwise; ``runs``: None means the runs at the lowest speed; ``u_radius``: standard uncertainty
+    of a head's radius over the disc's.
     """
 
     runs: Sequence[int] | None = None
@@ -44,13 +45,13 @@ class MeanSettings:
 
 @dataclass(frozen=True)
 class MeanCalibration:
-    """The outcome: what was found, and the words of the mean with a set for each missing head."""
+    """The estimate, and the words of the mean with a set for each missing head."""
 
     estimate: HeadsEstimate
     coefficients: Coefficients
     turns: tuple[WholeTurns, ...]
     applied: NDArray[np.bool_]
-    """Which of the estimate's orders are significant and in the lanes, (N,)."""
+    """True for the estimate's orders that are significant and have a lane, (N,)."""
     objections: tuple[str, ...]
     warnings: tuple[str, ...] = field(default=())
 
@@ -60,8 +61,9 @@ def calibrate_mean(
 ) -> MeanCalibration:
     """Calibrate the weighted mean of all heads of a capture.
 
-    Raises CaptureRefusedError for a capture that cannot be used, ValueError for a set without one
-    or places that have no mean, SingularHeadsError for what the heads do not determine.
+    Raises CaptureRefusedError for a capture that cannot be used, ValueError for a set without a
+    capture or places that have no mean, SingularHeadsError for unknowns that the heads do not
+    determine.
     """
     settings = settings or MeanSettings()
     capture, table = measurement.capture, measurement.table

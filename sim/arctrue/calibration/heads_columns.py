@@ -1,14 +1,10 @@
-"""What each head sees of everything that a calibration of several heads does not know.
+"""Columns of every unknown of a calibration of several heads, as each head sees it.
 
 With g the disc's error as a function of its own reading, head i at the place p_i and the radius
-R/ρᵢ reads
-
-    Rᵢ = θ + aᵢ + g_i(Rᵢ + dᵢ) + m_i(θ),
-
-aᵢ being the offset of its counter and dᵢ = p_i − aᵢ what it detects the index mark late. Order 1
-of g acts by ρᵢ. An axis at c(θ) = Σ F_k e^{jkθ} + B_k e^{−jkθ} adds m_i = ρᵢ·Im(c·e^{jp_i}), F and
-B in arcseconds at the disc's radius. The forward circle of order 1 is an eccentric disc and no
-unknown of its own.
+R/ρᵢ reads Rᵢ = θ + aᵢ + g_i(Rᵢ + dᵢ) + m_i(θ). aᵢ is the offset of its counter, and dᵢ = p_i − aᵢ
+is the angle by which it detects the index mark late. Order 1 of g is multiplied by ρᵢ. An axis at
+c(θ) = Σ F_k e^{jkθ} + B_k e^{−jkθ} adds m_i = ρᵢ·Im(c·e^{jp_i}), F and B in arcseconds at the
+disc's radius. The forward circle of order 1 equals an eccentric disc and is no separate unknown.
 """
 
 from __future__ import annotations
@@ -27,7 +23,7 @@ Integer = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Layout:
-    """Which column is which: disc cosines, disc sines, motion, lateness dᵢ, radius ratios ρᵢ."""
+    """Order of the columns: disc cosines, disc sines, motion, lateness dᵢ, radius ratios ρᵢ."""
 
     heads: int
     orders: Integer
@@ -45,27 +41,27 @@ class Layout:
 
     @property
     def disc(self) -> slice:
-        """Cosines of all orders, then the sines, arcseconds."""
+        """Columns of the cosines of all orders, then of the sines, arcseconds."""
         return slice(0, 2 * self.orders.size)
 
     @property
     def motion(self) -> slice:
-        """Real and imaginary part of every circle, arcseconds."""
+        """Columns of the real and imaginary part of every circle, arcseconds."""
         return slice(self.disc.stop, self.disc.stop + 2 * len(self.motion_parts))
 
     @property
     def late(self) -> slice:
-        """dᵢ of heads 2 and on, arcseconds."""
+        """Columns of dᵢ of heads 2, 3 and 4, arcseconds."""
         return slice(self.motion.stop, self.motion.stop + self.heads - 1)
 
     @property
     def radius(self) -> slice:
-        """ρᵢ − 1 of heads 2 and on; that of head 1 is 0."""
+        """Columns of ρᵢ − 1 of heads 2, 3 and 4; it is 0 for head 1."""
         return slice(self.late.stop, self.late.stop + self.heads - 1)
 
     @property
     def size(self) -> int:
-        """Columns in all, without the offsets."""
+        """Number of all columns, without the offsets."""
         return int(self.radius.stop)
 
 
@@ -82,7 +78,7 @@ class State:
 
     @property
     def late_rad(self) -> Float:
-        """dᵢ of all heads, head 1's being 0, (heads,)."""
+        """dᵢ of all heads, (heads,); 0 for head 1."""
         return np.concatenate(([0.0], self.values[self.layout.late] * RAD_PER_ARCSEC))
 
     @property
@@ -91,7 +87,7 @@ class State:
         return np.concatenate(([1.0], 1.0 + self.values[self.layout.radius]))
 
     def places_rad(self, run: int) -> Float:
-        """p_i = aᵢ + dᵢ by one run, (heads,)."""
+        """Return p_i = aᵢ + dᵢ with the offsets of one run, (heads,)."""
         return np.asarray(self.offsets_rad[run] + self.late_rad)
 
     def with_values(self, values: Float) -> State:
@@ -101,7 +97,8 @@ class State:
     def of_head(
         self, head: int, run: int, turned: NDArray[np.complex128], angle: Float
     ) -> HeadSees:
-        """Return what each head sees at disc readings e^{jy} = ``turned`` and true angles, (n,)."""
+        """Return the reading error of one head and its derivatives at disc readings e^{jy} =
+        ``turned`` and true angles, (n,)."""
         layout, number = self.layout, self.layout.orders.size
         ratio = float(self.radius_ratios[head])
         place = float(self.places_rad(run)[head])

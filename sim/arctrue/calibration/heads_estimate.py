@@ -1,4 +1,4 @@
-"""Describes what a calibration of several heads found, with its covariance."""
+"""Describes the result of a calibration of several heads, with its covariance."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class AxisCircle:
 class HeadsEstimate:
     """Values of ``state`` with their ``covariance``, (size, size), in the units of its layout.
 
-    The columns after those of the layout are the offsets of heads 2 and on, a run at a time, in
-    arcseconds. What was held fixed has variance 0.
+    The columns after those of the layout are the offsets of heads 2, 3 and 4 for each run in turn,
+    in arcseconds. A value that was held fixed has variance 0.
     """
 
     asked_orders: Integer
@@ -42,7 +42,8 @@ class HeadsEstimate:
     covariance: Float
     motion: MotionOrders
     combinations: Float
-    """Rows of weights of the readings that were fitted, (m, heads), noise of variance 1 each."""
+    """Weights of the readings in each fitted combination, (m, heads); each has noise of variance 1.
+    """
     samples: int
     turns: int
     noise_arcsec: float
@@ -55,7 +56,7 @@ class HeadsEstimate:
 
     @property
     def unseen_orders(self) -> Integer:
-        """Orders asked for that are not seen at these places."""
+        """Requested orders that are not seen at these places."""
         return np.setdiff1d(self.asked_orders, self.orders)
 
     @property
@@ -76,7 +77,7 @@ class HeadsEstimate:
 
     @property
     def places_rad(self) -> Float:
-        """After head 1, (heads,)."""
+        """Places after head 1, (heads,)."""
         return self.offsets_rad + self.state.late_rad
 
     @property
@@ -87,18 +88,18 @@ class HeadsEstimate:
 
     @property
     def radius_ratios(self) -> Float:
-        """Nominal radius over that of each head, (heads,)."""
+        """Ratio of the nominal radius to that of each head, (heads,)."""
         return self.state.radius_ratios
 
     @property
     def u_radius_ratios(self) -> Float:
-        """Their standard uncertainty, (heads,)."""
+        """Standard uncertainty of the radius ratios, (heads,)."""
         part = self.state.layout.radius
         return np.concatenate(([0.0], np.sqrt(np.diag(self.covariance)[part])))
 
     @property
     def noise_gain(self) -> Float:
-        """Noise of every order of the disc over that of one head, (N,)."""
+        """Ratio of the noise of every order of the disc to that of one head, (N,)."""
         return order_gain(self.places_rad, self.orders, self.motion)
 
     @property
@@ -124,9 +125,9 @@ class HeadsEstimate:
         )
 
     def mean_orders(self, weights: Float) -> tuple[NDArray[np.complex128], Float]:
-        """Orders of the disc as the mean sees them, cosine − j·sine, (N,), and u of a component.
+        """Return the disc's orders in the mean, cosine − j·sine, (N,), and u of a component.
 
-        u has the noise of the disc's orders and what places and radii make of them.
+        u contains the noise of the disc's orders and the uncertainties of places and radii.
         """
         layout, number = self.state.layout, self.orders.size
         cosine, sine = np.split(self.values, 2)

@@ -1,10 +1,10 @@
-"""Which orders heads at given places see, and with how much noise.
+"""Calculates which orders heads at given places see, and with how much noise.
 
-At order n heads p_i after head 1 show T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: the table's own
-motion T is unknown, E is the disc's, P and Q are the two circles of a motion of the axis. What is
-left of the column e^{jnp} after the unknown others are projected out has the length L, and E has
-the noise of one head's line over L. At order 1 the forward circle P is the disc's own
-eccentricity; the backward circle is not.
+At order n heads p_i after head 1 show T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: T is the table's own
+motion, which is unknown; E is the disc's order; P and Q are the two circles of a motion of the
+axis. With the other unknowns projected out, the column e^{jnp} has the length L, and the noise of E
+is that of one head's line over L. At order 1 the forward circle P equals the eccentricity of the
+disc; the backward circle does not.
 """
 
 from __future__ import annotations
@@ -17,14 +17,16 @@ from numpy.typing import ArrayLike, NDArray
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 MotionOrders = Literal["every"] | tuple[int, ...]
-"""At which orders the axis may move; ``every``: at each, and also where it does not repeat."""
+"""Orders at which the axis may move; ``every``: at each order, and without repeating as well."""
 
 UNSEEN_GAIN = 1e3
-"""Gain from which an order counts as not seen: 10″ of a place at order 20 is as long as L."""
+"""Gain above which an order counts as not seen: an error of 10″ in a place at order 20 is as large
+as L."""
 
 
 def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = ()) -> Float:
-    """Noise of E_n over that of one head, (…, orders) for places (…, heads); inf: not seen."""
+    """Return the noise of E_n over that of one head, (…, orders) for places (…, heads); inf: not
+    seen."""
     places = np.asarray(places_rad, dtype=np.float64)
     at = np.asarray(orders, dtype=np.int64)
     columns = np.exp(1j * places[..., None, :] * at[:, None])

@@ -1,12 +1,11 @@
-"""Disc, places, radii, motion of the axis and offsets of two to four heads, in one fit.
+"""Fits disc, places, radii, motion of the axis and offsets of two to four heads together.
 
-Every sample has an unknown true angle, so only combinations of the readings with the sum 0 say
-anything. They are weighted by the covariance that they are found to have (generalised least
-squares): where the axis also moves without repeating, the parity of four heads counts most. With
-motion unknown at every order the parity alone is used; it sees no translation at all.
-
-What is known beforehand enters as observations: places as mounted, index marks that all heads
-detect alike, radii as made. What stays undetermined is refused.
+Every sample has an unknown true angle, so that only combinations of the readings with the sum 0
+contain information. They are weighted by their estimated covariance (generalised least squares): if
+the axis also moves without repeating, the parity of four heads has the largest weight. With motion
+unknown at every order only the parity is used, which contains no translation. Prior knowledge
+enters as observations: places as mounted, index marks that all heads detect alike, radii as made.
+The fit is refused if something remains undetermined.
 """
 
 from __future__ import annotations
@@ -36,15 +35,15 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 U_PLACE_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / float(np.sqrt(3.0))
-"""Rectangular distribution over the tolerance of the mounting."""
+"""Standard uncertainty of a rectangular distribution over the tolerance of the mounting."""
 U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
-"""± 0.1 mm at the paper's disc, rectangular."""
+"""Standard uncertainty of a rectangular distribution of ± 0.1 mm at the paper's disc."""
 LOW_MOTION_ORDERS = tuple(range(1, 9))
 LOW_ORDERS = 24
-"""Orders of axis and disc of a first fit where motion is unknown at every order."""
+"""Largest order of disc and axis in the first fit, where motion is unknown at every order."""
 SEARCH_SAMPLES = 36_000
-"""Largest number of samples used until places and weights have settled; of longer captures every
-k-th."""
+"""Largest number of samples used until places and weights have settled; in longer captures every
+k-th sample is used."""
 ROUNDS_MOST = 6
 CONVERGED_ARCSEC = 1e-4
 """Largest change of any prediction, approximately, at which the iteration ends."""
@@ -54,17 +53,17 @@ _BLOCK = 1 << 13
 
 
 class SingularHeadsError(ValueError):
-    """These heads do not determine what was asked for."""
+    """These heads do not determine the requested unknowns."""
 
 
 @dataclass(frozen=True)
 class HeadsSettings:
-    """What is unknown, and what is known beforehand; standard uncertainties.
+    """The unknowns of the fit, and the standard uncertainties of prior knowledge.
 
-    ``motion``: orders at which the axis may move, or "every"; ``u_place_arcsec``: of a head's place
-    as mounted, inf: the places are found from the data alone; ``u_index_arcsec``: of the
-    difference between the places where two heads detect the mark; ``u_radius``: of a head's
-    radius over the disc's, 0: known.
+    ``motion``: orders at which the axis may move, or "every"; ``u_place_arcsec``: standard
+    uncertainty of a head's place as mounted, inf: the places are found from the data alone;
+    ``u_index_arcsec``: that of the difference between the places where two heads detect the mark;
+    ``u_radius``: that of a head's radius over the disc's, 0: known.
     """
 
     orders: Integer = field(default_factory=lambda: np.arange(1, 33))
@@ -93,11 +92,12 @@ def heads_least_squares(
 
 
 def _searched(data: _Data, settings: HeadsSettings) -> tuple[State, Float, _Known | None]:
-    """All unknowns, combinations with noise of variance 1, and what these do not see."""
+    """Return all unknowns, combinations with noise of variance 1, and order 1 if the combinations
+    do not contain it."""
     if settings.motion != "every":
         state, combinations = _first_fit(data, settings, tuple(settings.motion))
         return *_settled(data, state, combinations, settings), None
-    # The parity sees neither order 1 nor the offsets: a first fit of low orders gives both.
+    # The parity contains neither order 1 nor the offsets: a first fit of low orders gives both.
     orders = np.asarray(settings.orders)
     low = replace(settings, orders=orders[orders <= LOW_ORDERS])
     state, combinations = _first_fit(data, low, LOW_MOTION_ORDERS)
@@ -118,7 +118,7 @@ def _settled(
     settings: HeadsSettings,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """The converged state of data that were thinned; whole data are left to the last fit."""
+    """Return the converged state for thinned data; for complete data the last fit iterates."""
     if data.part_of_all:
         state, _ = _converged(data, state, combinations, settings, known=known)
     return state, combinations
@@ -134,9 +134,9 @@ def _seen_orders(data: _Data, settings: HeadsSettings) -> Integer:
 def _first_fit(
     data: _Data, settings: HeadsSettings, motion_orders: tuple[int, ...]
 ) -> tuple[State, Float]:
-    """The disc at the places as mounted, and combinations with noise of variance 1."""
+    """Return the disc with the places as mounted, and combinations with noise of variance 1."""
     state = data.first_state(settings, _seen_orders(data, settings), motion_orders)
-    # Without a disc there is no slope: places and radii join from the second round on.
+    # Without a disc the places have no slope: places and radii are free from the second round on.
     combinations = _combinations_of_rotation(data.heads)
     state, _ = _solved(data, state, combinations, settings, with_geometry=False)
     return state, _whitened(data, state, combinations)
@@ -152,7 +152,8 @@ class _Known:
 
     @classmethod
     def of_first_order(cls, state: State, information: Float) -> _Known:
-        """Order 1 of the disc: the parity does not see it, and needs it for places and radii."""
+        """Take order 1 of the disc, which the parity does not contain and needs for places and
+        radii."""
         orders = state.layout.orders
         first = np.flatnonzero(orders == 1)
         columns = np.concatenate((first, first + orders.size))
@@ -162,7 +163,7 @@ class _Known:
         return cls(columns, state.values[columns], np.asarray(precision))
 
     def in_layout(self, layout: Layout) -> _Known:
-        """The same for the columns of another layout."""
+        """Return the same values with their columns in another layout."""
         first = np.flatnonzero(layout.orders == 1)
         return replace(self, columns=np.concatenate((first, first + layout.orders.size)))
 
@@ -179,7 +180,7 @@ class _Data:
         self.nominal_rad = nominal_places_rad
         self.heads = nominal_places_rad.size
         self.whole_counts: list[list[int]] = []
-        """Whole turns between a head's counter and head 1's, which mean nothing, by run."""
+        """Whole turns between a head's counter and that of head 1, by run; they have no meaning."""
         unit = arcsec_per_count(counts_per_rev) * RAD_PER_ARCSEC
         for part in turns:
             if len(part.heads) != self.heads:
@@ -199,9 +200,9 @@ class _Data:
         return sum(part.samples for part in self.turns)
 
     def thinned(self, most: int, most_order: int) -> _Data:
-        """Every k-th sample of each run, about ``most`` in all; itself where it has no more.
+        """Return every k-th sample of each run, about ``most`` in all; ``self`` if it has no more.
 
-        A turn keeps four samples for each wave of its highest order.
+        A turn keeps four samples for each period of its highest order.
         """
         a_turn = min(part.samples // part.turns for part in self.turns)
         step = min(self.samples // most, a_turn // (4 * most_order))
@@ -223,7 +224,7 @@ class _Data:
     def first_state(
         self, settings: HeadsSettings, orders: Integer, motion_orders: tuple[int, ...]
     ) -> State:
-        """Offsets from the means, places as mounted, no disc and no motion."""
+        """Return a state with offsets from the means, places as mounted, no disc and no motion."""
         unit = arcsec_per_count(self.counts_per_rev) * RAD_PER_ARCSEC
         apart = np.array(
             [
@@ -241,7 +242,7 @@ class _Data:
         return State(layout, values, apart)
 
     def state_of(self, orders: Integer, motion_orders: tuple[int, ...], before: State) -> State:
-        """The values of ``before`` in another layout; what that did not have is 0."""
+        """Return the values of ``before`` in another layout, 0 for columns that it lacks."""
         layout = Layout(self.heads, orders, motion_orders)
         values = np.zeros(layout.size)
         both, new, old = np.intersect1d(orders, before.layout.orders, return_indices=True)
@@ -253,7 +254,7 @@ class _Data:
         return State(layout, values, before.offsets_rad)
 
     def blocks(self) -> Iterator[tuple[int, list[Integer]]]:
-        """Run and counts of every head."""
+        """Yield run and counts of every head."""
         for run, part in enumerate(self.turns):
             for start in range(0, part.samples, _BLOCK):
                 at = slice(start, min(start + _BLOCK, part.samples))
@@ -264,15 +265,15 @@ class _Data:
 def _late_beforehand(
     nominal_rad: Float, offsets_rad: Float, settings: HeadsSettings
 ) -> tuple[Float, float]:
-    """dᵢ of heads 2 and on as known before the fit, arcseconds, and the precision of each.
+    """Return the prior dᵢ of heads 2, 3 and 4, arcseconds, and the precision of each.
 
-    Mounting says p_i − aᵢ, the index says 0.
+    The mounting gives p_i − aᵢ, the index gives 0.
     """
     by_mounting = (nominal_rad - offsets_rad)[1:] * ARCSEC_PER_RAD
     weight_mounting = _precision(settings.u_place_arcsec)
     weight_index = _precision(settings.u_index_arcsec)
     if not np.isfinite(settings.u_place_arcsec):
-        # Places from the data alone: the mounting is where the search begins.
+        # Places come from the data alone: the search starts at the places as mounted.
         return by_mounting, 0.0
     total = weight_mounting + weight_index
     return by_mounting * (weight_mounting / total), total
@@ -283,14 +284,14 @@ def _precision(u: float) -> float:
 
 
 def _combinations_of_rotation(heads: int) -> Float:
-    """Orthonormal combinations of the readings with the sum 0, (heads − 1, heads)."""
+    """Return orthonormal combinations of the readings with the sum 0, (heads − 1, heads)."""
     return np.asarray(np.linalg.svd(np.ones((1, heads)))[2][1:])
 
 
 def _rows(
     data: _Data, state: State, combinations: Float
 ) -> Iterator[tuple[int, Float, list[Float]]]:
-    """Run, residual (n, m) and the derivatives of every combination, each (n, columns)."""
+    """Yield run, residual (n, m) and the derivatives of every combination, each (n, columns)."""
     for run, seen, apart in _seen(data, state):
         expected = np.stack([one.expected for one in seen])
         derivatives = []
@@ -303,7 +304,7 @@ def _rows(
 
 
 def _seen(data: _Data, state: State) -> Iterator[tuple[int, list[HeadSees], Float]]:
-    """Run, what every head sees, and readings less head 1's and the offsets, (heads, n)."""
+    """Yield run, what every head sees, and readings less head 1's and the offsets, (heads, n)."""
     unit = arcsec_per_count(data.counts_per_rev)
     for run, counts in data.blocks():
         offsets = state.offsets_rad[run] * ARCSEC_PER_RAD
@@ -311,7 +312,7 @@ def _seen(data: _Data, state: State) -> Iterator[tuple[int, list[HeadSees], Floa
             unit_vectors(one, data.counts_per_rev) * np.exp(1j * shift)
             for one, shift in zip(counts, state.late_rad, strict=True)
         ]
-        # Small numbers, on which float64 loses nothing.
+        # The differences are small, so that float64 is exact enough.
         apart = np.stack([(one - counts[0]) * unit for one in counts]) - offsets[:, None]
         angle = np.angle(turned[0])
         if state.layout.motion_orders:
@@ -339,7 +340,7 @@ def _solved(
     with_geometry: bool = True,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """One step of Gauss-Newton; the state after it and the information about all unknowns."""
+    """Return the state after one Gauss-Newton step, and the information about all unknowns."""
     layout, runs, further = state.layout, len(data.turns), data.heads - 1
     shared = layout.size
     size = shared + runs * further
@@ -374,7 +375,7 @@ def _solved(
     if settings.u_place_arcsec == 0.0:
         free[late] = False
     if combinations.shape[0] == 1 and data.heads > 2:
-        # One combination shows one offset: those of the first fit stay, but for a common share.
+        # One combination determines one offset: the others stay as the first fit gave them.
         free[shared:] = False
         free[shared + further - 1 :: further] = True
     step = np.zeros(size)
@@ -400,7 +401,7 @@ def _converged(
     settings: HeadsSettings,
     known: _Known | None = None,
 ) -> tuple[State, Float]:
-    """Steps until none changes a prediction; the information is that of the last one."""
+    """Iterate until no step changes a prediction; the information is that of the last step."""
     for _ in range(ROUNDS_MOST):
         before = state
         state, information = _solved(data, state, combinations, settings, known=known)
@@ -495,7 +496,7 @@ def _estimate(
 
 
 def _residuals(data: _Data, state: State, combinations: Float) -> list[Float]:
-    """Of every run, (samples of the run, m)."""
+    """Return the residuals of every run, each (samples of the run, m)."""
     by_run: list[list[Float]] = [[] for _ in data.turns]
     for run, seen, apart in _seen(data, state):
         expected = np.stack([one.expected for one in seen])
@@ -504,14 +505,15 @@ def _residuals(data: _Data, state: State, combinations: Float) -> list[Float]:
 
 
 def _colour(data: _Data, residuals: Sequence[Float], orders: Integer) -> Float:
-    """Power of the residual near each order over white noise of the same variance."""
+    """Return the power of the residual near each order over white noise of the same variance."""
     pairs = [(part, row) for part, one in zip(data.turns, residuals, strict=True) for row in one.T]
     scaled = [row / max(float(np.std(row)), 1e-18) for _, row in pairs]
     return ResidualSpectrum([part for part, _ in pairs], scaled, orders).at(orders)
 
 
 def _noise(data: _Data, state: State) -> float:
-    """Standard deviation of one reading, by what the fit leaves of the least moved combination."""
+    """Return the standard deviation of one reading, from the residuals of the combinations that
+    motion affects least."""
     combinations = _combinations_of_rotation(data.heads)
     if data.heads == HEADS_MOST:
         combinations = parity_weights(state.places_rad(0), state.radius_ratios)[None, :]

@@ -1,18 +1,19 @@
 """The calibration of two to four heads as the firmware solves it, in numpy.
 
-The unknowns are those of :mod:`heads_least_squares`, in three parts that each pass solves at the
-present values of the others, so that the device needs one triangle of the disc's orders alone:
+The unknowns are those of :mod:`heads_least_squares`, in three parts. Each pass solves each part at
+the present values of the others, so that the device stores one triangular matrix only, that of the
+disc's orders:
 
-- the disc's orders by the combinations that no rotation changes: with four heads the parity, which
-  no motion of the axis changes either; with three, both, as far as the axis is at rest at these
-  orders; with two, one;
+- the disc's orders, from the combinations that no rotation changes: with four heads the parity,
+  which no motion of the axis changes either; with three heads both combinations, if the axis is at
+  rest at these orders; with two heads the only one;
 - the offsets aᵢ, so that no residual has a mean;
 - with three and four heads order 1 of the disc, the backward circle of the axis, and the lateness
   dᵢ and radius ratio ρᵢ of each head, from the readings' lines at order 1 and from what is known
   beforehand.
 
-The firmware reaches the same equations with a normal matrix of some samples, and by other sums:
-firmware/calibration/heads_fit.c.
+The firmware solves the same equations with a normal matrix of some of the samples, and forms the
+sums differently: firmware/calibration/heads_fit.c.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ Complex = NDArray[np.complex128]
 
 CIRCLE_ORDERS = 4
 LEAST_VARIANCE = 1e-6
-"""Of a reading, arcsec²: readings without noise must not divide by zero."""
+"""Smallest variance of a reading, arcsec²: readings without noise must not divide by zero."""
 ROUNDS_MOST = 60
 UNCHANGED_SHARE = 3e-12
 READINGS = 1024
@@ -48,7 +49,7 @@ READINGS = 1024
 
 @dataclass(frozen=True)
 class OnDevice:
-    """What one turn says, in the firmware's terms; lists over heads are (heads,).
+    """The result of one turn in the firmware's terms; lists over heads are (heads,).
 
     ``disc``: complex amplitudes cosine − j·sine of orders 1 to N, arcseconds, 0 where not seen;
     ``variances`` (2, N) of cosine and sine, ``covariances`` (N,); ``circles`` (orders, 2): radii of
@@ -72,7 +73,7 @@ class OnDevice:
 
     @property
     def heads_on_disc(self) -> HeadsOnDisc:
-        """What :mod:`mean_banks` needs."""
+        """The disc and the heads as :mod:`mean_banks` needs them."""
         orders = np.arange(1, self.disc.size + 1)
         values = np.concatenate((self.disc.real, -self.disc.imag))
         return HeadsOnDisc(
@@ -81,7 +82,7 @@ class OnDevice:
 
 
 class _Fit:
-    """The present values of all unknowns, and what they make of the readings."""
+    """The present values of all unknowns, with the residuals and derivatives of the readings."""
 
     def __init__(
         self,
@@ -118,7 +119,7 @@ class _Fit:
         self.fitted = np.flatnonzero(seen & (self.orders >= first))
 
     def late_beforehand(self) -> Float:
-        """dᵢ by mounting (pᵢ − aᵢ) and index (0), radians."""
+        """Return dᵢ from the mounting (pᵢ − aᵢ) and the index (0), radians."""
         return np.asarray((self.places - self.offsets) * self.share)
 
     @property
@@ -131,7 +132,7 @@ class _Fit:
         if self.heads == 4:
             return parity_weights(self.offsets + self.late, self.ratios)[None, :]
         if self.heads == 3:
-            # Each head against the mean of those before it, for a power of the first row alone.
+            # Each head minus the mean of those before it; only the first row gives a spectrum.
             return np.array([[-1.0, 1.0, 0.0], [-1.0, -1.0, 2.0]]) / np.sqrt([[2.0], [6.0]])
         return np.asarray(np.array([[-1.0, 1.0]]) / np.sqrt(2.0))
 
@@ -141,12 +142,12 @@ class _Fit:
             return np.asarray(1.0 / np.linalg.norm(at @ self.combinations.T, axis=1))
 
     def waves(self) -> Complex:
-        """e^{jny}, (heads, samples, N)."""
+        """Return e^{jny}, (heads, samples, N)."""
         y = np.angle(self.turned * np.exp(1j * self.late)[:, None])
         return np.asarray(np.exp(1j * y[..., None] * self.orders))
 
     def residuals(self, waves: Complex) -> Float:
-        """Of every head less head 1's, arcseconds, (heads, samples)."""
+        """Return the residuals of every head less those of head 1, arcseconds, (heads, samples)."""
         factors = np.ones((self.heads, self.orders.size))
         factors[:, 0] = self.ratios
         error = np.einsum("hsn,hn->hs", waves, factors * self.disc).real
@@ -155,17 +156,18 @@ class _Fit:
         return np.asarray(left - left[0])
 
     def columns(self, waves: Complex) -> Float:
-        """Derivatives of all combinations by cosines and sines, (rows · samples, 2 · fitted)."""
+        """Return the derivatives of all combinations by cosines and sines, (rows · samples, 2 ·
+        fitted)."""
         found = np.einsum("rh,hsn->rsn", self.combinations, waves[..., self.fitted])
         return np.concatenate((found.real, found.imag), axis=2).reshape(-1, 2 * self.fitted.size)
 
     def lines(self, residuals: Float, order: int) -> Complex:
-        """A of each head, the residual being Re(A·e^{jkR₁}), without the mean of all heads."""
+        """Return A of each head less the mean of all heads, the residual being Re(A·e^{jkR₁})."""
         found = residuals @ (self.turned[0].conj() ** order) * (2.0 / self.samples)
         return np.asarray(found - found.mean())
 
     def means_and_lines(self, residuals: Float) -> tuple[Float, Complex]:
-        """Mean and line at order 1 of each head, together from three heads on."""
+        """Return mean and line at order 1 of each head; three and four heads fit both together."""
         if self.heads == 2:
             return residuals.mean(axis=1), self.lines(residuals, 1)
         first = self.turned[0]
@@ -175,13 +177,14 @@ class _Fit:
         return mean, np.asarray(found - found.mean())
 
     def by_circles(self) -> Complex:
-        """Lines by order 1 of the disc and the backward circle, (heads, 4)."""
+        """Return the lines that order 1 of the disc and the backward circle cause, (heads, 4)."""
         sight = self.sight
         columns = np.stack((sight, -1j * sight, 1j * sight.conj(), sight.conj()), axis=1)
         return np.asarray(columns - columns.mean(axis=0))
 
     def by_places(self) -> Complex:
-        """Lines by dᵢ (arcseconds) and ρᵢ of heads 2 and on, (heads, 2·(heads − 1))."""
+        """Return the lines that dᵢ (arcseconds) and ρᵢ of heads 2, 3 and 4 cause, (heads, 2·(heads
+        − 1))."""
         seen = self.sight * self.disc[0]
         columns = np.concatenate(
             (np.diag(1j * seen * RAD_PER_ARCSEC)[:, 1:], np.diag(seen / self.ratios)[:, 1:]), axis=1
@@ -189,7 +192,8 @@ class _Fit:
         return np.asarray(columns - columns.mean(axis=0))
 
     def places_equations(self, variance: float) -> tuple[Float, Float]:
-        """Design matrix with the priors as observations, rows of variance 1, (rows, unknowns)."""
+        """Return the design matrix with the priors as observations, rows of variance 1, (rows,
+        unknowns), and the right-hand side of the priors."""
         columns = np.concatenate((self.by_circles(), self.by_places()), axis=1)
         scale = np.sqrt(self.samples / (2.0 * variance))
         further = self.heads - 1
@@ -207,7 +211,7 @@ class _Fit:
         return design, known * off
 
     def pass_once(self) -> float:
-        """One pass; returns the largest change of a prediction, arcseconds."""
+        """Make one pass; return the largest change of a prediction, arcseconds."""
         waves = self.waves()
         residuals = self.residuals(waves)
         combined = (self.combinations @ residuals).ravel()
@@ -276,7 +280,7 @@ def heads_on_device(
         design, _ = fit.places_equations(power)
         norms = np.linalg.norm(design, axis=0)
         of_places = np.linalg.inv((design / norms).T @ (design / norms)) / np.outer(norms, norms)
-        # As the firmware has it: the noise of all orders, once more for order 1.
+        # As in the firmware: order 1 has the noise of all orders, without their colour.
         variances[:, 0] = np.diag(of_places)[:2]
         covariances[0] = of_places[0, 1]
         further = fit.heads - 1
@@ -310,7 +314,7 @@ def heads_on_device(
 
 
 def _colour(residual: Float, seen: NDArray[np.bool_], variance: float) -> float:
-    """Power of the lines next to the fitted orders over that of white noise."""
+    """Return the power of the lines next to the fitted orders over that of white noise."""
     power = np.abs(np.fft.fft(residual)[1:]) ** 2 / residual.size
     most = min(seen.size + NEIGHBOURS, (residual.size - 1) // 2)
     free = np.ones(most, dtype=bool)
@@ -321,9 +325,11 @@ def _colour(residual: Float, seen: NDArray[np.bool_], variance: float) -> float:
 def mean_orders(
     found: OnDevice, weights: Float, offsets_rad: Float, carrier: int = 0
 ) -> tuple[Complex, float, Float, Float]:
-    """Orders of the mean's error as a function of the carrier's reading, arcseconds, (N,).
+    """Return the orders of the mean's error as a function of the carrier's reading, arcseconds,
+    (N,).
 
-    Also its constant, the variance of a component by noise, and its square by places and radii.
+    Also return its constant, the variance of a component from the noise, and its mean square from
+    the uncertainties of places and radii.
     """
     disc = found.heads_on_disc
     places = offsets_rad + found.late_rad

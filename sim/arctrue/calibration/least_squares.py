@@ -1,14 +1,14 @@
-"""The error function by least squares at the angles really read.
+"""Fits the error function by least squares at the measured readings.
 
 With g(R) = ε(θ) as a function of the *reading*, each head gives the disc angle under it without
 approximation: θ = R₁ − g(R₁) and θ + α = R₂ − g(R₂). The difference is
 
     R₂ − R₁ = α + g(R₂) − g(R₁),
 
-linear in the harmonics of g and in α, exact for any steps, speed and number of samples; and
-g(R₁) is what the gateware has to subtract, equation (8). Only the zero of head 2 couples back: a
-run's index is good to a count, so each run has its own constant, and R₂ is moved by what that
-constant differs from α until nothing changes.
+linear in the harmonics of g and in α, exact for any steps, speed and number of samples. The
+gateware subtracts g(R₁), equation (8). Only the zero of head 2 needs iteration: the index of a run
+repeats to a count, so that each run has its own constant. R₂ is moved by the difference of that
+constant from α until the result no longer changes.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ Float = NDArray[np.float64]
 
 ROUNDS_MOST = 10
 CONVERGED_ARCSEC = 1e-4
-"""What a further round would still change of ε, at most."""
+"""Largest change of ε in a round at which the iteration ends."""
 _BLOCK = 1 << 15
 
 
 @dataclass(frozen=True)
 class _Normal:
-    """XᵀX, Xᵀy, yᵀy of one run; the last column is the run's constant."""
+    """XᵀX, Xᵀy and yᵀy of one run; the last column is the run's constant."""
 
     matrix: Float
     right: Float
@@ -58,12 +58,12 @@ def least_squares(
 ) -> tuple[Estimate, list[str]]:
     """Fit ε as a function of the reading to all turns together.
 
-    Runs are weighted by the noise that each leaves.
+    Runs are weighted by the noise of their residuals.
 
     Parameters
     ----------
     turns : sequence of WholeTurns
-        Of the runs.
+        Samples of the runs.
     counts_per_rev : int
         Counts of one turn.
     nominal_separation_rad : float
@@ -71,10 +71,11 @@ def least_squares(
     orders : array_like of int, shape (orders,)
         Orders that are fitted.
     separation : str, optional
-        Which α head 2's zero is set by; without it the measured one, where the index is to be
-        believed; ``harmonics`` needs ``by_harmonics``.
+        Source of the α that sets the zero of head 2; default: the measured one, if the index is
+        plausible; ``harmonics`` needs ``by_harmonics``.
     index_detection_arcsec : float, optional
-        Standard uncertainty of how far apart the heads detect the index mark, arcseconds.
+        Standard uncertainty of the distance between the places where the heads detect the index
+        mark, arcseconds.
     index_repeatability_counts : float, optional
         Standard deviation of one head's index from run to run, counts.
     by_harmonics : Separation, optional
@@ -83,20 +84,20 @@ def least_squares(
     Returns
     -------
     estimate : Estimate
-        Of every order, with its covariance.
+        The error with every order and its covariance.
     warnings : list of str
-        What a person should know, one sentence each.
+        Warnings for the user, one sentence each.
     """
     orders = np.asarray(orders, dtype=np.int64)
     unit = arcsec_per_count(counts_per_rev)
     turn_arcsec = unit * counts_per_rev
     nominal = nominal_separation_rad * ARCSEC_PER_RAD
-    # Whole turns between the heads' counters mean nothing.
+    # Whole turns between the heads' counters have no meaning.
     whole = [
         round((float(np.mean(p.head2_counts - p.head1_counts)) * unit - nominal) / turn_arcsec)
         for p in turns
     ]
-    # An order that either α hides would make the matrix singular.
+    # An order that one of the two values of α hides would make the matrix singular.
     raw_rad = float(np.mean(turns[0].head2_counts - turns[0].head1_counts)) * unit / ARCSEC_PER_RAD
     hidden = ~np.isfinite(noise_gain(orders, nominal_separation_rad))
     seen = orders[~hidden & np.isfinite(noise_gain(orders, raw_rad))]
@@ -178,7 +179,8 @@ def _design(
     orders: NDArray[np.int64],
     shift_arcsec: float,
 ) -> Float:
-    """Columns cos nR₂ − cos nR₁ of all orders, then the sines, then 1: (n, 2·orders + 1)."""
+    """Return the columns cos nR₂ − cos nR₁ of all orders, then the sines, then 1: (n, 2·orders +
+    1)."""
     turned = np.exp(-1j * shift_arcsec / ARCSEC_PER_RAD)
     difference = powers(unit_vectors(head2, counts_per_rev) * turned, orders)
     difference -= powers(unit_vectors(head1, counts_per_rev), orders)
@@ -227,13 +229,13 @@ def _residual(
 
 
 def _square_left(normal: _Normal, x: Float) -> float:
-    """|y − Xx|² of a run."""
+    """Return |y − Xx|² of a run."""
     left = normal.square - 2.0 * x @ normal.right + x @ normal.matrix @ x
     return max(float(left), 0.0)
 
 
 def _noise(normal: _Normal, own: Float) -> float:
-    """Standard deviation of the noise of a run, from what its own values leave."""
+    """Return the standard deviation of a run's noise, from the residual with its own values."""
     free = max(normal.samples - own.size, 1)
     # A residual of exactly zero must not divide by zero.
     return float(np.sqrt(max(_square_left(normal, own) / free, 1e-18)))
@@ -246,12 +248,12 @@ def _solve(matrix: Float, right: Float) -> Float:
 
 
 def _solve_one(normal: _Normal) -> Float:
-    """What one run says alone, its constant last."""
+    """Solve one run alone; its constant is the last value."""
     return _solve(normal.matrix, normal.right)
 
 
 def _solve_together(normals: Sequence[_Normal], sigmas: Sequence[float]) -> tuple[Float, Float]:
-    """Harmonics (2·orders,) common to all runs and a constant for each, arcseconds."""
+    """Solve for the runs' common harmonics (2·orders,) and a constant for each run, arcseconds."""
     runs = len(normals)
     shared = normals[0].right.size - 1
     matrix, right = np.zeros((shared + runs,) * 2), np.zeros(shared + runs)
@@ -264,6 +266,6 @@ def _solve_together(normals: Sequence[_Normal], sigmas: Sequence[float]) -> tupl
 
 
 def _without_constant(normal: _Normal) -> Float:
-    """XᵀX of the harmonics with the run's constant free: its Schur complement."""
+    """Return XᵀX of the harmonics with the run's constant free: its Schur complement."""
     last = normal.matrix[:-1, -1]
     return np.asarray(normal.matrix[:-1, :-1] - np.outer(last, last) / normal.matrix[-1, -1])

@@ -1,15 +1,13 @@
-"""Finds the phase of a line of no whole order from turn to turn, from the difference of two heads.
+"""Tracks the phase of a line of non-integer order from turn to turn, from the difference of two
+heads.
 
-The error ε of head 1 has a line Re(c e^{jνΘ}), where ν is not whole and Θ is the angle counted over
-the turns. A line that is fixed to the disc appears in head 2 minus head 1 as Re(c g e^{jνΘ}) with
-g = e^{jνα} − 1. The sum over a turn
-
-    S = Σ w (R₂ − R₁ − α₀) e^{−jνθ},  θ = Θ modulo a turn,
-
-with each sample's share w of the turn has the same value K for all whole orders and all constants
-in every turn. Only the line changes from turn to turn: S = K + (c g A + c* g* B)/2, where
-A = Σ w e^{jν(Θ − θ)} and B = Σ w e^{−jν(Θ + θ)}. Two Kalman filter updates a turn, with the real
-and the imaginary part of S, follow K and c; c takes a random walk, because the line slips.
+The error ε of head 1 has a line Re(c e^{jνΘ}), where ν is not an integer and Θ is the angle counted
+over the turns. A line that is fixed to the disc appears in head 2 minus head 1 as Re(c g e^{jνΘ})
+with g = e^{jνα} − 1. The sum over a turn S = Σ w (R₂ − R₁ − α₀) e^{−jνθ}, θ = Θ modulo a turn, with
+each sample's share w of the turn has the same value K for all whole orders and all constants in
+every turn. Only the line changes from turn to turn: S = K + (c g A + c* g* B)/2, where A = Σ w
+e^{jν(Θ − θ)} and B = Σ w e^{−jν(Θ + θ)}. Two Kalman filter updates per turn, with the real and the
+imaginary part of S, estimate K and c; c is modelled as a random walk, because the line slips.
 """
 
 from __future__ import annotations
@@ -27,17 +25,17 @@ SLIP = 0.001
 START_ARCSEC = 1e4
 """Standard deviation of K before the first turn, which is far larger than any error of a table."""
 LEAST_TURNS = 4
-"""Turns before a phase counts as known: two turns determine K and c."""
+"""Number of turns before a phase counts as known: two turns determine K and c."""
 SIGMAS = 3.0
-"""Standard uncertainties by which |c| must exceed half the loaded amplitude. With a smaller |c| the
-lane would add more than it takes away."""
+"""Number of standard uncertainties by which |c| must exceed half the loaded amplitude. With a
+smaller |c| the lane would add more than it removes."""
 LARGEST_SHARE = 0.125
 """Largest standard uncertainty of c over |c|: twice this is a quarter of the line."""
 
 
 @dataclass
 class LineFinder:
-    """The state for one line; arrays hold [Re K, Im K, Re c, Im c], arcseconds."""
+    """State of the filter for one line; arrays hold [Re K, Im K, Re c, Im c], arcseconds."""
 
     order: float
     amplitude_arcsec: float
@@ -95,7 +93,7 @@ class LineFinder:
         self._judge()
 
     def _go_on(self, turn: int, variance: float) -> None:
-        """Let K and c take their steps since the last turn."""
+        """Advance K and c by their random steps since the last turn."""
         if self.turns == 0:
             size = 4.0 * self.amplitude_arcsec**2
             self.covariance = np.diag([START_ARCSEC**2, START_ARCSEC**2, size, size])

@@ -1,9 +1,9 @@
-"""From the disc's error and the heads' places to the words of the gateware's weighted mean.
+"""Converts the disc's error and the heads' places to the words of the gateware's weighted mean.
 
-The mean Σwᵢrᵢ errs by E = Σwᵢ·ε under head i. With g(R) = ε(θ) as a function of the reading, as the
-calibration fits it, and y_i the disc reading under head i, y_i = θ + p_i + g_i(y_i), the readings
-rᵢ = y_i − p_i give E = Σwᵢ·g_i(y_i), worked out here at even steps of the carrier's r_s:
-θ = r_s − g_s(r_s + p_s) without approximation.
+The mean Σwᵢrᵢ has the error E = Σwᵢ·ε under head i. With g(R) = ε(θ) as a function of the reading,
+as the calibration fits it, and y_i the disc reading under head i, y_i = θ + p_i + g_i(y_i), the
+readings rᵢ = y_i − p_i give E = Σwᵢ·g_i(y_i). It is calculated here at even steps of the carrier's
+r_s: θ = r_s − g_s(r_s + p_s) without approximation.
 """
 
 from __future__ import annotations
@@ -32,17 +32,18 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ROUNDS = 6
-"""Each makes y_i better by |dε/dR| ≤ 10⁻²: beyond float64 after six."""
+"""Number of iterations: each reduces the error of y_i by |dε/dR| ≤ 10⁻², below the resolution of
+float64 after six."""
 
 
 @dataclass(frozen=True)
 class HeadsOnDisc:
-    """A disc and the heads that read it, as a calibration knows them.
+    """A disc and the heads that read it, as calibrated.
 
-    ``orders`` (N,), ``values`` (2N,) in arcseconds, cosines before sines: g(R) of the disc
-    reading; ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn,
-    which is p_i less what head i detects the index mark late; ``radius_ratios`` (H,): the disc's
-    nominal radius over that of each head, by which order 1 acts.
+    ``orders`` (N,), ``values`` (2N,) in arcseconds, cosines before sines: g(R) of the disc reading;
+    ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn, p_i less
+    the angle by which head i detects the index mark late; ``radius_ratios`` (H,): the disc's
+    nominal radius over that of each head, the factor of order 1.
     """
 
     orders: Integer
@@ -57,7 +58,7 @@ class HeadsOnDisc:
         return int(self.places_rad.size)
 
     def under_head(self, head: int, disc_reading_rad: Float) -> Float:
-        """g under head 0, 1, … in arcseconds at disc readings of any shape."""
+        """Return g under head 0, 1, … in arcseconds at disc readings of any shape."""
         own = self.values.copy()
         first = np.flatnonzero(self.orders == 1)
         own[np.concatenate((first, first + self.orders.size))] *= self.radius_ratios[head]
@@ -65,7 +66,7 @@ class HeadsOnDisc:
 
 
 def mean_error_arcsec(disc: HeadsOnDisc, weights: Float, carrier: int, carrier_rad: Float) -> Float:
-    """E at readings r_s of the carrier (0, 1, …), the shape of ``carrier_rad``, arcseconds."""
+    """Return E at readings r_s of the carrier (0, 1, …), arcseconds, shape of ``carrier_rad``."""
     place = disc.places_rad[carrier]
     angle = carrier_rad - disc.under_head(carrier, carrier_rad + place) * RAD_PER_ARCSEC
     total = np.zeros_like(angle)
@@ -86,7 +87,7 @@ def mean_lanes(
     lanes: int = LANES_DEFAULT,
     least_arcsec: float = 0.0,
 ) -> Coefficients:
-    """The largest ``lanes`` orders of E as a function of r_s, those above ``least_arcsec``."""
+    """Return the largest ``lanes`` orders of E as a function of r_s, above ``least_arcsec``."""
     most = int(disc.orders.max(initial=1))
     number = 1 << max(10, int(np.ceil(np.log2(8 * most))))
     reading: Float = np.arange(number) * np.float64(2.0 * np.pi / number)
@@ -95,7 +96,7 @@ def mean_lanes(
     sizes = np.abs(lines[: most + 1])
     sizes[0] = 0.0
     largest = np.sort(np.argsort(-sizes, kind="stable")[:lanes])
-    # A lane of less than the format's last bit corrects nothing.
+    # An amplitude below the last bit of the format corrects nothing.
     kept = largest[sizes[largest] > max(least_arcsec, 0.0)]
     return Coefficients.from_harmonics(
         kept,
@@ -108,7 +109,7 @@ def mean_lanes(
 
 
 def offset_words(offsets_rad: Float, counts_per_rev: int) -> tuple[int, ...]:
-    """Offsets as u24.4 counts within a turn, one a head."""
+    """Return offsets as u24.4 counts within a turn, one per head."""
     turn = counts_per_rev * OFFSET_ONE
     words = np.rint(np.remainder(offsets_rad / (2.0 * np.pi), 1.0) * turn).astype(np.int64)
     return tuple((words % turn).tolist())
@@ -124,10 +125,10 @@ def mean_bank(
     carrier: int | None = None,
     least_arcsec: float = 0.0,
 ) -> Coefficients:
-    """The words of all heads, or without the head ``missing`` (1, 2, …).
+    """Return the words of all heads, or without the head ``missing`` (1, 2, …).
 
-    ``weights`` (H,): None: those of least noise; ``carrier``: None: the first head that is there.
-    Raises WeightsRefusedError where there are no weights.
+    ``weights`` (H,): None: those of least noise; ``carrier``: None: the first head that is not
+    missing. Raises WeightsRefusedError where there are no weights.
     """
     if weights is None:
         if not missing:
@@ -158,7 +159,7 @@ def mean_banks(
     noise_limit: float = NOISE_LIMIT,
     least_arcsec: float = 0.0,
 ) -> tuple[Coefficients, tuple[WeightsRefusedError, ...]]:
-    """The words of all heads with a set for each head missing, and why one has no set.
+    """Return the words of all heads with a set for each missing head, and why a head has no set.
 
     Raises WeightsRefusedError where all heads together have no mean.
     """
@@ -188,9 +189,9 @@ def mean_banks(
 
 
 def mean_angle_counts(coefficients: Coefficients, head_counts: NDArray[np.int64]) -> Float:
-    """What the gateware puts out, before it rounds, counts (n,), for whole counts (heads, n).
+    """Return the gateware's output before rounding, counts (n,), for whole counts (heads, n).
 
-    The mean's term is bit-true, the lanes are those words in double precision. Raises ValueError
+    The mean's term is bit-true; the lanes have those words in double precision. Raises ValueError
     for coefficients without a mean.
     """
     mean = None if coefficients.extension is None else coefficients.extension.mean

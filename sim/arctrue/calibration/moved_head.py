@@ -1,8 +1,8 @@
-"""Which head has moved between two calibrations, by the offsets of all counters.
+"""Finds the head that has moved between two calibrations, from the offsets of all counters.
 
 A head that moves along the scale by δ changes its own offset by δ; an axis that moves by c changes
-that of every head by Im(c·e^{jp})·ρ. Four heads show three changes against head 1's: any one head
-together with some c explains them, but only the true one with a small c.
+the offset of every head by Im(c·e^{jp})·ρ. Four heads show three changes relative to head 1. Any
+one head together with some c explains them, but only the head that has moved needs a small c.
 """
 
 from __future__ import annotations
@@ -20,17 +20,18 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MovedHead:
-    """One explanation: ``head`` (1, 2, …; 0: none) moved, and the axis by x and y, arcseconds."""
+    """One explanation: ``head`` (1, 2, …; 0: none) moved, and the axis moved by x and y,
+    arcseconds."""
 
     head: int
     moved_arcsec: float
     axis_arcsec: tuple[float, float]
     left_arcsec: float
-    """RMS of what the explanation leaves of the changes."""
+    """RMS of the changes that the explanation does not cover."""
 
     @property
     def axis_moved_arcsec(self) -> float:
-        """How far the axis would have moved, at the disc's radius."""
+        """Distance by which the axis would have moved, as an angle at the disc's radius."""
         return float(np.hypot(*self.axis_arcsec))
 
 
@@ -42,10 +43,11 @@ def moved_heads(
     axis_limit_arcsec: float,
     noise_arcsec: float,
 ) -> list[MovedHead]:
-    """What explains the changes of all offsets (heads,) with an axis that moved within its limit.
+    """Return explanations of the changes of all offsets (heads,), the axis within its limit.
 
-    ``noise_arcsec``: standard uncertainty of a change, with the index's repeatability; an
-    explanation may leave four of these. No moved head is an explanation too, and then the only one.
+    ``noise_arcsec``: standard uncertainty of a change, with the index's repeatability; the RMS that
+    an explanation does not cover may be four times this. "No head has moved" is an explanation too;
+    if it holds, it is the only one.
     """
     changes = np.asarray(changes_arcsec, dtype=np.float64)
     heads = changes.size

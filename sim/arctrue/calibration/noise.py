@@ -1,4 +1,4 @@
-"""The noise at each order, from what the fit leaves."""
+"""The noise at each order, from the residual of the fit."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from arctrue.calibration.capture_check import WholeTurns
 Float = NDArray[np.float64]
 
 NEIGHBOURS = 96
-"""Lines of the residual's spectrum that are averaged for an order: the standard deviation of an
-uncertainty is then 1/(2·√96) = 5 %."""
+"""Number of lines of the residual's spectrum that are averaged for an order: the relative standard
+deviation of an uncertainty is then 1/(2·√96) = 5 %."""
 PEAK_FALSE_ALARM = 1e-4
 
 
 class ResidualSpectrum:
     """Periodogram of the residual of all runs over the order; white noise of variance 1 gives 1.
 
-    ``residuals``: one array a run, each divided by the standard deviation of its run's noise.
-    Lines of the orders that were fitted say nothing (the fit took them away) and are left out.
+    ``residuals``: one array per run, each divided by the standard deviation of its run's noise.
+    Lines of the fitted orders are left out: the fit has removed them.
     """
 
     def __init__(
         self, turns: Sequence[WholeTurns], residuals: Sequence[Float], fitted: NDArray[np.int64]
     ) -> None:
-        """Take one periodogram a run; the runs' lines stand beside each other."""
+        """Calculate one periodogram for each run; the lines of all runs are in one list."""
         orders, power, amplitude = [], [], []
         for part, residual in zip(turns, residuals, strict=True):
             spectrum = np.fft.rfft(residual)[1 : (residual.size + 1) // 2]
@@ -44,7 +44,7 @@ class ResidualSpectrum:
         self.amplitude: Float = np.concatenate(amplitude)[sorting]
 
     def at(self, orders: NDArray[np.int64]) -> Float:
-        """Power near each order: the mean over its nearest lines, (orders,)."""
+        """Return the power near each order: the mean over its nearest lines, (orders,)."""
         total = np.concatenate(([0.0], np.cumsum(self.power)))
         number = min(NEIGHBOURS, self.power.size)
         if number == 0:
@@ -55,7 +55,7 @@ class ResidualSpectrum:
         return np.asarray((total[first + number] - total[first]) / number)
 
     def peaks(self, most: int = 3) -> list[tuple[float, float]]:
-        """Lines that white noise would not show: (order, amplitude in standard deviations)."""
+        """Return the lines that exceed white noise: (order, amplitude in standard deviations)."""
         if self.power.size < NEIGHBOURS:
             return []
         # The median of an exponential distribution is ln 2 of its mean, and no line moves it.
@@ -66,7 +66,7 @@ class ResidualSpectrum:
             if self.power[index] < limit or len(found) == most:
                 break
             order = float(self.orders[index])
-            # The skirts of a line that was found are not lines of their own.
+            # The neighbours of a found line belong to it and are not lines of their own.
             if all(abs(order - other) > 1.5 for other, _ in found):
                 found.append((order, float(self.amplitude[index])))
         return found

@@ -1,4 +1,4 @@
-"""Which orders the gateware is to apply, and why not the others."""
+"""Selects the orders that the gateware is to apply, and states why the others are left out."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.noise import NEIGHBOURS
 
 FALSE_ALARM = 0.05
-"""Chance that noise alone makes any one order of a set look significant."""
+"""Probability that noise alone makes any one order of a set look significant."""
 GAIN_LIMIT_DEFAULT = 50.0
-"""At 33° this keeps n = 11 and 109 (19 times) and leaves out n = 120k and what is next to it."""
+"""Largest noise gain of an order: at 33° it keeps n = 11 and 109 (19 times) and leaves out n = 120k
+and its neighbours."""
 UNCERTAINTY_LIMIT_ARCSEC = 0.1
-"""An order that is known less well than this is flagged."""
+"""Standard uncertainty above which an order is flagged."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """``reason`` says why an order is not applied; ``flags`` what a person should know besides."""
+    """``reason`` says why an order is not applied; ``flags`` are further remarks for the user."""
 
     order: int
     applied: bool
@@ -29,10 +30,11 @@ class Verdict:
 
 
 def significance_factor(orders: int) -> float:
-    """Least amplitude over its standard uncertainty, that noise passes with chance 5 % in all.
+    """Return the ratio of amplitude to standard uncertainty that noise exceeds at any order with a
+    probability of 5 %.
 
-    A²/2u² of noise is F distributed, (2, 2m) degrees of freedom, u being estimated from m lines of
-    the spectrum: P(A > k·u) = (1 + k²/2m)⁻ᵐ, for many lines the Rayleigh distribution.
+    A²/2u² of noise has an F distribution with (2, 2m) degrees of freedom, since u is estimated from
+    m lines of the spectrum: P(A > k·u) = (1 + k²/2m)⁻ᵐ, for many lines the Rayleigh distribution.
     """
     chance = FALSE_ALARM / max(orders, 1)
     return math.sqrt(2.0 * NEIGHBOURS * math.expm1(-math.log(chance) / NEIGHBOURS))
@@ -44,9 +46,9 @@ def select_orders(
     gain_limit: float = GAIN_LIMIT_DEFAULT,
     uncertainty_limit_arcsec: float = UNCERTAINTY_LIMIT_ARCSEC,
 ) -> tuple[Verdict, ...]:
-    """One verdict an order: seen, gain within its limit, significant, and a lane free for it.
+    """Return one verdict per order: seen, gain within its limit, significant, and with a free lane.
 
-    Where lanes are short the largest amplitudes have them.
+    If lanes are short, the largest amplitudes get them.
     """
     amplitude = estimate.amplitude_arcsec
     u = estimate.u_component_arcsec

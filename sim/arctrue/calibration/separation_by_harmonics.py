@@ -1,10 +1,10 @@
-"""α from the harmonics: what two heads and the reference say of the same orders.
+"""Estimates α from the harmonics: from orders that two heads and the reference both determine.
 
 An α that is wrong by Δα makes the two-head estimate of order n wrong by dE_n/dα · Δα. The reference
-shows that difference, so each order of it determines Δα, the better the larger n·|TF(n)|·A_n is.
-Each order is weighed by its variance. The reference's own standard uncertainty counts in full at
-every order, not divided by the number of its rows: a first order that only the reference has
-(``polygon_eccentricity``) would otherwise pass for an error of α.
+shows that difference, so that each order determines Δα, and the better, the larger n·|TF(n)|·A_n
+is. Each order is weighted by its variance. The reference's own standard uncertainty counts in full
+at every order and is not divided by the number of its rows: a first order that only the reference
+has (``polygon_eccentricity``) would otherwise be taken for an error of α.
 """
 
 from __future__ import annotations
@@ -23,17 +23,18 @@ from arctrue.measurement.measurement_set import Reference
 Float = NDArray[np.float64]
 
 LARGEST_CONDITION = 1e4
-"""Of the reference's normal matrix: stations all round the turn have about 1."""
+"""Largest condition number of the reference's normal matrix: stations all round the turn have about
+1."""
 _BLOCK = 1 << 15
 
 
 def separation_by_harmonics(
     estimate: Estimate, reference: Reference, counts_per_rev: int
 ) -> Separation:
-    """The α at which the two heads agree best with the reference, by weighted least squares.
+    """Return the α at which the two heads agree best with the reference, by weighted least squares.
 
-    ``estimate`` is a function of the reading. Where nothing is determined the standard uncertainty
-    is infinite and the note says why.
+    ``estimate`` is a function of the reading. If nothing is determined, the standard uncertainty is
+    infinite and the note says why.
     """
     u_reference = reference.standard_uncertainty_arcsec
     if u_reference is None:
@@ -52,7 +53,7 @@ def separation_by_harmonics(
     alpha = estimate.head_separation_rad
     both = np.concatenate((orders - 1, orders - 1 + estimate.orders.size))
     slope = separation_slope(orders, estimate.values[both], alpha)
-    # What α itself adds to the estimate's variance is what is looked for.
+    # The contribution of α to the estimate's variance is subtracted: α is the unknown here.
     of_alpha = np.abs(slope) ** 2 / 2.0 * estimate.u_head_separation_rad**2
     of_heads = np.maximum(estimate.u_component_arcsec[orders - 1] ** 2 - of_alpha, 0.0)
     weight = 1.0 / (u_reference**2 + variance + of_heads)
@@ -73,8 +74,9 @@ def _none(note: str) -> Separation:
 def _left_in_reference(
     estimate: Estimate, reference: Reference, counts_per_rev: int, orders: NDArray[np.int64]
 ) -> tuple[NDArray[np.complex128], Float] | None:
-    """Cosine − j·sine of what the reference shows beside the estimate, (orders,), and the
-    variance of a component by the scatter of the rows; None where the stations do not tell."""
+    """Return the orders in the reference that the estimate does not contain, cosine − j·sine,
+    (orders,), and the variance of a component from the scatter of the rows; None where the stations
+    do not determine them."""
     counts = reading_counts(reference, counts_per_rev)
     reading = np.remainder(counts, counts_per_rev) * (2.0 * np.pi / counts_per_rev)
     y = reference.error_arcsec - estimate.error_arcsec(reading)

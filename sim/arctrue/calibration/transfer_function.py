@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 UNSEEN_GAIN = 1e4
-"""From this |TF| on the denominator counts as 0: |e^{jnα} − 1| is below what α is known to."""
+"""Largest |TF| of an order that is seen: above it |e^{jnα} − 1| is smaller than the uncertainty of
+α and counts as 0."""
 
 
 def transfer_function(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.complex128]:
-    """TF(n) = 1/(e^{jnα} − 1), 0 where the denominator is 0; the shape of ``orders``."""
+    """Return TF(n) = 1/(e^{jnα} − 1), 0 where the denominator is 0; the shape of ``orders``."""
     phase = np.asarray(orders, dtype=np.float64) * head_separation_rad
     # e^{jx} − 1 = 2j·sin(x/2)·e^{jx/2} keeps its digits near x = 0 and whole turns.
     denominator = 2j * np.sin(phase / 2.0) * np.exp(0.5j * phase)
@@ -23,7 +24,7 @@ def transfer_function(orders: ArrayLike, head_separation_rad: float) -> NDArray[
 def separation_slope(
     orders: NDArray[np.int64], values: NDArray[np.float64], head_separation_rad: float
 ) -> NDArray[np.complex128]:
-    """dE_n/dα = −j·n·e^{jnα}·TF(n)·E_n, arcseconds a radian: what an error of α does to an order.
+    """Return dE_n/dα = −j·n·e^{jnα}·TF(n)·E_n, arcseconds per radian: the effect of an error of α.
 
     ``values``: (2·orders,) in arcseconds, cosines before sines; E_n here is cosine − j·sine.
     """
@@ -34,6 +35,7 @@ def separation_slope(
 
 
 def noise_gain(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.float64]:
-    """|TF(n)|: noise of ε over noise of δ₂₁, for each order; inf where it cannot be seen."""
+    """Return |TF(n)|, the noise of ε over noise of δ₂₁, for each order; inf where it cannot be
+    seen."""
     gain = np.abs(transfer_function(orders, head_separation_rad))
     return np.where(gain > 0.0, gain, np.inf)

@@ -1,7 +1,7 @@
-"""The measurement that a diagnosis asks for: what to do, and the check that a run satisfies it.
+"""The measurement that a diagnosis requests: instructions, and the check that a run satisfies it.
 
-A run that is asked for is the first run of the set with one condition changed; the same holds for
-a reference run. What came is compared with the first run, within the limits below.
+A requested run is the first run of the set with one condition changed; the same holds for a
+reference run. The recorded run is compared with the first run, within the limits below.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ MORE_TURNS = 30
 MORE_SAMPLES = 5
 FACES = 24
 TURNED_FACES = 1.0 / 3.0
-"""Defaults of a requested run: speed, temperature, turns, samples a turn, polygon."""
+"""Defaults of a requested run: speed, temperature, turns, samples per turn, polygon."""
 
 ENOUGH = 2.0 / 3.0
 """Share of the requested change from which a condition counts as changed."""
 SAME_SPEED = 0.2
-"""Speeds that differ by no more are one speed, as for the poses of a reference run."""
+"""Relative difference up to which two speeds count as one, as for the poses of a reference run."""
 SAME_TEMPERATURE_K = 1.0
 """Largest change of temperature that is not reported; a larger one means that two conditions
 changed."""
@@ -36,10 +36,10 @@ TURNED_WITHIN = 0.1
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a capture, in the figures that a measurement is asked for with."""
+    """One run of a capture, with the quantities that a request states."""
 
     speed_deg_s: float
-    """Signed."""
+    """Signed speed."""
     turns: float
     samples_a_turn: float
     temperature_c: float | None
@@ -59,7 +59,7 @@ class Came:
 
 
 def runs_of(capture: Capture, counts_per_rev: float) -> list[Run]:
-    """The runs of a capture with a whole sample more than one."""
+    """Return the runs of a capture that move and have two samples or more."""
     found = []
     for start, end in run_spans(capture.run):
         travel = float(capture.head1_counts[end - 1] - capture.head1_counts[start]) / counts_per_rev
@@ -88,14 +88,15 @@ def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
 
 
 def by_device(kind: str) -> bool:
-    """True if ``arctrue capture`` can record it: the device captures one turn of both heads."""
+    """Tell whether ``arctrue capture`` can record it: the device captures a turn of both heads."""
     return kind in ("speed", "direction", "again", "warm")
 
 
 def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
     """Compare ``taken`` with what was requested in addition to ``before``.
 
-    Of several runs, the one that lacks least counts. Raises ValueError for an unknown kind.
+    Among several runs, the one with the fewest faults counts. Raises ValueError for an unknown
+    kind.
     """
     asked = _asked(kind)
     if isinstance(asked, _OfACapture):
@@ -267,7 +268,7 @@ def _faces(before: MeasurementSet) -> int:
 
 
 def _targets(reference: Reference) -> NDArray[np.float64]:
-    """The different angles of a turn that were gone to, degrees."""
+    """Return the different target angles of a turn, degrees."""
     return np.unique(np.round(np.mod(reference.target_deg, 360.0), 3) % 360.0)
 
 

@@ -1,7 +1,7 @@
-"""A CSV file of any length in blocks of typed columns.
+"""Reads a CSV file of any length in blocks of typed columns.
 
-pyarrow reads; where it stumbles, the file is gone through once more, line by line, to name the
-row and column of the fault. Where pyarrow is not installed, the lines are read one by one.
+pyarrow reads the file. If it fails, the file is read once more, line by line, to name the row and
+column of the fault. Without pyarrow the lines are read one by one.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ else:
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
 BytesRead = Callable[[Path, int, int], None]
-"""Told of (file, bytes read, all bytes) after every block."""
+"""Function that is called with (file, bytes read, all bytes) after every block."""
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
-"""Rows of a block if the lines are read one by one."""
+"""Number of rows of a block if the lines are read one by one."""
 _NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", "N/A", "n/a")
 _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
@@ -52,10 +52,10 @@ LARGEST_NUMBER = 1e12
 
 @dataclass
 class CsvFile:
-    """One file: which columns are wanted, which of them it has, what to warn of.
+    """One file: the columns to read, those that it has, and warnings.
 
-    With ``with_conditions`` every other column of numbers is read too; one that holds anything
-    else is left out with a warning.
+    With ``with_conditions`` every other column of numbers is read too; a column with anything else
+    is left out with a warning.
     """
 
     path: Path
@@ -124,11 +124,10 @@ class CsvFile:
         ]
 
     def blocks(self) -> Iterator[Columns]:
-        """Blocks of rows, whole numbers as int64 and the rest as float64.
+        """Yield blocks of rows, whole numbers as int64 and all others as float64.
 
-        Raises MeasurementError with the row and column of the first field that is not a number,
-        not finite or not there. A last line without an end that lacks fields is left out, with a
-        warning.
+        Raises MeasurementError with the row and column of the first field that is not a number, not
+        finite or missing. A last line without an end that lacks fields is left out, with a warning.
         """
         cut = self._cut_last_line()
         if not installed("pyarrow"):
@@ -186,7 +185,8 @@ class CsvFile:
             raise self._no_rows()
 
     def _block(self, lines: list[list[str]], first: int) -> Columns:
-        """Checked lines as columns; a condition that is no number is left out from here on."""
+        """Return checked lines as columns; a condition that is not a number is left out from here
+        on."""
         columns = dict(zip(self.header, zip(*lines, strict=True), strict=False))
         block: Columns = {}
         for name in self.columns:
@@ -233,7 +233,7 @@ class CsvFile:
         )
 
     def row_of(self, index: int) -> int:
-        """Line number of data row ``index`` (0, 1, …): blank lines count, the header is row 1."""
+        """Return the line of data row ``index``, from 0; blank lines and the header count."""
         for number, (row, _) in enumerate(self._lines()):
             if number == index:
                 return row
@@ -269,7 +269,7 @@ class CsvFile:
     _cut_text: str = ""
 
     def _cut_last_line(self) -> int | None:
-        """Length of a last line that has no end and lacks fields, else None."""
+        """Return the length of a last line that has no end and lacks fields, else None."""
         with self.path.open("rb") as file:
             size = file.seek(0, 2)
             file.seek(max(size - 65536, 0))
@@ -300,7 +300,8 @@ class CsvFile:
                     yield reader.line_num, fields
 
     def _may_hold_hexadecimal(self) -> bool:
-        """pyarrow reads 0x10 as 16; such a text must not pass for a number."""
+        """Tell whether the file may contain text such as 0x10, which pyarrow reads as 16 but is no
+        number."""
         last = b""
         with self.path.open("rb") as file:
             while piece := file.read(BLOCK_BYTES):
@@ -315,7 +316,7 @@ class CsvFile:
         raise MeasurementError("format", self.path, f"cannot be read: {cause}") from cause
 
     def _check_lines(self) -> None:
-        """Raise the error of the first line that is wrong, if one is."""
+        """Raise the error of the first faulty line, if there is one."""
         try:
             for row, fields in self._lines():
                 if not (self._cut_text and ",".join(fields) == self._cut_text):
@@ -324,7 +325,7 @@ class CsvFile:
             raise MeasurementError("format", self.path, str(error)) from error
 
     def _check_line(self, row: int, fields: Sequence[str]) -> None:
-        """Raise the error of a line that has another number of fields, or a wrong one."""
+        """Raise an error if a line has another number of fields, or a wrong one."""
         if len(fields) != len(self.header):
             raise MeasurementError(
                 "format",

@@ -1,4 +1,5 @@
-"""The date of a measurement set: ISO 8601 in measurement.toml, a moment with its zone in memory."""
+"""The date of a measurement set: text in ISO 8601 in measurement.toml, a datetime with its zone in
+memory."""
 
 from __future__ import annotations
 
@@ -7,9 +8,9 @@ from typing import Any
 
 
 def moment(text: str, key: str = "date") -> datetime:
-    """The moment that a text in ISO 8601 states; without a zone it counts as UTC.
+    """Return the instant that a text in ISO 8601 states; without a zone it counts as UTC.
 
-    A day alone is its beginning. Raises ValueError, which begins with ``key``.
+    A date without a time means its beginning. Raises ValueError, whose text begins with ``key``.
     """
     try:
         found = datetime.fromisoformat(text)
@@ -22,6 +23,6 @@ def moment(text: str, key: str = "date") -> datetime:
 
 
 def with_text_date(content: dict[str, Any]) -> dict[str, Any]:
-    """The content of a TOML file with ``date`` as text, which TOML may also have as a date."""
+    """Return the content of a TOML file with ``date`` as text; TOML may also store it as a date."""
     given = content.get("date")
     return {**content, "date": given.isoformat()} if isinstance(given, date) else content

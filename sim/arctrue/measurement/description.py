@@ -1,4 +1,4 @@
-"""``measurement.toml``: what was measured, and with what."""
+"""``measurement.toml``: the measured object and the instruments."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Channel(Struct, frozen=True):
     file: str | None = None
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a file that is not in the folder of the set."""
+        """Check the file name. Raises ValueError for a file outside the folder of the set."""
         if self.file is None:
             return
         line_of_text(self.file, "file")
@@ -43,13 +43,13 @@ class Channel(Struct, frozen=True):
 
 
 class CaptureKeys(Channel, frozen=True):
-    """The ``[capture]``."""
+    """The section ``[capture]``."""
 
     clock_hz: Positive | None = None
 
 
 class ReferenceKeys(Channel, frozen=True):
-    """The ``[reference]``."""
+    """The section ``[reference]``."""
 
     instrument: str | None = None
     faces: Count | None = None
@@ -57,7 +57,7 @@ class ReferenceKeys(Channel, frozen=True):
     clock_offset_s: AnyNumber | None = None
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a text of more than one printable line."""
+        """Check the texts. Raises ValueError for a text of more than one printable line."""
         super().__post_init__()
         line_of_text(self.instrument or "", "instrument")
 
@@ -66,19 +66,20 @@ Schema = Annotated[Literal[1], Meta(description="1, the schema that this program
 
 
 class Keys(Struct, frozen=True):
-    """The whole file. Further keys are those of other programs, and are kept."""
+    """All keys of the file. Keys of other programs are kept."""
 
     schema: Schema
     title: str = ""
     date: str = ""
-    """When it was measured, ISO 8601; empty: not stated."""
+    """Date of the measurement, ISO 8601; empty: not stated."""
     table: Table = field(default_factory=Table)
     capture: CaptureKeys | None = None
     reference: ReferenceKeys | None = None
     origin: Origin = field(default_factory=Origin)
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a text of more than one printable line, or for no date."""
+        """Check texts and date. Raises ValueError for a text of more than one printable line, or
+        for an invalid date."""
         line_of_text(self.title, "title")
         if self.date:
             moment(self.date)
@@ -88,7 +89,7 @@ SECTIONS = ("table", "capture", "reference", "origin")
 
 
 class Description(Struct, frozen=True):
-    """The keys of a file, the unknown ones by their dotted names, and warnings about them."""
+    """The keys of a file, unknown keys by their dotted names, and warnings about them."""
 
     path: Path
     keys: Keys
@@ -108,7 +109,7 @@ def read_description(folder: Path) -> Description:
         raise MeasurementError("missing", folder, f"{what} with a {FILE_NAME}")
     try:
         content = with_text_date(read_toml(path))
-        # Another schema may have keys of other types: they are not what is wrong then.
+        # Another schema may have keys of other types: the error then names the schema only.
         typed(content, _OnlySchema)
         keys = typed(content, Keys)
     except FileNotFoundError as error:
@@ -129,6 +130,6 @@ def read_description(folder: Path) -> Description:
 
 
 def _stays_inside(name: str) -> bool:
-    """True if ``name`` is a relative path without "..", read as a path of any system."""
+    """Tell whether ``name`` is a relative path without "..", read as a path of any system."""
     windows, posix = PureWindowsPath(name), PurePosixPath(name)
     return not (windows.anchor or posix.is_absolute() or ".." in windows.parts + posix.parts)

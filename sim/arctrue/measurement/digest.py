@@ -1,4 +1,4 @@
-"""One number that changes with any byte of a measurement set."""
+"""One number that changes if any byte of a measurement set changes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from arctrue.measurement.reader import data_file
 
 
 def set_digest(folder: Path) -> str:
-    """SHA-256 over the SHA-256 of the description, the capture and the reference run.
+    """Return the SHA-256 over the SHA-256 of the description, the capture and the reference run.
 
-    The same as ``sha256sum measurement.toml capture.csv reference.csv | sha256sum`` in the folder,
-    with the names that the description gives and only the files that are there. Raises OSError,
-    MeasurementError.
+    The value equals that of ``sha256sum measurement.toml capture.csv reference.csv | sha256sum`` in
+    the folder, with the names that the description gives and only the existing files. Raises
+    OSError, MeasurementError.
     """
     description = read_description(folder)
     files = [

@@ -14,8 +14,8 @@ order: rows of a run are not together."""
 class MeasurementError(ValueError):
     """A measurement set that cannot be used.
 
-    ``row`` counts lines of the file as an editor does: the header is row 1. ``row`` and
-    ``column`` are None where the fault has none.
+    ``row`` counts lines of the file as an editor does: the header is row 1. ``row`` and ``column``
+    are None if they do not apply to the fault.
     """
 
     def __init__(
@@ -27,7 +27,7 @@ class MeasurementError(ValueError):
         row: int | None = None,
         column: str | None = None,
     ) -> None:
-        """Keep the place apart from the message, and join them for people."""
+        """Store the place of the fault, and compose the message for the user."""
         place = str(file)
         if row is not None:
             place += f", row {row}"
@@ -41,12 +41,12 @@ class MeasurementError(ValueError):
         self.column = column
 
     def of_file(self, file: Path) -> MeasurementError:
-        """Name another file: the packed one, where an unpacked copy was read.
+        """Return the error of another file: the packed one, if an unpacked copy was read.
 
         Parameters
         ----------
         file : Path
-            The file that people know.
+            The file that the user knows.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Several measurement sets of one table as one set: its runs grow, its table stays."""
+"""Joins several measurement sets of one table to one set, which has the runs of all of them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ Times = Literal["", "keep", "after"]
 Rows = TypeVar("Rows", Capture, Reference)
 
 SAME_SEPARATION_DEG = 0.25
-"""A device states the separation that it measured; heads that differ by more stand elsewhere."""
+"""Largest difference of stated separations of the same heads: a device states the separation that
+it measured."""
 
 
 class JoinError(ValueError):
-    """Sets that are no one measurement."""
+    """These sets cannot be joined to one measurement."""
 
 
 class OverlapError(JoinError):
@@ -30,16 +31,16 @@ def joined(
 ) -> tuple[MeasurementSet, list[str]]:
     """Put the rows of several sets of one table together, one set after the other.
 
-    Run and cycle numbers of later sets are moved on so that each is there once. A reference's own
-    clock is brought to that of its capture.
+    Run and cycle numbers of later sets are increased so that each occurs once. The times of a
+    reference are converted to the clock of its capture.
 
     Parameters
     ----------
     sets : sequence of MeasurementSet
-        Of the same table.
+        Sets of the same table.
     times : {"", "after", "keep"}, optional
-        ``after`` lets a set whose clock begins anew follow the one before, ``keep`` takes the times
-        (s) as they are; without it such sets are refused.
+        ``after`` appends a set whose clock restarts to the one before, ``keep`` keeps the times
+        (s); by default such sets are refused.
     common_columns : bool, optional
         Leave out columns that not all sets have.
 
@@ -48,14 +49,14 @@ def joined(
     joined : MeasurementSet
         All rows.
     notes : list of str
-        What was decided, one sentence each.
+        Decisions, one sentence each.
 
     Raises
     ------
     JoinError
         The sets are of different tables, or have different columns.
     OverlapError
-        The same rows are there twice.
+        The same rows occur twice.
     """
     names = [str(item.folder or item.title or number) for number, item in enumerate(sets, start=1)]
     notes: list[str] = []
@@ -118,7 +119,7 @@ def _same_table(sets: Sequence[MeasurementSet], names: Sequence[str]) -> Table:
                 )
     values = {key: value for key, (_, value) in found.items()}
     if "head_places_deg" in values:
-        # The second of them, of the same set.
+        # It is the second of these places, from the same set.
         del values["head_separation_deg"]
     return Table(**values)
 
@@ -137,7 +138,7 @@ def _no_twins(sets: Sequence[MeasurementSet], names: Sequence[str]) -> None:
 
 
 def _one_clock(item: MeasurementSet) -> MeasurementSet:
-    """The reference's times on the clock of the capture."""
+    """Return the set with the reference's times on the clock of the capture."""
     reference = item.reference
     if reference is None or not reference.clock_offset_s or reference.time_s is None:
         return item
@@ -191,7 +192,7 @@ def _moved(rows: Rows, runs: int, cycles: int, shift_s: float) -> Rows:
         changed["time_s"] = rows.time_s + shift_s
     if isinstance(rows, Reference):
         size = rows.error_arcsec.size
-        # A reference without the column is one run, and one cycle: it stays so among others.
+        # A reference without the column is one run and one cycle, also among others.
         before = np.zeros(size, dtype=np.int64) if rows.cycle is None else rows.cycle
         changed["cycle"] = before + cycles
     run = rows.run
@@ -205,7 +206,8 @@ def _moved(rows: Rows, runs: int, cycles: int, shift_s: float) -> Rows:
 def _rows_with_uncertainty(
     references: Sequence[tuple[str, Reference]],
 ) -> list[tuple[str, Reference]]:
-    """Uncertainties that differ between the sets, row by row."""
+    """Return the references of the sets, with their uncertainty as a column if the sets differ in
+    it."""
     stated = {rows.standard_uncertainty_arcsec for _, rows in references}
     if len(stated) < 2 or None in stated:
         return list(references)
@@ -225,7 +227,7 @@ def _rows_with_uncertainty(
 
 
 def _stacked(parts: Sequence[tuple[str, Rows]], common_columns: bool, notes: list[str]) -> Rows:
-    """The rows one below the other."""
+    """Stack the rows of all parts."""
     first = parts[0][1]
     values: dict[str, Any] = {}
     for item in fields(first):

@@ -32,7 +32,7 @@ REFERENCE_OPTIONAL = (
     "mask",
 )
 TRUTHS = ("mask", "trusted")
-"""Columns of truth values."""
+"""Columns of boolean values."""
 WHOLE_COLUMNS = (
     "run",
     "head1_counts",
@@ -42,7 +42,7 @@ WHOLE_COLUMNS = (
     "direction",
     "mask",
 )
-"""Whole numbers in 64 bits; all other columns are floats."""
+"""Columns of 64-bit integers; all other columns are floats."""
 COLUMNS = {
     *CAPTURE_COLUMNS,
     *CAPTURE_OPTIONAL,
@@ -57,7 +57,7 @@ Boolean = NDArray[np.bool_]
 
 
 LARGEST = 2**63
-"""Largest magnitude of any number in measurement.toml; NaN is refused too."""
+"""Largest magnitude of any number in measurement.toml; NaN is refused as well."""
 AnyNumber = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 NotNegative = Annotated[float, Meta(ge=0, le=LARGEST)]
 Positive = Annotated[float, Meta(gt=0, le=LARGEST)]
@@ -80,9 +80,10 @@ class Table:
     head_separation_deg : float, optional
         Angle from head 1 to head 2, degrees.
     index_detection_arcsec : float, optional
-        Standard uncertainty of how far apart the heads detect the same index mark, arcseconds.
+        Standard uncertainty of the distance between the places where the heads detect the index
+        mark, arcseconds.
     drive_gear_teeth : float, optional
-        Teeth of the gear that drives the table; need not be whole.
+        Teeth of the gear that drives the table; may be fractional.
     faces : int, optional
         Faces of the polygon that the reference runs used.
     index_repeatability_counts : float, optional
@@ -98,7 +99,8 @@ class Table:
     """Angle of head 2 relative to head 1; the second entry of ``head_places_deg`` if that is given.
     """
     index_detection_arcsec: Annotated[float, Meta(ge=0, le=3600)] | None = None
-    """Standard uncertainty of how far apart the heads detect the same index mark."""
+    """Standard uncertainty of the distance between the places where the heads detect the index
+    mark."""
     drive_gear_teeth: Positive | None = None
     faces: Count | None = None
     index_repeatability_counts: NotNegative | None = None
@@ -144,7 +146,7 @@ class Table:
 
 
 def _column(name: str, value: Any) -> NDArray[Any]:
-    """An array (n,) of the column's type. Raises ValueError."""
+    """Return an array (n,) of the column's type. Raises ValueError."""
     array = np.asarray(value)
     if array.ndim != 1:
         raise ValueError(f"{name}: expected a row of numbers, found an array {array.shape}")
@@ -163,15 +165,15 @@ def _column(name: str, value: Any) -> NDArray[Any]:
 
 
 class _Rows:
-    """Rows of one file: columns of equal length, and keys."""
+    """Rows of one file: columns of equal length, and keys of the file's section."""
 
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        """Make arrays of what is given for the columns: lists, or columns of a data frame.
+        """Convert the given columns, lists or columns of a data frame, to arrays.
 
-        Raises ValueError for a column that is no row of numbers, whole ones where they must be,
-        or that has another length than the others.
+        Raises ValueError for a column that is not one-dimensional and numeric, has fractions where
+        integers are required, or has another length than the others.
         """
         sizes: dict[str, int] = {}
         for item in fields(self):  # type: ignore[arg-type]
@@ -203,16 +205,16 @@ class _Rows:
 
 @dataclass(frozen=True)
 class Capture(_Rows):
-    """All heads over time; the runs stand one after another.
+    """Readings of all heads over time; the runs are stored one after another.
 
     Parameters
     ----------
     run : ndarray of int, shape (rows,)
-        Number of the run, which goes one way.
+        Number of the run; a run has one direction.
     time_s : ndarray, shape (rows,)
         Time, s; does not run backwards within a run.
     head1_counts : ndarray of int, shape (rows,)
-        Reading of head 1, counts, going on past a turn.
+        Reading of head 1, counts, which continues past a turn.
     head2_counts : ndarray of int, shape (rows,)
         Reading of head 2, counts.
     temperature_c : ndarray, shape (rows,), optional
@@ -247,7 +249,7 @@ class Capture(_Rows):
     head4_counts: Integer | None = None
 
     def __post_init__(self) -> None:
-        """Check the columns. Raises ValueError as for all rows, or for head 4 without head 3."""
+        """Check the columns. Raises ValueError as for all rows, and for head 4 without head 3."""
         super().__post_init__()
         if self.head4_counts is not None and self.head3_counts is None:
             raise ValueError("head4_counts: expected head3_counts with it, which is not there")
@@ -261,12 +263,12 @@ class Capture(_Rows):
 
 @dataclass(frozen=True)
 class Reference(_Rows):
-    """Head 1 against a reference; None: no such column or key.
+    """Comparison of head 1 with a reference; None: no such column or key.
 
     Parameters
     ----------
     target_deg : ndarray, shape (rows,)
-        Angle that was gone to, degrees.
+        Target angle, degrees.
     error_arcsec : ndarray, shape (rows,)
         Reading of head 1 less the angle by the reference, arcseconds.
     run : ndarray of int, shape (rows,), optional
@@ -276,19 +278,19 @@ class Reference(_Rows):
     cycle : ndarray of int, shape (rows,), optional
         Number of the cycle.
     direction : ndarray of int, shape (rows,), optional
-        From where the angle was reached: 1 upwards, -1 downwards.
+        Direction of approach: 1 upwards, -1 downwards.
     head1_counts : ndarray of int, shape (rows,), optional
         Reading of head 1, counts.
     temperature_c : ndarray, shape (rows,), optional
         Temperature, °C.
     instrument : str, optional
-        What the reference is, one line.
+        Description of the reference instrument, one line.
     faces : int, optional
         Faces of the polygon.
     standard_uncertainty_arcsec : float, optional
-        Of the reference, arcseconds.
+        Standard uncertainty of the reference, arcseconds.
     clock_offset_s : float, optional
-        What has to be added to ``time_s`` to get the time of the capture, s.
+        Offset that converts ``time_s`` to the time of the capture, s.
     u_arcsec : ndarray, shape (rows,), optional
         Standard uncertainty of ``error_arcsec`` in each row, arcseconds.
     mask : ndarray of bool, shape (rows,), optional
@@ -319,16 +321,16 @@ class Reference(_Rows):
 
 @dataclass(frozen=True)
 class Origin:
-    """How a set was made.
+    """Command and program that made a set, with their notes.
 
     Parameters
     ----------
     command : str, optional
-        The command that makes it again, one line.
+        The command that generates the set again, one line.
     program : str, optional
         Name and version of the program.
     notes : tuple of str, optional
-        What the program decided and what it left out, one sentence each.
+        Decisions and omissions of the program, one sentence each.
     """
 
     command: str | None = None
@@ -336,7 +338,7 @@ class Origin:
     notes: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Raises ValueError for more than one line of printable text."""
+        """Check the texts. Raises ValueError for a text of more than one printable line."""
         notes = [("notes", text) for text in self.notes or ()]
         for key, text in (("command", self.command), ("program", self.program), *notes):
             line_of_text(text or "", key)
@@ -349,23 +351,23 @@ class MeasurementSet:
     Parameters
     ----------
     table : Table
-        Counts a turn, heads, disc, gear.
+        Counts per turn, heads, disc, gear.
     capture : Capture, optional
-        All heads over time.
+        Readings of all heads over time.
     reference : Reference, optional
-        Head 1 against a reference.
+        Comparison of head 1 with a reference.
     title : str, optional
-        One line that names the set.
+        Name of the set, one line.
     origin : Origin, optional
-        How the set was made.
+        Command and program that made the set.
     other : mapping, optional
         Keys that this version does not know, by their dotted names.
     warnings : tuple of str, optional
-        What a person should know of the data, one sentence each.
+        Warnings about the data, one sentence each.
     folder : Path, optional
-        The folder that it was read from.
+        The folder from which the set was read.
     date : datetime, optional
-        When it was measured, with its time zone.
+        Time of the measurement, with its time zone.
     """
 
     table: Table

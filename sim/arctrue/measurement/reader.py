@@ -1,4 +1,4 @@
-"""Reads a measurement set; a bad file becomes a MeasurementError, never a wrong answer."""
+"""Reads a measurement set; a faulty file causes a MeasurementError, never a wrong result."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def read_measurement_set(
     reference: bool = True,
     progress: BytesRead | None = None,
 ) -> MeasurementSet:
-    """Read a whole set; memory is 8 bytes a field and one block of the file.
+    """Read a whole set; it takes 8 bytes of memory per field and one block of the file.
 
     Parameters
     ----------
@@ -121,9 +121,9 @@ def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
 
 
 def data_file(description: Description, section: str) -> Path | None:
-    """The file of the section "capture" or "reference"; None where the set has none.
+    """Return the file of the section "capture" or "reference"; None where the set has none.
 
-    Raises MeasurementError for a name that the description gives and that is no file.
+    Raises MeasurementError for a name in the description that is no file.
     """
     keys: Channel | None = getattr(description.keys, section)
     name = None if keys is None else keys.file
@@ -145,7 +145,10 @@ def data_file(description: Description, section: str) -> Path | None:
 
 
 def _require_for_capture(table: Table, path: Path, other: Iterable[str] = ()) -> None:
-    """``path``: where the keys of the table stand; ``other``: keys there that are not known."""
+    """Refuse a table without the keys that a capture needs.
+
+    ``path``: where the keys of the table stand; ``other``: unknown keys there.
+    """
     for key in ("counts_per_rev", "head_separation_deg"):
         if getattr(table, key) is None:
             near = difflib.get_close_matches(f"table.{key}", list(other), 1)
@@ -176,9 +179,9 @@ def _capture(
 
 
 def require_heads(table: Table, path: Path, columns: dict[str, Any], of_table: Path) -> None:
-    """Refuse a capture whose table does not say the counts of a turn and a place for each head.
+    """Refuse a capture whose table does not state the counts of a turn and a place for each head.
 
-    ``path``, ``of_table``: where columns and table stand, for the message. Raises MeasurementError.
+    ``path``, ``of_table``: location of columns and table, for the message. Raises MeasurementError.
     """
     _require_for_capture(table, of_table)
     _require_a_place_each(table, path, columns, of_table)
@@ -187,7 +190,7 @@ def require_heads(table: Table, path: Path, columns: dict[str, Any], of_table: P
 def _require_a_place_each(
     table: Table, path: Path, columns: dict[str, Any], of_table: Path
 ) -> None:
-    """Refuse a capture whose heads are not as many as the places of its table."""
+    """Refuse a capture whose number of heads differs from the number of places of its table."""
     places = table.places_deg
     assert places is not None
     there = [name for name in HEAD_COLUMNS if name in columns]
@@ -214,9 +217,9 @@ def _places_of(heads: int) -> str:
 def count_on_past_the_turn(
     table: Table, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Unwrap heads whose counts start anew at each turn, and bring them near head 1 again.
+    """Unwrap heads whose counts restart at each turn, and bring them near head 1 again.
 
-    ``columns`` of a capture are changed; ``path`` says where they stand, in ``warnings``.
+    ``columns`` of a capture are changed; ``path`` states their location, in ``warnings``.
     """
     counts_per_rev, places_deg = table.counts_per_rev, table.places_deg
     assert counts_per_rev is not None
@@ -272,14 +275,14 @@ def _reference(
 
 
 def _joined(blocks: list[Columns]) -> dict[str, Any]:
-    # Column by column, so that no more than one column is there twice. A condition that is not a
+    # Column by column, so that only one column at a time is stored twice. A condition that is not a
     # number in a later block is missing there.
     names = [name for name in blocks[0] if all(name in block for block in blocks)]
     return {name: np.concatenate([block.pop(name) for block in blocks]) for name in names}
 
 
 def _typed(file: CsvFile, columns: dict[str, Any]) -> dict[str, Any]:
-    """The columns with ``mask`` as truth values and the conditions together; checks both."""
+    """Return the columns with ``mask`` as booleans and conditions in one mapping; check both."""
     mask, uncertainty = columns.get("mask"), columns.get("u_arcsec")
     if mask is not None:
         _require(file, "mask", mask, (mask == 0) | (mask == 1), "0 or 1")
@@ -304,7 +307,8 @@ def _require(file: CsvFile, column: str, values: Any, right: Any, expected: str)
 
 
 def _checked_blocks(file: CsvFile) -> Iterator[Columns]:
-    """The blocks of ``file``: a run is in one piece, and its time does not run backwards."""
+    """Yield the blocks of ``file``; check that a run is in one piece and its time does not run
+    backwards."""
     finished: set[int] = set()
     last_run: int | None = None
     last_time = 0.0

@@ -1,4 +1,5 @@
-"""Whole turns that a recording lost or gained: counts that start anew, errors a turn too large."""
+"""Corrects whole turns that a recording lost or gained: counts that restart, errors a turn too
+large."""
 
 from __future__ import annotations
 
@@ -13,14 +14,14 @@ Float = NDArray[np.float64]
 
 
 def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
-    """Errors (n,) with whole turns taken off, and the rows that were whole turns away.
+    """Return errors (n,) without whole turns, and the rows that were whole turns away.
 
     An error is less than half a turn, so each one is brought next to the median of all. The median
     is taken on the circle, since half of the rows can be a turn away.
     """
     within = np.mod(error_arcsec, ARCSEC_PER_TURN) * (2.0 * np.pi / ARCSEC_PER_TURN)
     mean = float(np.angle(np.mean(np.exp(1j * within)))) * ARCSEC_PER_TURN / (2.0 * np.pi)
-    # Next to the mean on the circle there is no wrap, and the median there is safe of outliers.
+    # Errors near the mean on the circle have no wrap; their median is robust against outliers.
     near = error_arcsec - ARCSEC_PER_TURN * np.round((error_arcsec - mean) / ARCSEC_PER_TURN)
     usual = float(np.median(near))
     usual -= ARCSEC_PER_TURN * np.round(usual / ARCSEC_PER_TURN)
@@ -32,10 +33,11 @@ def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
 def unwrapped_counts(
     counts: Integer, run: Integer, time_s: Float, counts_per_rev: int
 ) -> tuple[Integer, int]:
-    """Counts (n,) that go on past the turn, and how often they started anew at it.
+    """Return counts (n,) that continue past the turn, and how often they restarted at it.
 
-    Only where all counts lie within one turn and some step is longer than half a turn. Such a step
-    is taken to be the one that fits best to the run's usual speed and the time that has passed.
+    Counts are changed only if all of them lie within one turn and some step is longer than half a
+    turn. Such a step is replaced by the one that fits best to the run's usual speed and the time
+    that has passed.
     """
     if counts.size < 3 or int(counts.min()) < 0 or int(counts.max()) >= counts_per_rev:
         return counts, 0
@@ -64,7 +66,7 @@ def same_turn(
     counts_per_rev: int,
     place_deg: float,
 ) -> Integer:
-    """Counts of another head (n,) brought within half a turn of head 1 + its place in each run."""
+    """Return counts of another head (n,), within half a turn of head 1 + its place in each run."""
     apart = round(place_deg / 360.0 * counts_per_rev)
     found = other_counts.copy()
     for start, end in run_spans(run):

@@ -42,7 +42,7 @@ _REFERENCE_ORDER = (
 )
 ROWS_TOGETHER = 1 << 14
 SMALLEST_PLAIN, LARGEST_PLAIN = 1e-6, 1e10
-"""Numbers outside are written with an exponent."""
+"""Range of plain numbers: others are written with an exponent."""
 _DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
 
 
@@ -54,9 +54,9 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     Parameters
     ----------
     folder : Path or str
-        The folder; it is made if it is not there.
+        The folder; it is created if it does not exist.
     measurement : MeasurementSet
-        What is written.
+        The set that is written.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     if measurement.reference is not None:
         tables["reference.csv"] = _columns(measurement.reference, _REFERENCE_ORDER)
     with ExitStack() as unfinished:
-        # The description takes its place last: without it there is no set.
+        # The description is moved to its place last: without it there is no set.
         description = unfinished.enter_context(whole_file(folder / FILE_NAME))
         description.write_text(_description(measurement), encoding="utf-8")
         for name, table in tables.items():
@@ -98,7 +98,7 @@ def _write_csv(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
 
 def number_text(value: float) -> str:
-    """The shortest text that is read as the same number, as pyarrow writes it."""
+    """Return the shortest text that is read as the same number, as pyarrow writes it."""
     if isinstance(value, int):
         return str(value)
     size = abs(value)

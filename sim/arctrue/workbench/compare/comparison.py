@@ -1,4 +1,4 @@
-"""Compares a model with a measurement set: how far it is off, and where."""
+"""Compares a model with a measurement set: size and conditions of its deviations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from arctrue.workbench.noise.whiteness import noise_data
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """Distance of the model from the rows of one channel."""
+    """Deviation of the model from the rows of one channel."""
 
     rows: int
     rms_arcsec: float
@@ -29,7 +29,7 @@ class ChannelComparison:
 
     @property
     def excess_arcsec(self) -> float:
-        """RMS of what is left beyond the noise of the repeats."""
+        """RMS of the residual beyond the noise of the repeats."""
         return float(np.sqrt(max(self.rms_arcsec**2 - self.noise_arcsec**2, 0.0)))
 
 

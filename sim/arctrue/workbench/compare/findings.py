@@ -1,8 +1,8 @@
 """Conditions that the residual follows, in words, and those that only resemble a stronger one.
 
 Temperature and time rise together in a warming run, so that both "explain" the same variance. The
-strongest condition is removed from the residual first; what each of the others then still explains
-is its share beyond the strongest. A condition that keeps little is a shadow.
+strongest condition is removed from the residual first. The share that another condition still
+explains is its share beyond the strongest. A condition with a small remaining share is a shadow.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ LEAST_SHARE = 0.02
 """Least share of the excess that is put into words."""
 SIGNIFICANCE = 0.01
 SHADOW_SHARE = 0.25
-"""A condition that keeps less than this part of its share after a stronger one was removed is its
-shadow."""
+"""Share of its own share below which a condition is a shadow: the part that it keeps after a
+stronger condition was removed."""
 MOST_TAKEN = 4
 """Largest number of conditions that are removed one after another; later ones are too small to
 rank."""

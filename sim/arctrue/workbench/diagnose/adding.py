@@ -1,4 +1,4 @@
-"""What the model would leave with each effect added, as ``arctrue add`` adds it."""
+"""Residuals of the model with each effect added, in the same way as ``arctrue add`` adds it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from arctrue.workbench.inference.solution import Solution
 
 @dataclass(frozen=True, eq=False)
 class Adding:
-    """The model of ``base``, a fit of its terms, with one effect more; each is added once."""
+    """Adds one effect to the model of ``base``, a fit of its terms; each is added only once."""
 
     base: Solution
     effects: Mapping[str, type[Effect]]
@@ -22,11 +22,11 @@ class Adding:
 
     @cached_property
     def before(self) -> Left:
-        """What the model leaves without a further effect."""
+        """Residual of the model without a further effect."""
         return left_by(settled(self.base))
 
     def after(self, name: str) -> Left | None:
-        """Return what the model leaves with the effect of this name; None where that cannot be
+        """Return the residual of the model with the effect of this name; None where that cannot be
         added."""
         if name not in self.found:
             kind = self.effects.get(name)

@@ -64,7 +64,7 @@ def adopt(product: ProductOfParts, name: str, description: str, folder: Path) ->
         keep_trailing_newline=True,
         autoescape=False,
     )
-    # A column's name may hold anything: it goes into the file as a quoted text only.
+    # A column's name may be any text: it is written to the file as a quoted string only.
     templates.filters["quoted"] = _quoted
     text = templates.get_template("adopted.py.j2").render(
         name=name,

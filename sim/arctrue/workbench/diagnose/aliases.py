@@ -45,10 +45,11 @@ def in_capture(item: Candidate, observations: Observations) -> bool:
 
 
 def _of_samples(item: Candidate) -> list[float]:
-    """Return the orders N ± ν, with N samples a turn, that explain all rows as well as ν does.
+    """Return the orders N ± ν, with N samples per turn, that explain all rows as well as ν does.
 
-    Each is scored on the rows themselves: runs that start at different angles or have other numbers
-    of samples a turn exclude it, and so does a reference. An effect that was not weighed has none.
+    Each order is scored on the rows themselves: runs that start at different angles or have other
+    numbers of samples per turn exclude an alias, and so does a reference. An effect that was not
+    weighed has no alias.
     """
     order = item.nonlinear.get("order", 0.0)
     if order <= 0.0 or item.evidence is None:

@@ -36,8 +36,8 @@ FEATURES = ("constant", *KINDS, *RESTS_ON, "evidence", *DISTANCES)
 ``stated.csv``. The scores of the chosen features are a little optimistic; only answers made
 afterwards measure them without bias."""
 SUREST_EVIDENCE = 1e-2
-"""Least distance of the evidence from 0 and 1: likelihoods do not know better whether a form is
-right."""
+"""Least distance of the evidence from 0 and 1: likelihoods do not determine more exactly whether a
+form is right."""
 USUAL_RUNS, USUAL_VISITS = 4.0, 20.0
 """Number of runs, and of visits of a station, in the benchmark's usual set."""
 MOST_LEFT = 10.0
@@ -82,7 +82,7 @@ def features(verdict: str, grounds: Grounds) -> Float:
         "constant": 1.0,
         verdict: 1.0,
         grounds.rests_on: 1.0,
-        # A set that cannot tell has no evidence.
+        # The verdict ``cannot_tell`` has no evidence.
         "evidence": 0.0 if verdict == "cannot_tell" else float(logit(held)),
         "untested": away.untested,
         "left": float(np.log(min(max(away.left, 1.0), MOST_LEFT))),

@@ -45,7 +45,8 @@ class Candidate:
     level_trials: float | None = None
     """Number of places by which p is corrected, where they do not share the level evenly."""
     asked: Effect | None = None
-    """The effect before it was narrowed to the form that is there; None for a product of parts."""
+    """The effect before it was narrowed to the form that the residuals show; None for a product of
+    parts."""
     evidence: Evidence | None = None
     """Evidence with the noise estimated anew; None where the first test is enough."""
     regular: RegularCause | None = None
@@ -85,8 +86,8 @@ class Candidate:
     def at_maximum(self) -> Solution:
         """Its solution with the search parameters refined between the places that were tried.
 
-        It serves questions about a candidate that was judged; ``solution`` stays as it is. A line
-        that is a little off its place leaves a remainder that other effects would explain.
+        It is used for questions about a candidate that was judged; ``solution`` is not changed. A
+        line that is not exactly at its place leaves a remainder that other effects would explain.
         """
         return refined(self.solution)
 
@@ -130,8 +131,8 @@ def _acting_rms(change: NDArray[np.float64]) -> float:
 
 
 def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
-    """Return the number of rows in channels that the effect changes: the others say nothing about
-    it.
+    """Return the number of rows in channels that the effect changes: other rows do not determine
+    its size.
 
     A polygon's faces are known from the 480 reference rows, however long the capture is. If the
     effect changes no channel, all rows count.

@@ -69,8 +69,9 @@ def with_regular(
 ) -> list[Candidate]:
     """Return the candidates, with those of a forward search in place of others of the same name.
 
-    A line is left out where the search looked and found none: it is noise that drives a resonance,
-    or a line of half a record. A line above the searched rates stays where it is the larger one.
+    A line is left out if the forward search covered its place and found no line: it is noise that
+    drives a resonance, or a line of half a record. A line above the searched rates stays if it is
+    the larger one.
     """
     larger = {
         item.name
@@ -111,7 +112,8 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
 def looked_for(
     effect: Effect, residuals: Residuals
 ) -> tuple[Effect, dict[str, float], float] | None:
-    """Return the form and the place in which an effect fits best, and how many were tried."""
+    """Return the form and the place in which an effect fits best, and the number of places that
+    were tried."""
     form, trials = effect.narrowed(residuals)
     if not form.search:
         return form, {}, trials
@@ -146,7 +148,7 @@ def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
     """Return what the set lacks for orders that do not complete a period on the arc of the
     reference.
 
-    Such orders are a slow curve, as a drift is, and say nothing about the disc.
+    Such orders are a slow curve, like a drift, and contain no information about the disc.
     """
     rows = observations.reference
     if observations.capture is not None or rows is None or effect.search:

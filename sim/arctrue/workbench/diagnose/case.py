@@ -38,7 +38,7 @@ NEAR_TIE = 6.0
 """ΔBIC by which an effect must be ahead of a product of parts that could stand in for it: odds of
 20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SAME_GAIN = 0.01
-"""Relative difference of two gains below which they are of the same columns, except for the last
+"""Relative difference up to which two gains are those of the same columns, except for the last
 digits of a search."""
 LACK_OF_FIT = 1e-4
 """p below which a lack of fit is sure."""
@@ -49,9 +49,9 @@ LEAST_COLOUR = 0.02
 parts of its spectrum describe except for a fiftieth of the variance, but this changes no σ by more
 than 1 %."""
 AGAIN = 3
-"""Number of events in one set that are a habit: two may be chance."""
+"""Number of events in one set that count as recurring: two may be chance."""
 DEEPEST = 3
-"""Largest number of effects that are looked at one after another, each with those before it in the
+"""Largest number of effects that are tested one after another, each with those before it in the
 model."""
 
 
@@ -82,11 +82,11 @@ class Case:
 
     @cached_property
     def at_every_speed(self) -> list[Candidate]:
-        """Those in ``seen`` that show at every speed at which they would and are no alias of a
-        better one.
+        """Candidates in ``seen`` that show at every speed at which they should, and are no alias of
+        a better one.
 
-        If another cause is ahead of an order of the disc above half the samples a turn, that order
-        may be the alias of that cause in some of the runs.
+        If another cause gains more than an order of the disc above half the samples per turn, that
+        order may be the alias of that cause in some of the runs.
         """
         return [item for item in self.seen if at_other_speeds(item) and not self._behind(item)]
 
@@ -99,7 +99,8 @@ class Case:
 
     @cached_property
     def real(self) -> list[Candidate]:
-        """Those in ``at_every_speed`` that are causes, without lines that only describe a cause."""
+        """Candidates in ``at_every_speed`` that are causes, without lines that only describe a
+        cause."""
         causes = {item.name for item in without_unspecific(self.seen)}
         return [item for item in self.at_every_speed if item.name in causes]
 
@@ -108,7 +109,7 @@ class Case:
         """The first effect that fits and matters, but that held-out rows, passes or speeds
         contradict.
 
-        Something like it is there, but not this effect.
+        The real error resembles it, but is not this effect.
         """
         real = {item.name for item in self.at_every_speed}
         return next(
@@ -122,7 +123,7 @@ class Case:
 
     @cached_property
     def best(self) -> Candidate | None:
-        """The first of ``real``, or a larger one around it that adds more than chance.
+        """The first of ``real``, or a larger effect that contains it and adds more than chance.
 
         A regular cause that explains more error comes before it. A regular cause also comes before
         drifts and events: blocks cannot judge what happens once.
@@ -150,7 +151,7 @@ class Case:
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
         if self.best is not None and _contains(self.best, found):
-            # The best explains the whole product and more, as polygon faces do one of their orders.
+            # The best explains the product and more, as polygon faces explain one of their orders.
             return None
         best = self.best
         if best is not None and best is self.regular and _is_smaller(found, best):
@@ -173,8 +174,8 @@ class Case:
     def oscillation(self) -> Oscillation | None:
         """A damped oscillation in the noise, larger than what is negligible.
 
-        In a capture it is looked for where the whitened residuals are not white, or where an effect
-        was found or refused.
+        In a capture it is searched for if the whitened residuals are not white, or if an effect was
+        found or refused.
         """
         residuals = self.survey.residuals
         found, values = self.survey.findings.oscillation, residuals.capture_whitened
@@ -211,7 +212,8 @@ class Case:
     def similar(self) -> Similar:
         """Candidates that this data cannot distinguish from the best.
 
-        An order of the disc above half the samples a turn may be the alias of a line of any order.
+        An order of the disc above half the samples per turn may be the alias of a line of any
+        order.
         """
         best = self.best
         assert best is not None
@@ -220,8 +222,8 @@ class Case:
 
     @cached_property
     def rivals(self) -> list[Candidate]:
-        """Candidates in ``similar``: all with no more coefficients, and the larger ones that are as
-        likely."""
+        """Candidates in ``similar`` without more coefficients than the best, and the larger ones
+        that are as likely."""
         best, similar = self.best, self.similar
         assert best is not None
         larger = [self.others[name] for name in similar.larger]
@@ -245,7 +247,7 @@ class Case:
 
     @cached_property
     def stand_in(self) -> Candidate | None:
-        """A product of parts that explains what the best explains and is no member of its class."""
+        """A product of parts that explains the same error as the best and is not in its class."""
         best, product = self.best, self.product
         assert best is not None
         if product is None or not stands_in(best, product):
@@ -283,12 +285,12 @@ class Case:
 
     @property
     def before(self) -> Left:
-        """What the model without the best effect leaves."""
+        """Residual of the model without the best effect."""
         return self._added.before
 
     @cached_property
     def before_and_after(self) -> tuple[Left, Left] | None:
-        """What the model leaves without and with the best effect; None where it cannot be added."""
+        """Residuals of the model without and with the best effect; None if it cannot be added."""
         after = None if self.best is None else self._added.after(self.best.name)
         return None if after is None else (self.before, after)
 
@@ -354,20 +356,21 @@ ONCE = frozenset({"time", "settling"})
 
 
 def _apart(item: Candidate) -> bool:
-    """Tell whether it is a drift or a single event, which are listed apart from what repeats."""
+    """Tell whether the candidate is a drift or a single event, which are listed apart from what
+    repeats."""
     parts = set(item.effect.in_parts) | set(item.effect.parts)
     return item.effect.step_at is not None or bool(parts & ONCE)
 
 
 def _taken_arcsec(item: Candidate) -> float:
-    """Return the RMS of the error that it explains in the channel that it moves most."""
+    """Return the RMS of the error that the candidate explains in the channel that it moves most."""
     if item.regular is not None:
         return item.regular.taken_arcsec
     return max(item.size_arcsec.values(), default=0.0)
 
 
 def _is_smaller(item: Candidate, regular: Candidate) -> bool:
-    """Tell whether it is listed apart or explains less than a regular cause."""
+    """Tell whether the candidate is listed apart or explains less than a regular cause."""
     return _apart(item) or _taken_arcsec(item) < _taken_arcsec(regular)
 
 
@@ -377,12 +380,14 @@ def _look_alike(survey: Survey, one: Candidate, other: Candidate) -> bool:
 
 
 def _is_sure(item: Candidate) -> bool:
-    """Tell whether it is as sure as a lack of fit must be, with the noise free on both sides."""
+    """Tell whether the candidate is as sure as a lack of fit must be, with the noise free on both
+    sides."""
     return item.evidence is not None and item.p_corrected < REFUSED_P
 
 
 def _same(best: Candidate, product: Candidate) -> bool:
-    """Tell whether the product is the effect in other words, and not only on this poor set."""
+    """Tell whether the product equals the effect by definition, and not only on the rows of this
+    set."""
     if best.effect.unspecific and product.effect.unconditional_orders:
         return True
     if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
@@ -396,7 +401,7 @@ def _contains(best: Candidate, product: Candidate) -> bool:
 
 
 def _large_enough(real: list[Candidate]) -> Candidate | None:
-    """Return the first of ``real``, or a larger one around it that adds more than chance."""
+    """Return the first of ``real``, or a larger effect around it that adds more than chance."""
     if not real:
         return None
     best, rest = real[0], list(real[1:])

@@ -15,14 +15,14 @@ from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 LEAST_SHARE = 0.5
-"""Least share of the best candidate's gain that a candidate must have to stand in for it."""
+"""Least share of the best candidate's gain that a candidate must have to be taken for it."""
 NOTHING_LEFT_P = 0.001
 """Least p, corrected for all places that were searched, of an effect that adds nothing with the
 other in the model."""
 OF_THE_SAME_KIND = 0.1
-"""Share of the first effect's gain and of its mean square. What is left with that effect in the
-model and is larger, a third of its size, may be part of its own shape that the catalogue lacks;
-what is smaller is a separate matter."""
+"""Share of the first effect's gain and of its mean square. A remainder above this share, a third of
+the effect's size, may be part of the effect's own shape that the catalogue lacks; a smaller
+remainder is a separate matter."""
 FAR = 30.0
 """Half width of the searched range of a log variance, around that at which noise and effect are
 equal."""
@@ -30,8 +30,8 @@ equal."""
 
 @dataclass
 class Similar:
-    """Names of candidates like the best: those with no more coefficients, and larger ones around
-    it."""
+    """Names of candidates like the best: those without more coefficients, and larger ones that
+    contain it."""
 
     equals: list[str] = field(default_factory=list)
     larger: list[str] = field(default_factory=list)
@@ -43,10 +43,10 @@ class Similar:
 
 
 def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = False) -> Similar:
-    """Find the candidates whose columns explain what the best one explains.
+    """Find the candidates whose columns explain the same error as the best one.
 
-    ``unspecific``: also include those that only describe what is seen, where the best one names a
-    cause.
+    ``unspecific``: also include those that only describe the observation, where the best one
+    names a cause.
     """
     similar = Similar()
     for other in others:
@@ -130,7 +130,7 @@ def stands_in(best: Candidate, other: Candidate) -> bool:
 
 
 def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
-    """Leave out effects that only describe what is seen, where a cause explains as much."""
+    """Leave out effects that only describe the observation, where a cause explains as much."""
     specific = [item for item in found if not item.effect.unspecific]
     return [
         item
@@ -145,7 +145,7 @@ def _explained(line: Candidate, other: Candidate) -> bool:
 
 def of_its_order(line: Candidate, other: Candidate) -> bool:
     """Tell whether the other effect searched the disc order at which the line is, and explains most
-    of it.
+    of the line.
 
     A line has a size and a phase for each head, so that it also fits small changes of an order of
     the disc: an eccentric disc of 80″ moves the phase of order 120 by 0.05. The line must gain as

@@ -1,4 +1,4 @@
-"""What a verdict covers: sizes that would have been found, and effects that the set cannot test."""
+"""Coverage of a verdict: sizes that would have been found, and effects that the set cannot test."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ noise is then ten times the scatter of a single reading, and any effect that cha
 have been taken for noise."""
 UNSEEN_SHARE = 0.5
 """Largest share of the generic effects that may need more than the whole residual to be found;
-above it, most of what may be missing is out of sight. Chosen, not calibrated."""
+above it, most of what may be missing could not be found. Chosen, not calibrated."""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that stand for all others: slow and fast, whole and half; None: no wave."""
 HIGHEST_BLIND_ORDER = 1000
@@ -94,7 +94,7 @@ def coverage(
 
 
 def blind_orders(residuals: Residuals) -> list[int]:
-    """Return the orders with |e^{jnα} − 1| near 0, up to half the samples a turn.
+    """Return the orders with |e^{jnα} − 1| near 0, up to half the samples per turn.
 
     Orders up to half the stations of a reference, which reads single angles, are left out.
     """

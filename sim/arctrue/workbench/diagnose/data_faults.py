@@ -1,8 +1,8 @@
-"""Faults of the data themselves, which are looked for before any effect.
+"""Faults of the data themselves, which are searched before any effect.
 
-What a table does stays (a slip, a settling), comes again at the same angle (a scratch) or goes on
-everywhere (a vibration). A value that is far from its neighbours for a row or a few, after which
-the record goes on as before, was written down wrong.
+A real deviation of the table stays (a slip, a settling), recurs at the same angle (a scratch) or
+continues everywhere (a vibration). A deviation of one row or a few rows, after which the record
+continues as before, is a fault of the recording.
 """
 
 from __future__ import annotations
@@ -25,18 +25,19 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 STEP_TOLERANCE = 0.1
-"""A step is plausible within 10 % of the steps around it."""
+"""Relative deviation from the steps around it up to which a step is plausible."""
 WHOLE_TURN_TOLERANCE = 0.02
-"""A run whose number of turns is nearer than this to a whole number was meant to be whole turns."""
+"""Largest distance of a number of turns from a whole number at which a run was meant to be whole
+turns."""
 LEAST_GAP_STEPS = 3.0
-"""A step longer than this many usual steps means missing rows, not a change of speed."""
+"""Number of usual steps above which a step means missing rows, not a change of speed."""
 LOST_SIGMA = 8.0
 """Least deviation of an implausible step, in standard deviations of the noise of a step; in dense
 rows of few counts this is more than the 10 %."""
 MOST_SLIPS = 8
-"""Largest number of slips of a head in a run: a head that goes wrong more often does not follow."""
+"""Largest number of slips of a head in a run: with more slips, the head itself is faulty."""
 TEMPERATURES_C = (-60.0, 200.0)
-"""Plausible temperatures. Chosen: no table stands in colder or warmer places, and a broken sensor
+"""Plausible temperatures. Chosen: no table is in a colder or warmer place, and a broken sensor
 reads one of its limits."""
 TEMPERATURE_JUMP_K = 3.0
 """Smallest spike that is a fault: no sensor on a table goes so far and back within three rows."""
@@ -217,7 +218,7 @@ def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -
     short = turns < 1.0 - WHOLE_TURN_TOLERANCE
     if not (short.any() or (turns.size > 2 and whole.sum() == turns.size - 1)):
         return []
-    # A record that drops rows drops them at the ends of its runs as well.
+    # A record with missing rows may lack them at the ends of its runs as well.
     dropped = max(_longest_gap_turns(rows, start, end) for start, end in spans)
     ends_in_gap = np.ceil(turns) - turns <= dropped
     found = [

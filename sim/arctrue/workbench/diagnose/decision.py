@@ -1,4 +1,4 @@
-"""The decision on a set: its verdict and what the verdict rests on."""
+"""The decision on a set: its verdict and the results on which it rests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "b
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """A verdict and what it rests on."""
+    """A verdict and the results on which it rests."""
 
     verdict: Verdict
     first: Candidate | None = None
@@ -51,9 +51,9 @@ class Decision:
     """Effects that the next measurement has to distinguish, where plans are tried by calculation.
     """
     next: NextMeasurement | None = None
-    """The next measurement, where the rule itself knows it."""
+    """The next measurement, if the rule itself determines it."""
     further: Decision | None = None
-    """The decision with the first effect in the model; None where that was not asked."""
+    """The decision with the first effect in the model; None if it was not made."""
 
     @property
     def rests_on(self) -> str:

@@ -38,12 +38,12 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 MATTERS_COUNTS = 0.5
-"""An effect that moves the prediction by less than this many counts RMS is negligible."""
+"""Smallest RMS change of the prediction, in counts, of an effect that is not negligible."""
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """The verdict and what it rests on."""
+    """The verdict and the results on which it rests."""
 
     observations: Observations
     base: Solution | None
@@ -56,22 +56,22 @@ class Diagnosis:
     """The candidate that the decision states, then the others, best first."""
     negligible: Sequence[Candidate] = ()
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
-    """What the set lacks for each effect that it cannot test."""
+    """Data that the set lacks, for each effect that it cannot test."""
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
     """Fit of each channel with its lack of fit, as the rules use it."""
     before: Left | None = None
-    """What the model leaves."""
+    """Residual of the model."""
     left: Mapping[str, Left] = field(default_factory=dict)
-    """What the model leaves with the stated effect, or with one that looks like it, added."""
+    """Residual of the model with the stated effect, or with one that looks like it, added."""
     unlike: tuple[str, ...] = ()
     """Ways in which the set is unlike those that the probabilities were calibrated on."""
     grounds: Grounds | None = None
-    """What the stated probability rests on; None where nothing was tested."""
+    """Numbers on which the stated probability rests; None where nothing was tested."""
     second: SecondFinding | None = None
-    """What is left with the named effect in the model, where that is sure."""
+    """The error that remains with the named effect in the model, where it is sure."""
     covers: Coverage = field(default_factory=Coverage)
     findings: Findings = field(default_factory=Findings)
-    """What a dense reference shows, whatever the verdict."""
+    """Findings in a dense reference, independent of the verdict."""
 
     @property
     def verdict(self) -> Verdict:
@@ -95,7 +95,8 @@ class Diagnosis:
 
     @property
     def description(self) -> str | None:
-        """That product of parts in words."""
+        """Description of the product of parts that explains an error which no known effect
+        explains."""
         found = self.described
         return None if found is None else found.effect.describe(found.parameters())
 
@@ -180,10 +181,10 @@ def _with_the_found(
     """Return the findings that remain with the named effect in the model.
 
     An effect may show in the reference as a line at an alias, an oscillation or a step; these are
-    no findings of their own. A regular cause is a finding itself and stays in the list; what its
-    plain line misses, such as a phase that depends on the direction, may have looked like a
-    resonance. A jump that vanishes with the product of parts that describes everything is no jump:
-    an error that follows the speed differs from run to run.
+    no findings of their own. A regular cause is a finding itself and stays in the list. The error
+    that its plain line does not describe, such as a phase that depends on the direction, may have
+    looked like a resonance. A jump that vanishes with a product of parts that describes the whole
+    error is no jump: an error that follows the speed differs from run to run.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown" and found.decision.resembles is None:
@@ -200,7 +201,8 @@ def _with_the_found(
 
 
 def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
-    """Return what is left with the named effect; None where a further effect would be named."""
+    """Return the error that remains with the named effect; None where a further effect would be
+    named."""
     assert found.first is not None
     further = found.further
     if found.first.name not in left or (further is not None and further.verdict == "named"):
@@ -226,7 +228,7 @@ def _case_of(
     matters_counts: float,
     progress: ReportStep,
 ) -> Case:
-    """Collect the candidates with their evidence, and what the rules need of them."""
+    """Collect the candidates with their evidence, and the further data that the rules need."""
     effects = adding.effects
     if adding.base is not base:
         # This fit is without single wrong rows, which would hide what an effect explains.
@@ -254,10 +256,10 @@ def _case_of(
 
 
 def _deepest(found: Decision, base: Solution) -> Solution:
-    """Return the solution with most of the stated effects: it leaves what no effect explains.
+    """Return the solution with most of the stated effects, whose residual no effect explains.
 
-    A defect of a few rows is not included, since it may be a wrong row; a defect on every turn is
-    none.
+    An effect at one place of the disc is not included: a defect of a few rows may be a wrong row,
+    and only a defect on every turn is certainly no wrong row.
     """
     further: Decision | None = found
     while further is not None:
@@ -299,6 +301,6 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
 
 
 def _sharpened(item: Candidate) -> Candidate:
-    """Return what a verdict rests on with refined search parameters, fitted to every row."""
+    """Return the candidate of a verdict with refined search parameters, fitted to every row."""
     solution = on_every_row(refined(item.solution))
     return replace(item, solution=solution, nonlinear=solution.terms[-1].nonlinear)

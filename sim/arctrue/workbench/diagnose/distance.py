@@ -1,7 +1,7 @@
 """Ways in which a set is unlike those on which the probabilities were calibrated.
 
-A share of wrong answers that was counted on one kind of sets says nothing about another kind. The
-simulated sets of the benchmark have none of these ways, or have them seldom.
+A share of wrong answers that was counted on one kind of sets does not apply to another kind. The
+simulated sets of the benchmark are seldom or never unlike in these ways.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from arctrue.workbench.noise.whiteness import whiteness
 from arctrue.workbench.observations import Observations
 
 LEAST_REPEATS = 3
-"""Least number of runs of a capture, or of visits of a station: fewer do not show which one is off.
-"""
+"""Least number of runs of a capture, or of visits of a station: fewer do not show which one is
+wrong."""
 NOT_WHITE_P = 1e-4
 """p of whiteness, as sure as a lack of fit: below it, the noise is of a kind that the noise model
 does not have."""
@@ -36,7 +36,7 @@ def ways_unlike(
 ) -> tuple[str, ...]:
     """Return the ways in words.
 
-    ``left``: what the model with the stated effect leaves; ``tested``: number of effects that were
+    ``left``: residual of the model with the stated effect; ``tested``: number of effects that were
     tested.
     """
     found = []
@@ -67,7 +67,7 @@ def ways_unlike(
 
 @dataclass(frozen=True, slots=True)
 class Distance:
-    """How far a set is from those on which the probabilities were calibrated, in numbers."""
+    """Distance of a set from those on which the probabilities were calibrated."""
 
     untested: float
     """Share of the effects that the set cannot test."""
@@ -106,7 +106,7 @@ def distance(
 
 
 def _visits(target_rad: np.ndarray) -> float:
-    """Return how often the median station was visited."""
+    """Return the number of visits of the median station."""
     station = np.round(np.mod(np.round(target_rad / (2.0 * np.pi), 9), 1.0), 6)
     _, counts = np.unique(station, return_counts=True)
     return float(np.median(counts))

@@ -1,8 +1,8 @@
-"""Tests whether an effect is there on every turn, in every run and at every speed that would show
-it.
+"""Tests whether an effect exists on every turn, in every run and at every speed that would show it.
 
-The tests distinguish an effect, which repeats, from a disturbance that was there once, and an
-oscillation in time, which is there at every speed, from an order of the angle that one run shows.
+The tests distinguish an effect, which repeats, from a disturbance that occurred once. They also
+distinguish an oscillation in time, which exists at every speed, from an order of the angle that one
+run shows.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ may be noise, or noise may hide the effect in the others."""
 def on_every_pass(item: Candidate, base: Solution) -> bool:
     """Return False for an effect that one turn, or one run, shows and the others do not.
 
-    An effect that acts on few rows of a turn is tested over the turns, another one over the runs:
-    an order of the disc that is there at one speed only is a line in time, or its alias. Both
-    solutions have the noise that the effect was weighed with: other noise would change the model's
+    An effect that acts on few rows of a turn is tested over the turns, any other effect over the
+    runs: an order of the disc that exists at one speed only is a line in time, or its alias. Both
+    solutions have the noise with which the effect was weighed: other noise would change the model's
     own orders too.
     """
     if item.evidence is not None:
@@ -64,8 +64,8 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
 def _acts_on_capture(item: Candidate) -> bool:
     """Tell whether the effect has columns in the capture.
 
-    An effect that only the reference shows changes the capture's prediction by what it returns to
-    the graduation, which is in every run as far as noise allows.
+    An effect that only the reference shows changes the capture's prediction through the orders of
+    the graduation alone, which change in every run, as far as noise allows.
     """
     columns = item.solution.observations.capture
     assert columns is not None

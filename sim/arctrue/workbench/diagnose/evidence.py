@@ -55,7 +55,7 @@ MOST_LEFT = 0.5
 where the noise of the model without it has absorbed most of the effect."""
 OF_ITS_SIZE = 0.2
 """Largest first p of an effect that slow noise may have absorbed. Such noise is about as large as
-the effect, which is then one standard uncertainty of it or more; chance reaches that with this
+the effect, so that the effect is one standard uncertainty or more; chance reaches that with this
 probability or less."""
 MOST_WEIGHED = 6
 """Largest number of candidates that are weighed with the noise free on both sides."""
@@ -174,10 +174,9 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
     """Return those of ``items`` that would be significant without slow noise.
 
     Offsets of the runs beyond the index repeatability are disregarded as well, if the effect
-    explains them: one warm run causes them where a head drifts. Every estimate of the noise
-    contains at least as much noise as none, so that an effect which is not significant here is not
-    significant with any estimate. An effect with a search is left out, because its place was found
-    in the slow noise.
+    explains them: a drifting head causes them in one warm run. Every estimate contains at least the
+    noise of this test, so that an effect which is not significant here is not significant with any
+    estimate. An effect with a search is left out, because its place was found in the slow noise.
     """
     fixed = [
         item
@@ -211,8 +210,8 @@ def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> l
 def takes_most(grown: Solution, base: Solution) -> bool:
     """Tell whether the effect leaves less than half of a channel's residual variance.
 
-    Slow noise absorbs a slow effect far above the scatter of the rows completely while the effect
-    is not in the model, so that its gain with that noise says nothing.
+    While the effect is not in the model, slow noise completely absorbs a slow effect far above the
+    scatter of the rows, so that its gain with that noise is no evidence.
     """
     return any(
         float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2))
@@ -246,8 +245,8 @@ def _bic_with(item: Candidate, real: Candidate) -> float:
 
 
 def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
-    """Return those that are not far behind or gain more: they may be a larger effect around the
-    other.
+    """Return those that are not far behind or gain more: they may be larger effects that contain
+    the other.
 
     The disc order at which a line was found is weighed however far it is behind the line.
     """
@@ -309,7 +308,7 @@ def _judged(
         before, after = held_out_with(
             base.terms, item.term, base.observations, base.context, base.noise
         )
-        # A product of parts describes what is seen and is no name.
+        # A product of parts describes the observation and is no name.
         named = item.asked is not None
         share = block_share(found.base, item.effect, item.nonlinear) if named else None
         improvement = falls(before, after, base.noise)
@@ -379,8 +378,8 @@ def _judged_product(
 
 
 def _same_columns(item: Candidate, real: Candidate) -> bool:
-    """Tell whether both are the same block of columns in other words, as a warm centre and order 1
-    times the temperature are."""
+    """Tell whether both effects have the same block of columns up to a linear transformation, such
+    as a warm centre and order 1 times the temperature."""
     assert real.evidence is not None
     if real.effect.search or item.rank != real.rank:
         return False

@@ -41,10 +41,10 @@ class Facts:
 
     @cached_property
     def blindness(self) -> Blindness | None:
-        """Why an empty result says nothing; None where something was found, or could have been
-        found.
+        """Reason why an empty result is no evidence; None where something was found, or could have
+        been found.
 
-        With a model that the rows do not determine, what was found says nothing either.
+        With a model that the rows do not determine, a finding is no evidence either.
         """
         if self.case is None:
             return None
@@ -89,7 +89,7 @@ class Facts:
 
     @cached_property
     def _left(self) -> Left | None:
-        """What the model leaves with the best effect added, where it can be added."""
+        """Residual of the model with the best effect added, where it can be added."""
         if self.case is None:
             return None
         found = self.case.before_and_after
@@ -107,7 +107,8 @@ class Facts:
         )
 
     def grounds(self, decision: Decision) -> Grounds | None:
-        """Return what the probability of a decision rests on; None where nothing was tested."""
+        """Return the numbers on which the probability of a decision rests; None where nothing was
+        tested."""
         case, left = self.case, self._left
         if case is None or left is None:
             return None

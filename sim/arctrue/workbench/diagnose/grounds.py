@@ -13,7 +13,7 @@ of fit."""
 
 @dataclass(frozen=True, slots=True)
 class Grounds:
-    """What an answer rests on, and how unlike the calibrated sets its set is."""
+    """Numbers on which an answer rests, and the distance of its set from the calibrated sets."""
 
     evidence: float
     """Probability of the answer from likelihoods, priors and rules alone."""

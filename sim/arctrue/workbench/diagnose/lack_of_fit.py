@@ -16,12 +16,12 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ANGLE_BINS = 120
-"""Bins of 3°: six for each period of the paper's 20th order."""
+"""Number of bins, of 3° each: six for each period of the paper's 20th order."""
 ELECTRICAL_BINS = 24
-"""Bins of 15°: six for each period of the fourth harmonic, the highest that interpolation causes.
-"""
+"""Number of bins, of 15° each: six for each period of the fourth harmonic, the highest that
+interpolation causes."""
 LEAST_ROWS_A_GROUP = 3
-"""Least number of rows in a group: a scatter needs two, and the third shows which one is off."""
+"""Least number of rows in a group: a scatter needs two, and the third shows which one is wrong."""
 LEAST_ROWS_A_PERIODOGRAM = 64
 """Least number of rows, 32 frequencies: with fewer, Fisher's test sees only lines that the means by
 angle show."""

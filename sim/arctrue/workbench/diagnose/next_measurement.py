@@ -50,7 +50,8 @@ OF_PARTS = {
 }
 """Kind and words of the measurement that tests a condition."""
 ANOTHER_SPEED = 1.5
-"""Ratio above which two speeds differ: the set then shows already what grows with the speed."""
+"""Ratio above which two speeds differ: the set then shows already which errors grow with the speed.
+"""
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "

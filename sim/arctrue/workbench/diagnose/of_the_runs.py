@@ -34,9 +34,9 @@ def p_among_the_runs(residuals: Residuals, effect: Effect, nonlinear: Nonlinear)
     """Return p of an effect whose sample is the runs, where the index is worse than it is known to
     be.
 
-    It is 0 where the index is as good as known, or too few offsets remain to decide. The F test
-    compares the offsets of the runs with and without the effect; the prior knowledge of the index
-    does not count, since the offsets that remain with the effect contradict it.
+    The result is 0 if the index is as good as known, or if too few offsets remain to decide. The F
+    test compares the offsets of the runs with and without the effect. The prior knowledge of the
+    index does not count, since the offsets that remain with the effect contradict it.
     """
     known = with_index_as_known(residuals)
     score = known.score(effect, nonlinear)

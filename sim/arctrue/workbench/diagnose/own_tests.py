@@ -32,7 +32,7 @@ def one_pattern(orders: Sequence[float], places: int = 0) -> str | None:
     may be separate orders.
 
     ``places``: number of local defects of the disc that were named after these orders; the
-    harmonics that are left look like one.
+    remaining harmonics look like a defect.
     """
     whole = sorted({round(order) for order in orders})
     if len(whole) < 2 or len(whole) + places < SEVERAL:

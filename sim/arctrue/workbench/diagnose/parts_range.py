@@ -50,7 +50,7 @@ def passes_its_wave(residuals: Residuals, effect: ProductOfParts) -> bool:
 
 def only_cancels(residuals: Residuals, effect: ProductOfParts, score: Score) -> bool:
     """Tell whether the fitted part exceeds what was measured, so that the model must cancel most of
-    it.
+    the part.
 
     Var(y) = Var(part) + Var(rest) + 2 cov(part, rest): without cancellation Var(part) is at most
     Var(y). The share of the part that the model cannot reproduce is 1/VIF, with VIF its variance

@@ -52,7 +52,7 @@ class PlannedMeasurement:
 
 
 def _joined(before: Rows, after: Rows) -> Rows:
-    """Append rows to others; what is no array stays as it was before."""
+    """Append rows to others; values that are no arrays are those of ``before``."""
     values: dict[str, Any] = {}
     for item in fields(before):
         old, new = getattr(before, item.name), getattr(after, item.name)
@@ -87,7 +87,7 @@ def _further_run(
     turns: float | None = None,
     finer: float = 1.0,
 ) -> Observations | None:
-    """Return the set with one further run, made like its first one except for what is asked."""
+    """Return the set with one further run, like its first one except for the requested changes."""
     rows = observations.capture
     if rows is None:
         return None
@@ -99,7 +99,7 @@ def _further_run(
     longer = 1.0 if turns is None else turns * 2.0 * np.pi / abs(travel)
     if longer < 1.0 or (warmer_k and rows.temperature_c is None):
         return None
-    # One sample more a run: the new samples fall between the old ones.
+    # One more sample per run: the new samples are between the old ones.
     count = int(min(first.size * longer * finer, MOST_NEW_ROWS)) + 1
     share = np.arange(count) / (count - 1)
     way = -1.0 if back else 1.0

@@ -64,12 +64,12 @@ def posterior(
     the rules.
 
     The sum is 1. ``look_alikes`` of the first of the class, which the set cannot test, are as
-    probable as it is. ``product`` is the best product of parts, unless it is one of the candidates
-    in other words. ``excluded`` are effects that fit but that held-out rows, passes or speeds
-    contradict; the first of the class may be one of them, and ``unknown`` is then as likely as it
-    is. ``confounded``: the product is the first effect growing with another condition, and as
-    likely as it is. ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names to
-    products, and products to names.
+    probable as the first. ``product`` is the best product of parts, unless it equals one of the
+    candidates. ``excluded`` are effects that fit but that held-out rows, passes or speeds
+    contradict; the first of the class may be one of them, and ``unknown`` is then as likely as the
+    first. ``confounded``: the product is the first effect growing with another condition, and as
+    likely as the first. ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names
+    to products, and products to names.
     """
     effects = len(candidates) + untestable
     share = float(np.log(prior(effects)))
@@ -77,7 +77,7 @@ def posterior(
         weights = untold(len(candidates), untestable)
         return normalised(weights | {item.name: share for item in candidates})
     evidence = {item.name: share + log_evidence(_weighed(item)) for item in candidates}
-    # An effect that a rule excludes fits nevertheless: something like it is there.
+    # An effect that a rule excludes fits nevertheless: the real error resembles it.
     judged = evidence | _as_uncertain_as_the_first(candidates, effect_class, share)
     suspects = [judged[name] for name in judged if name in excluded]
     weights = {
@@ -101,8 +101,8 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
-        # The lack of fit is that of the model without the first, which explains it as well: the
-        # stranger is no likelier.
+        # The first explains the lack of fit of the model without it: something unknown is no
+        # likelier.
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
         # ``unknown`` may be ahead of a single effect by the odds that the rules ask of a product.
@@ -120,7 +120,7 @@ def posterior(
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # With the first in the model it adds nothing, or the first adds to it, at this p.
+                # At this p it adds nothing with the first in the model, or the first adds to it.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)
@@ -137,13 +137,14 @@ def stated(
     """Return the probabilities with which an answer is stated; the sum is 1.
 
     ``found``: the probabilities from the evidence; ``members``: the class of the answer;
-    ``confidence``: how often such answers are right (:mod:`calibrated`), None where that is not
-    known. The confidence goes to the first of the class, to ``unknown`` or to ``none``; also to
-    ``none`` where the set cannot tell, since it is then likeliest that nothing which the set could
-    show is missing. What effects and ``none`` lose goes to ``unknown``, and what ``unknown`` loses
-    goes to the effects. What an answer gains is taken from all others in proportion, so that a
-    class has at least the probability of its first. The first of a class gains nothing while a
-    rival is level with it. No answer falls behind one that it contradicts.
+    ``confidence``: the probability that such answers are right (:mod:`calibrated`), None where it
+    is not known. The first of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also
+    gets it if the verdict is that the set cannot tell, since it is then likeliest that nothing is
+    missing which the set could show. Probability that effects and ``none`` lose is added to
+    ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
+    answer gains is taken from all others in proportion, so that a class has at least the
+    probability of its first. The first of a class gains nothing while a rival is as probable. No
+    answer falls behind one that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)
@@ -166,7 +167,8 @@ def stated(
     if not heirs:
         return dict(found)
     part = sum(found[name] for name in falling) / len(heirs)
-    # The answer stays ahead of an heir v if k·held ≥ v + (1 − k)·part, of others if k·held ≥ v.
+    # ``heirs`` get what the answer loses. With a kept share k the answer stays ahead of an heir of
+    # probability v if k·held ≥ v + (1 − k)·part, and of others if k·held ≥ v.
     least = (max(found[name] for name in heirs) + part) / (held + part)
     others = set(found) - {*falling, *heirs} if verdict != "ambiguous" else set()
     least = max([least, *(found[name] / held for name in others)])

@@ -39,8 +39,8 @@ class Weighed:
     rows: int
     """Number of rows from which its size is known: those of the channels that it changes."""
     freedom: float = float("inf")
-    """Degrees of freedom with which the noise of its size is known: so many of the rows are
-    independent (ten of 24,000, where four runs are the sample)."""
+    """Degrees of freedom with which the noise of its size is known: the number of independent rows
+    (ten of 24,000 rows, if four runs are the sample)."""
 
 
 def log_evidence(item: Weighed) -> float:
@@ -77,7 +77,7 @@ def log_evidence_of_p(p_value: float) -> float:
 
 
 def prior(effects: int) -> float:
-    """Return the prior probability of each of so many effects of the catalogue."""
+    """Return the prior probability of each effect of a catalogue with this number of effects."""
     return PRIOR_CATALOGUE / max(effects, 1)
 
 

@@ -63,7 +63,7 @@ class Jump:
         }
 
     def words(self) -> str:
-        """Return when something jumped, and by how much, in words."""
+        """Return time and size of the jump in words."""
         if self.time_s is not None:
             where = f"{self.time_s:.5g} s"
         else:
@@ -85,7 +85,7 @@ MANY_ARCSEC = 600.0
 
 @dataclass(frozen=True)
 class Band:
-    """Rates of a record up to which lines were looked for."""
+    """Range of the rates of a record in which lines were searched for."""
 
     in_time: bool
     highest: float
@@ -207,7 +207,7 @@ class Findings:
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether a line at this place was looked for: if it is none of the causes, it is no
+        """Tell whether a line at this place was searched for: a place without a cause is then no
         line."""
         in_time = bool(nonlinear["in_time"])
         rate = nonlinear["frequency" if in_time else "order"]

@@ -49,7 +49,7 @@ def candidate_data(item: Candidate, before: Left | None, after: Left | None) -> 
 
 
 def covers_data(covers: Coverage) -> dict[str, Any]:
-    """Return what the verdict covers, as JSON."""
+    """Return the coverage of the verdict as JSON."""
     return {
         "smallest": {
             name: {
@@ -86,7 +86,7 @@ def _findings_data(result: Diagnosis) -> dict[str, Any]:
 
 
 def _second_data(found: SecondFinding | None) -> dict[str, Any] | None:
-    """Return what is left with the named effect in the model, as JSON."""
+    """Return the error that remains with the named effect in the model, as JSON."""
     if found is None:
         return None
     return {
@@ -145,7 +145,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
 
 
 def sentences(result: Diagnosis) -> list[str]:
-    """Return the verdict in words, and what to do next."""
+    """Return the verdict and the next steps in words."""
     if result.verdict == "bad_data":
         return ["The data themselves are faulty:", *result.decision.faults]
     if result.verdict == "cannot_tell":
@@ -242,7 +242,8 @@ def _smaller_part(result: Diagnosis) -> list[str]:
 
 
 def _explains_more(result: Diagnosis) -> str | None:
-    """Return what would be named next, else the largest regular cause that is then left."""
+    """Return the effect that would be named next, otherwise the largest regular cause that is then
+    left."""
     if result.further:
         return result.further[0].name
     named = None if result.named is None else result.named.regular
@@ -251,7 +252,7 @@ def _explains_more(result: Diagnosis) -> str | None:
 
 
 def _measurement(result: Diagnosis) -> list[str]:
-    """Return what to measure next, as a sentence."""
+    """Return the next measurement as a sentence."""
     found = result.next_measurement
     return [] if found is None else [f"Next measurement: {found}."]
 
@@ -282,7 +283,7 @@ def _probable(result: Diagnosis) -> list[str]:
 
 
 def _covered(covers: Coverage) -> list[str]:
-    """Return what "adequate" stands for, one sentence each."""
+    """Return the meaning of "adequate" for this set, one sentence each."""
     said = []
     if covers.smallest:
         sizes = ", ".join(

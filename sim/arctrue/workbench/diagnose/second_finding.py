@@ -1,7 +1,7 @@
-"""Second finding: what is left with the named effect in the model.
+"""Second finding: the error that remains with the named effect in the model.
 
 An effect of the catalogue has one size everywhere. If its size in a machine differs from place to
-place, what is left is the effect's own prediction times a factor of the place.
+place, the remaining error is the effect's own prediction times a factor of the place.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 ANGLE_BINS = 36
-"""Places of a capture: 10° each."""
+"""Number of places of a capture, 10° each."""
 LEAST_OF_LEFT = 0.5
-"""Share of the mean square that is left above the noise: with more, the variation is most of it."""
+"""Least share of the mean square left above the noise that the variation must explain: it is then
+most of the remaining error."""
 WITHIN_PLACES = 0.5
-"""Least share of the effect's mean square that changes within the places: with less, its size at a
-place cannot be distinguished from anything else that stands there."""
+"""Least share of the effect's mean square that must change within the places: with less, its size
+at a place cannot be distinguished from any other error there."""
 STANDARD_ERRORS = 5.0
 """Least number of standard errors of χ² over the places, 2·10⁻⁷ for one look: no other groupings
 were tried."""
@@ -33,7 +34,7 @@ were tried."""
 
 @dataclass(frozen=True)
 class SecondFinding:
-    """What is left, by channel, and what it looks like."""
+    """The error that remains, by channel, and its description."""
 
     left_arcsec: Mapping[str, float]
     noise_arcsec: Mapping[str, float]
@@ -46,12 +47,12 @@ class SecondFinding:
 
     @property
     def bare(self) -> bool:
-        """True where something is left and its form is not known."""
+        """True where an error remains and its form is not known."""
         return self.channel is None and self.description is None
 
     @property
     def sentence(self) -> str:
-        """The finding as a sentence, for people."""
+        """Describe the finding in a sentence for people."""
         channels = [self.channel] if self.channel is not None else list(self.left_arcsec)
         left = " and ".join(
             f"{name} {self.left_arcsec[name]:.3g}″ RMS (noise {self.noise_arcsec[name]:.2g}″)"
@@ -59,7 +60,7 @@ class SecondFinding:
         )
         if self.channel is not None:
             return f"And it differs from place to place by ±{100.0 * self.variation:.0f} %: {left}."
-        # What would be named next is said elsewhere; without a product its form is not known.
+        # The next name is stated elsewhere in the report; without a product the form is not known.
         what = "" if self.description is None else f"; {self.description}"
         return f"With it in the model an error remains: {left}{what}."
 
@@ -67,9 +68,10 @@ class SecondFinding:
 def second_finding(
     left: Left, *, unknown: bool, description: str | None = None
 ) -> SecondFinding | None:
-    """Return what is left by a model whose last term is the named effect; None if that is not sure.
+    """Return the error that a model leaves whose last term is the named effect; None if it is not
+    sure.
 
-    ``unknown``: the verdict with the named effect in the model says that something is left.
+    ``unknown``: the verdict with the named effect in the model says that an error remains.
     """
     for channel, noise in left.noise_arcsec.items():
         found = _variation(left, channel, noise)
@@ -109,9 +111,10 @@ def _turn(angle_rad: Float) -> Float:
 
 
 def varies(predicted: Float, residual: Float, place: Integer, noise: float) -> float | None:
-    """Return the scatter over the places of the factor between what is left and what was predicted.
+    """Return the scatter over the places of the ratio of residual to prediction.
 
-    Shapes (rows,); None where it is no more than noise, or not most of what is left.
+    Shapes (rows,); None where the scatter is no more than noise, or explains less than half of the
+    residual.
     """
     predicted, residual = predicted - predicted.mean(), residual - residual.mean()
     inside, rest = _within(predicted, place), _within(residual, place)

@@ -1,4 +1,4 @@
-"""Tests with one model: candidates with their evidence, and how well the model fits."""
+"""Tests with one model: candidates with their evidence, and the fit of the model."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
-"""Share of the least size that matters: noise that is estimated anew does not double a size."""
+"""Share of the least size that matters below which an effect is not weighed: noise that is
+estimated anew does not double a size."""
 OF_A_CONSTANT = 0.1
-"""Share of its mean: what changes less over the rows is a constant."""
+"""Largest ratio of standard deviation to mean of a constant, over the rows."""
 RUNS_ARE_THE_SAMPLE = 0.5
 """Share of the index in the variance of an effect's size, from which on the runs are the sample."""
 
@@ -31,7 +32,7 @@ effect predicts better than one with it."""
 
 @dataclass(frozen=True)
 class FitOfChannel:
-    """How well a model fits one channel by itself."""
+    """The fit of a model to one channel by itself."""
 
     residual_rms_arcsec: float
     noise_arcsec: float
@@ -60,12 +61,11 @@ def fit_of_channels(residuals: Residuals) -> dict[str, FitOfChannel]:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Candidates that were tried with one model, best first, and how well that model fits by
-    itself."""
+    """Candidates that were tried with one model, best first, and the fit of the model itself."""
 
     residuals: Residuals
     matters_arcsec: float
-    """An effect that moves the prediction by less than this is negligible."""
+    """Smallest RMS change of the prediction of an effect that is not negligible."""
     absent: int
     """Number of effects of the catalogue that the model lacks, by which their p is corrected."""
     looks: int = 1
@@ -100,13 +100,14 @@ class Survey:
         return max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec
 
     def may_matter(self, item: Candidate) -> bool:
-        """Tell whether its size, which changes with the noise, is not far below what matters."""
+        """Tell whether the candidate's size, which changes with the noise, is not far below the
+        least that matters."""
         size = max(item.size_arcsec.values(), default=0.0)
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 
     def confirmed(self, item: Candidate) -> bool:
-        """Tell whether it matters and is shown by held-out rows, by blocks and by every pass over
-        its place."""
+        """Tell whether the candidate matters and is shown by held-out rows, by blocks and by every
+        pass over its place."""
         return (
             self.matters(item)
             and _holds_out(item)
@@ -116,8 +117,8 @@ class Survey:
         )
 
     def may_be_a_constant_of_the_model(self, item: Candidate) -> bool:
-        """Tell whether it is a constant of R₂ − R₁ that the effects of the model may have
-        themselves."""
+        """Tell whether the candidate is a constant of R₂ − R₁ that the effects of the model may
+        have themselves."""
         base = self.base
         most = sum(
             term.effect.constant_between_heads_arcsec(base.coefficients[base.part(index)])
@@ -137,9 +138,9 @@ def _holds_out(item: Candidate) -> bool:
     """Tell whether the error on held-out rows falls by more than two standard errors.
 
     The free offset of each run absorbs an effect that is known from run to run only, so that rows
-    of the same run cannot show it; there the runs are the sample, and the scatter of the index
-    among them decides. A regular cause was predicted from other blocks of the record when it was
-    found.
+    of the same run cannot show it. The runs are then the sample, and the scatter of the index among
+    them decides. A regular cause has passed the prediction from other blocks of the record in its
+    search.
     """
     if item.regular is not None:
         return True

@@ -12,7 +12,7 @@ from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 SEPARATING_HEADS = 3
 """Number of heads that separate x and y of a motion that is no order of the disc; for an order of
-the disc, so many heads show whether the axis moves."""
+the disc, this number of heads shows whether the axis moves."""
 
 
 def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:

@@ -37,10 +37,9 @@ every judgement of the table excludes it."""
 SearchKind = Literal[
     "grid", "disc_order", "unwrapped_order", "frequency", "line", "step", "disc_place"
 ]
-"""How the inference searches for the parameters of an effect: at every point of the declared
-ranges; for a whole order of the disc, an order over the unwrapped angle, a frequency in time, any
-of these in either channel; for the instant of a step in a run; for place and width of a bump on the
-disc."""
+"""Kinds of search for the parameters of an effect: at every point of the declared ranges; for a
+whole order of the disc, an order over the unwrapped angle, a frequency in time, any of these in
+either channel; for the instant of a step in a run; for place and width of a bump on the disc."""
 
 SEARCHED: Mapping[SearchKind, frozenset[str]] = {
     "disc_order": frozenset({"order"}),
@@ -62,7 +61,7 @@ class Gain(Protocol):
 
 
 class Leftover(Protocol):
-    """The model's residuals, of which an effect may ask how much some columns reduce them."""
+    """The model's residuals, which an effect can query for the gain of some columns."""
 
     observations: Observations
 
@@ -142,7 +141,7 @@ class SearchParameter:
     high: float
     meaning: str
     steps: int = 64
-    """Points of the grid that the default scan tries."""
+    """Number of points of the grid that the default scan tries."""
     integer: bool = False
     """Whether only whole numbers are meaningful; such a parameter is not refined."""
 
@@ -441,15 +440,16 @@ class Effect(ABC):
     ) -> NDArray[np.float64] | None:
         """Return R₂ − R₁ of the effect in arcseconds, shape (rows,), directly from the physics.
 
-        ``parameters``: every coefficient and search parameter by name. No fit uses it: ``arctrue
-        effects check`` compares its finite differences with the columns. None: not given.
+        ``parameters``: every coefficient and search parameter by name. No fit uses this method:
+        ``arctrue effects check`` compares its finite differences with the columns. None: the effect
+        has no such formula.
         """
         return None
 
     def reference_formula(
         self, rows: ReferenceRows, parameters: Mapping[str, float], context: FitContext
     ) -> NDArray[np.float64] | None:
-        """Return ε of head 1 in the same way."""
+        """Return ε of head 1 in arcseconds, shape (rows,), directly from the physics."""
         return None
 
     def describe_data(self, nonlinear: Nonlinear, observations: Observations) -> str:

@@ -97,17 +97,17 @@ def _last_of(path: Path, error: BaseException) -> TracebackType | None:
 
 
 def _raised_at(trace: TracebackType) -> bool:
-    """True if the frame's present instruction is a ``raise``."""
+    """Tell whether the frame's present instruction is a ``raise``."""
     code = trace.tb_frame.f_code.co_code
     return dis.opname[code[trace.tb_lasti]] == "RAISE_VARARGS"
 
 
 Check = Callable[[Effect, tuple[Any, ...], Any], str | None]
-"""Returns in words what is wrong with the result of a call; None: nothing."""
+"""Function that returns in words what is wrong with the result of a call; None: nothing."""
 
 
 def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) -> Callable[..., Any]:
-    # This package's own methods end by themselves; their calls of the file have time limits.
+    # Methods of this package need no limit of their own: their calls of the file have limits.
     limited = not method.__module__.startswith("arctrue.")
 
     @functools.wraps(method)

@@ -27,7 +27,7 @@ class TookTooLongError(Exception):
     """
 
     def __init__(self, seconds: float, frames: list[tuple[str, int]]) -> None:
-        """``seconds`` is the limit."""
+        """Store the limit ``seconds`` and the frames."""
         super().__init__(f"took longer than {seconds:g} s")
         self.frames = frames
 

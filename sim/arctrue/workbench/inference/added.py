@@ -37,7 +37,7 @@ def added(effect: Effect, base: Solution) -> Solution | None:
 def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
     """Return the likeliest search parameters, with the noise estimated anew for each candidate.
 
-    Noise that was estimated without the effect can have swallowed it: lost counts look like slow
+    Noise that was estimated without the effect may contain the effect: lost counts look like slow
     noise. The best place under that noise is therefore compared with the best under its white part.
     """
     base = residuals.solution

@@ -1,9 +1,9 @@
 """The share of an effect's own error that the other blocks of the rows predict.
 
-Rows left out one by one are predicted by their neighbours wherever rows are dense or the noise is
-slow: that tests interpolation. Here the runs, or the cycles of a reference, are cut into a few long
-blocks. The model is projected out of the effect's columns over all rows; then block b alone gives
-coefficients c_b, and the other blocks c₋b. The share is
+If rows are dense or the noise is slow, the neighbours of a single row that is left out predict
+it: this tests interpolation only. Here the runs, or the cycles of a reference, are cut into a few
+long blocks. The model is projected out of the effect's columns over all rows; then block b alone
+gives coefficients c_b, and the other blocks give c₋b. The share is
 
     1 − (Σ |A_b(c_b − c₋b)|² − its mean by noise)/(Σ |A_b·c_b|² − its mean by noise)
 
@@ -30,9 +30,8 @@ KNOWN_ELSEWHERE = 0.75
 """Share of the information above which a direction occurs in one block alone: the other blocks
 cannot predict it (their own error would be 3 times that of the block)."""
 MOST_ERRORS = 2.0
-"""Half of the effect's own error must be at least this number of standard deviations of the
-disagreement that noise alone causes. Below it, blocks cannot judge: 2.3 % of true effects would be
-refused."""
+"""Least ratio of half the effect's own error to the standard deviation of the disagreement that
+noise alone causes. Below it, blocks cannot judge: 2.3 % of true effects would be refused."""
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 

@@ -16,8 +16,7 @@ Float = NDArray[np.float64]
 def channel_rows(
     rows: CaptureRows | ReferenceRows, block: slice = slice(None)
 ) -> list[slice | NDArray[np.int64]]:
-    """Return the rows of each channel within a block: what all heads see may cancel in their
-    sum."""
+    """Return the rows of each channel within a block: signals of heads may cancel in their sum."""
     if isinstance(rows, ReferenceRows) or rows.channel is None:
         return [slice(None)]
     inside = rows.channel[block]

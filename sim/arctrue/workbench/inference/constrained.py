@@ -181,7 +181,8 @@ class _Unknowns:
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     def moved_terms(self, values: Float) -> list[Term]:
-        """The terms with the search parameters among ``values``, within their declared ranges."""
+        """Return the terms with the search parameters among ``values``, within their declared
+        ranges."""
         place = sum(self.solution.widths)
         found = []
         for term in self.solution.terms:
@@ -268,7 +269,7 @@ def _nearest(
             f"{', '.join(worst.names)}: no values meet the condition together with the others"
         )
     wanted = place(found.x)
-    # The unknowns that are not involved follow the likelihood.
+    # The unknowns that are not involved take their likeliest values.
     rest = np.setdiff1d(np.arange(wanted.size), involved)
     shift = np.linalg.pinv(own) @ (wanted[involved] - at[involved])
     wanted[rest] += unknowns.covariance[np.ix_(rest, involved)] @ shift
@@ -304,7 +305,7 @@ def _start(
 
 
 def _slopes(unknowns: _Unknowns, at: Float, conditions: Sequence[Condition]) -> Float:
-    """∂(difference)/∂(unknown) by central differences, shape (conditions, unknowns)."""
+    """Return ∂(difference)/∂(unknown) by central differences, shape (conditions, unknowns)."""
     found = np.zeros((len(conditions), at.size))
     spread = unknowns.spread
     for place in range(at.size):
@@ -322,7 +323,7 @@ def _slopes(unknowns: _Unknowns, at: Float, conditions: Sequence[Condition]) -> 
 
 
 def _free_directions(slopes: Float) -> Float:
-    """Orthonormal directions along which no condition changes, shape (coefficients, free)."""
+    """Return orthonormal directions without a change of conditions, shape (coefficients, free)."""
     size = slopes.shape[1]
     involved = np.flatnonzero(slopes.any(axis=0))
     if not involved.size:
@@ -361,7 +362,7 @@ class FreeDesign:
         return None if found is None else replace(found, columns=found.columns @ self.free)
 
     def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
-        """Sums of least squares over the rows of a channel; None without it."""
+        """Return the sums of least squares over the rows of a channel; None without it."""
         sums = channel_sums(self.terms, self.observations, self.context, noise, capture=capture)
         if sums is None:
             return None
@@ -374,10 +375,10 @@ class FreeDesign:
 
 
 def noise_with(found: ConstrainedFit, free: Float | None = None) -> Noise:
-    """Estimate the noise from the residuals of a model with conditions, from its present noise on.
+    """Estimate the noise from the residuals of a model with conditions; start from its present
+    noise.
 
-    ``free``: directions in which the coefficients take from the noise; by default those of
-    ``found``.
+    ``free``: directions in which the coefficients absorb noise; by default those of ``found``.
     """
     solution = found.solution
     design = FreeDesign(

@@ -24,7 +24,7 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 
 BLOCK_ROWS = 1 << 15
-"""Rows of one product, for memory alone: 32,768 rows of 100 columns are 26 MB."""
+"""Number of rows of one product, for memory alone: 32,768 rows of 100 columns are 26 MB."""
 MOST_RECENT = 4
 """Number of blocks of columns kept for terms that come and go: a scan asks for the same again."""
 Rows = CaptureRows | ReferenceRows
@@ -82,13 +82,13 @@ def keep_part(whole: Rows, part: Rows, kept: NDArray[np.bool_]) -> None:
 
 
 def row_blocks(rows: int) -> Iterator[slice]:
-    """Slices of at most BLOCK_ROWS rows."""
+    """Yield slices of at most BLOCK_ROWS rows."""
     for start in range(0, rows, BLOCK_ROWS):
         yield slice(start, min(start + BLOCK_ROWS, rows))
 
 
 def term_widths(terms: Sequence[Term], observations: Observations) -> list[int]:
-    """Number of coefficients of each term."""
+    """Return the number of coefficients of each term."""
     return [len(term.effect.column_names(observations)) for term in terms]
 
 
@@ -146,7 +146,8 @@ def _identity(term: Term) -> Hashable:
 def channel_columns(
     terms: Sequence[Term], observations: Observations, context: FitContext, *, capture: bool
 ) -> Matrix:
-    """Columns of all terms for the rows of a channel: shape (rows, Σ widths), arcseconds."""
+    """Return the columns of all terms for the rows of a channel: shape (rows, Σ widths),
+    arcseconds."""
     rows = _rows_of(observations, capture=capture)
     widths = term_widths(terms, observations)
     return _side_by_side(
@@ -164,7 +165,7 @@ def channel_prediction(
     *,
     capture: bool,
 ) -> Matrix:
-    """Sum of all terms for the rows of a channel: shape (rows,), arcseconds."""
+    """Return the sum of all terms for the rows of a channel: shape (rows,), arcseconds."""
     rows = _rows_of(observations, capture=capture)
     total, start = np.zeros(rows.run.size), 0
     for term, width in zip(terms, term_widths(terms, observations), strict=True):
@@ -271,7 +272,7 @@ def channel_sums(
     *,
     capture: bool,
 ) -> ChannelSums | None:
-    """Sums over the rows of a channel: the terms' columns, then run offsets (or a₀)."""
+    """Return sums over the rows of a channel: the terms' columns, then run offsets (or a₀)."""
     rows = whitened_rows(terms, observations, context, noise, capture=capture)
     of_rows = noise.capture if capture else noise.reference
     if rows is None or of_rows is None or of_rows.rows == 0:
@@ -291,7 +292,7 @@ def _sums(rows: WhitenedRows, measured: Matrix, of_rows: RowNoise) -> ChannelSum
 
 
 def measured_arcsec(observations: Observations, *, capture: bool) -> Matrix:
-    """R₂ − R₁ − α (or the contrast) of every capture row, or ε of every reference row."""
+    """Return R₂ − R₁ − α (or the contrast) of every capture row, or ε of every reference row."""
     return _rows_of(observations, capture=capture).measured_arcsec
 
 

@@ -1,9 +1,9 @@
 """The smallest size of an effect that a set would show.
 
-An effect is found when its gain passes the F test of :mod:`significance`, and when rows that were
-left out show it or, where they do not, its evidence is too strong to be passed over. All of this
-depends on one number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the
-tests is that of noncentral F and normal distributions.
+An effect is found if its gain passes the F test of :mod:`significance`, and if held-out rows show
+it or, where they do not, its evidence is too strong to be disregarded. All of this depends on one
+number, the noncentrality λ = s²·zᵀC⁻¹z of an effect of size s: the power of the tests is that of
+noncentral F and normal distributions.
 """
 
 from __future__ import annotations
@@ -158,8 +158,8 @@ def smallest_detectable(
         return None
     information = np.diag(score.information)
     there = information > 0.0
-    # A column that the other columns of its block, or the model, explain whole is not seen by
-    # itself.
+    # A column is not seen by itself if the other columns of its block, or the model, explain it
+    # completely.
     units = np.where(there, 1.0 / np.sqrt(np.maximum(information, 1e-300)), 0.0)
     moved, typical = {}, int(np.flatnonzero(there)[0])
     for channel, columns in _columns(effect, nonlinear, residuals.solution):
@@ -216,8 +216,8 @@ def held_out_gain(rank: int, shown: float) -> float:
     ``shown``: share of the effect that the neighbours of a row do not predict already. With the
     estimate ĉ of all rows the log predictive density rises by ĉ²/2, less the cost of four fits to
     three quarters of the rows. The squared change of the prediction is ĉ² plus a part of that cost,
-    and the rise must be twice its root (:func:`held_out.holds_out`). The scatter of the folds' cost
-    is neglected.
+    and the rise must be twice the root of this sum (:func:`held_out.holds_out`). The scatter of the
+    folds' cost is neglected.
     """
     variance = FOLDS_SHARE * rank
     # The root solves (ĉ² − rank − variance)/2 = 2·√(ĉ² − rank + variance).

@@ -1,8 +1,8 @@
 """Fits a model to both channels: generalised least squares with the noise as a part of the model.
 
 y = X·b + run offsets + noise. The offsets of the runs are random with the index repeatability as
-their variance, so that an effect that differs only between runs is judged against the runs. The
-noise of the rows is white, coloured and uneven as the set shows it
+their variance, so that an effect that differs only between runs is judged by the scatter between
+runs. The noise of the rows is white, coloured and uneven as the set shows it
 (:mod:`arctrue.workbench.noise`).
 """
 

@@ -71,8 +71,8 @@ class Improvement:
     gain: float
     """Rise of the log predictive density of all rows of the channel."""
     information: float
-    """Σ (change of the prediction)²/variance: when the effect is real, the rise has half of this as
-    its mean and all of it as its variance."""
+    """Σ (change of the prediction)²/variance: for a real effect it is the variance of the rise, and
+    twice its mean."""
 
 
 def holds_out(channels: Iterable[Improvement]) -> bool:
@@ -134,9 +134,9 @@ def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvemen
 def folds_of(observations: Observations) -> Folds:
     """Assign each four consecutive rows to the four folds, in a random order.
 
-    Single rows are shorter than half of any period that rows can show, so that every wave is seen
-    on both sides of a row that is left out. In a fixed order, the same stations of every cycle
-    could be left out together.
+    Any wave that the rows can show has a half period longer than one row, so that it is seen on
+    both sides of a row that is left out. In a fixed order, the same stations of every cycle could
+    be left out together.
     """
     found: list[Integer | None] = []
     for rows in (observations.capture, observations.reference):
@@ -266,7 +266,7 @@ def _errors(
 ) -> Float:
     """Return measured less predicted values of the rows that were left out.
 
-    With ``noise``, that of all rows, the neighbours predict the coloured part.
+    If ``noise``, that of all rows, is given, the neighbours predict the coloured part.
     """
     apart = _left_out(observations, kept, capture=capture)
     predicted = channel_prediction(

@@ -19,8 +19,8 @@ STRONG_CORRELATION = 0.9
 """Correlation from which a pair is shown; it decides nothing. There either σ is 2.3 times that of
 the coefficient alone, 1/√(1 − 0.9²)."""
 UNDETERMINED_SHARE = 0.5
-"""A coefficient is not determined when more than this share of it lies in directions that no row
-shows."""
+"""Share of a coefficient in directions that no row shows, above which the coefficient is not
+determined."""
 MOST_PAIRS = 20
 """Largest number of pairs that are shown."""
 

@@ -20,7 +20,7 @@ CHANNELS = ("capture", "reference")
 
 @dataclass(frozen=True, eq=False)
 class Left:
-    """Figures of a fitted model by channel; a channel that the set lacks is left out."""
+    """Figures of a fitted model by channel; a channel that the set lacks has no figures."""
 
     rms_arcsec: Mapping[str, float]
     """*Left*: RMS of the residual over every row that is used."""

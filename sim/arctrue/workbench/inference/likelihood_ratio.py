@@ -1,9 +1,9 @@
 """The likelihood ratio of an effect, with the noise estimated anew on both sides.
 
-Noise that is estimated from residuals in which an effect still hides takes the effect for noise: a
-slip becomes slow noise, a few rows' reversal a correlation. So for every effect that comes near to
-being named the noise is estimated once more with the effect in the model, and the two likelihoods,
-each at its own best noise, are compared.
+Noise that is estimated from residuals which still contain an effect contains the effect too: a slip
+becomes slow noise, a reversal of a few rows a correlation. Therefore the noise is estimated once
+more with the effect in the model, for every effect that may be named, and the two likelihoods, each
+at its own best noise, are compared.
 """
 
 from __future__ import annotations

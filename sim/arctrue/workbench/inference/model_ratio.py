@@ -15,7 +15,7 @@ from arctrue.workbench.inference.solution import Solution
 
 @dataclass(frozen=True)
 class ModelRatio:
-    """How much likelier the larger of two models makes the data.
+    """The likelihood ratio of a smaller and a larger model.
 
     Parameters
     ----------

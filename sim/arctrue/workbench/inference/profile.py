@@ -1,8 +1,8 @@
 """Intervals by profile likelihood: values of a parameter that the data do not contradict.
 
 At each value of the parameter all others, the noise included, take their likeliest values. Such an
-interval holds where the standard uncertainty of a linearised fit does not: slow noise that is
-estimated together with a drift has taken part of the drift, and a frequency of few periods is no
+interval also holds where the standard uncertainty of a linearised fit does not: slow noise that is
+estimated together with a drift has absorbed part of the drift, and a frequency of few periods is no
 linear parameter. The limit of the likelihood ratio is that of Student's t with the degrees of
 freedom with which the noise of the parameter is known: exact for a linear parameter in white noise
 (Bates and Watts, Nonlinear Regression Analysis and Its Applications, chapter 6).
@@ -206,8 +206,8 @@ class Profile:
 def _as_a_walk(noise: Noise) -> Noise:
     """Return noise with the same steps from row to row, in which the slow parts are a random walk.
 
-    These steps hardly distinguish the two, and a slow walk hides a drift: the search for the
-    likeliest noise does not find the way from one to the other by itself.
+    These steps hardly distinguish the two, and a slow walk hides a drift. The search for the
+    likeliest noise does not reach one from the other, so that both are tried.
     """
     laws = [
         None if law is None else replace(law, spectra=tuple(map(_slowest, law.spectra)))

@@ -22,13 +22,13 @@ from arctrue.workbench.observations import Observations
 COLUMNS_TOGETHER = 24
 """Largest number of columns that are whitened and multiplied with the model's at once."""
 LEAST_OWN_SHARE = 1e-6
-"""Share of weighted squares of which the model must leave more in a direction of a block.
+"""Least share of the weighted squares in a direction of a block that the model must leave.
 
-A direction with less is not the block's own. Columns are written at measured angles, whose noise of
-0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a constant of each face only by that
-noise times its order. That is the noise of the rows themselves: 4,900″ of the wave would explain
-them. A wave of the signal period has the noise of the reading times the lines of the disc
-(:meth:`Effect.electrical_order`).
+A direction with a smaller share belongs to the model, not to the block. Columns are calculated at
+measured angles, whose noise of 0.2″ is 10⁻⁶ rad. At 24 faces a wave of order 48.3 differs from a
+constant of each face only by that noise times its order. That is the noise of the rows themselves:
+4,900″ of the wave would explain them. A wave of the signal period has the noise of the reading
+times the lines of the disc (:meth:`Effect.electrical_order`).
 """
 TIMES_THE_NOISE = 4.0
 """Factor on squares: the part that the model leaves of such a wave must be twice its phase noise.
@@ -158,7 +158,7 @@ class Residuals:
         offsets = np.arange(layout.shared, layout.shared + layout.runs)
         normal[offsets, offsets] += 1.0 / self.solution.noise.index_variance
         if self.solution.held:
-            # Coefficients that were not fitted to these rows take nothing from any column.
+            # Coefficients that were not fitted to these rows absorb no part of a column.
             normal[: layout.shared] = 0.0
             normal[:, : layout.shared] = 0.0
         return normal
@@ -231,7 +231,7 @@ class Residuals:
     def whitened_columns(
         self, effect: Effect, nonlinear: Nonlinear
     ) -> tuple[Matrix | None, Matrix | None]:
-        """Whitened columns of one effect by channel; None where it adds nothing."""
+        """Return the whitened columns of one effect by channel; None where it adds nothing."""
         term, noise = Term(effect, nonlinear), self.solution.noise
         found: list[Matrix | None] = []
         for rows, of_rows, is_it in (

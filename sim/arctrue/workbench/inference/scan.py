@@ -31,11 +31,11 @@ from arctrue.workbench.observations import ReferenceRows
 Float = NDArray[np.float64]
 
 LONGEST_WINDOW = 1 << 19
-"""Samples that one transform in time takes, four times as many with its zeros: 16 MB."""
+"""Number of samples that one transform in time takes, four times as many with its zeros: 16 MB."""
 BEST_PLACES = 4
-"""Places of a coarse scan that are scored exactly."""
+"""Number of places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4
-"""Steps that a search takes towards its maximum before it is enclosed."""
+"""Largest number of steps towards the maximum before it is enclosed."""
 EDGE_STEPS = 5
 """Number of bisection steps: a thirtieth of the grid step is exact enough where the gain is cut
 off."""
@@ -62,17 +62,17 @@ from an order."""
 BLIND_FACTOR = 0.02
 """Value of |e^{jnα} − 1| below which two heads cannot see the order."""
 ALIAS_AHEAD = 6.0
-"""Gain by which an order above half the samples a turn must exceed the best one below: odds of 20
+"""Gain by which an order above half the samples per turn must exceed the best one below: odds of 20
 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 STATION_DECIMALS = 6
 """Decimals of a radian to which stations are rounded; stations that are then equal are one."""
 LARGEST_GAP_STEPS = 8.0
-"""A reference run with a wider gap, in its own steps, does not go round the whole turn."""
+"""Largest gap of a reference run, in its own steps, with which it goes round the whole turn."""
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Search parameters that were found, and how many independent places were tried."""
+    """Search parameters that were found, and the number of independent places that were tried."""
 
     nonlinear: dict[str, float]
     gain: float
@@ -83,7 +83,7 @@ class Place:
 def scored(
     effect: Effect, residuals: Residuals, places: Iterable[dict[str, float]], trials: float
 ) -> list[Place]:
-    """The exact gain of each place within the declared ranges, best first."""
+    """Return the exact gain of each place within the declared ranges, best first."""
     ranges = {item.name: effect.search_range(item.name) for item in effect.search}
     tried = [
         place
@@ -108,7 +108,7 @@ def _gain_of_its_own(effect: Effect, score: Score) -> float:
 
 
 def peaks(power: Float, count: int) -> NDArray[np.int64]:
-    """Indices of the highest local maxima, highest first."""
+    """Return the indices of the highest local maxima, highest first."""
     if power.size == 0:
         return np.zeros(0, dtype=np.int64)
     padded = np.concatenate([[-np.inf], power, [-np.inf]])
@@ -118,7 +118,7 @@ def peaks(power: Float, count: int) -> NDArray[np.int64]:
 
 
 def disc_spectra(residuals: Residuals, bins: int) -> list[NDArray[np.complex128]]:
-    """Σ (C⁻¹r)·e^{−jnθ} over the capture rows of each channel, n = 0 … bins/2."""
+    """Return Σ (C⁻¹r)·e^{−jnθ} over the capture rows of each channel, n = 0 … bins/2."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
     assert capture is not None
     assert precise is not None
@@ -148,7 +148,7 @@ def order_information(residuals: Residuals, orders: Float, *, capture: bool = Tr
 
 
 def samples_a_turn(residuals: Residuals) -> float:
-    """Median number of capture samples in a turn."""
+    """Return the median number of capture samples in a turn."""
     capture = residuals.observations.capture
     assert capture is not None
     steps = np.abs(np.diff(capture.angle_rad))
@@ -161,8 +161,8 @@ def samples_a_turn(residuals: Residuals) -> float:
 def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Score whole orders of the declared range whose alias at even samples is above its start.
 
-    With N samples a turn, orders n and N − n differ only by a phase in each run: runs that start at
-    different angles separate them, one run does not. The lower order is then preferred.
+    With N samples per turn, orders n and N − n differ only by a phase in each run: runs that start
+    at different angles separate them, one run does not. The lower order is then preferred.
     """
     low, high = effect.search_range("order")
     above = int(low) - 1
@@ -193,8 +193,9 @@ def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 def stations_a_turn(rows: ReferenceRows) -> float:
-    """Median number of reference stations in a turn; 0 where they do not go all the way round."""
-    # The gap that closes the circle counts too: an arc has one of many steps.
+    """Return the median number of reference stations in a turn; 0 where they do not go all the way
+    round."""
+    # The gap that closes the circle counts too: on an arc it is as long as many steps.
     place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
     steps = np.abs(np.diff(rows.target_rad))[np.diff(rows.run) == 0]
     moved = steps[steps > 10.0**-STATION_DECIMALS]
@@ -216,8 +217,8 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     place -= place.min()
     length = int(place.max()) + 1
     if length > 1 << 24:
-        # Runs that lie thousands of turns apart are not searched: their relative phase is lost
-        # anyway.
+        # Runs that are thousands of turns apart are not searched: their relative phase is not
+        # known.
         return []
     padded = 1 << int(np.ceil(np.log2(4 * length)))
     power = power_of_channels(
@@ -250,7 +251,7 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
 
 def _away_from_halves(orders: Float | float) -> Float:
-    """Distance to the nearest whole or half order."""
+    """Return the distance to the nearest whole or half order."""
     twice = np.multiply(orders, 2.0)
     return np.asarray(np.abs(twice - np.round(twice)) / 2.0)
 
@@ -371,9 +372,9 @@ def moved_to_maximum(
 ) -> list[Place]:
     """Move the best place to its maximum between the grid points.
 
-    The model has taken its part of the line, most of it next to one of its own orders: the maximum
-    that is left may be more than a step away. The search therefore moves on while one side is
-    higher than the centre.
+    The model has absorbed its part of the line, and most of a line next to one of its own orders,
+    so that the remaining maximum may be more than a step away. The search therefore moves on while
+    one side is higher than the centre.
     """
     if not found:
         return found
@@ -400,8 +401,8 @@ def moved_to_maximum(
             break
         if max(heights) < top:
             if min(heights) == 0.0:
-                # The gain may rise towards a place that the model explains whole, until it is cut
-                # off.
+                # The gain may rise towards a place that the model explains completely, until it is
+                # cut off.
                 cut_off = sides[heights.index(0.0)]
                 edge = _at_the_edge(gain, centre, top, cut_off)
                 if edge[1] > top:
@@ -453,7 +454,7 @@ def _top_of_three(
 def highest(
     gain: Callable[[float], float], low: float, high: float, evaluations: int
 ) -> tuple[float, float]:
-    """Place and height of a maximum between two places (Brent's method)."""
+    """Return place and height of a maximum between two places (Brent's method)."""
     found = minimize_scalar(
         lambda place: -gain(float(place)),
         bounds=(low, high),

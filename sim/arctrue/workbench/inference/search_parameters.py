@@ -23,8 +23,8 @@ Float = NDArray[np.float64]
 ROUNDS = 6
 """Largest number of Gauss–Newton steps; SMALL_STEP ends them earlier."""
 HALVINGS = 5
-"""Largest number of halvings of a step that gains nothing: 1/32 of it is below the uncertainty of a
-place."""
+"""Largest number of halvings of a step that gains nothing: 1/32 of a step is below the uncertainty
+of a place."""
 SMALL_STEP = 0.02
 """Share of its own uncertainty: a step of a search parameter below this ends the refinement."""
 
@@ -88,7 +88,7 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         run_name, instant_name = term.effect.step_at
         run = round(term.nonlinear[run_name])
         if run < 0:
-            # A step of head 1 is in every channel of its run: the first channel shows it whole.
+            # A step of head 1 is in every channel of its run, in the first one with its full size.
             run = (-run - 1) * part.channels
         kept = part.time_s[part.run == run]
         place = int(np.searchsorted(kept, term.nonlinear[instant_name]))

@@ -110,7 +110,7 @@ class Solution:
         return joint_uncertainty(self)
 
     def capture_prediction_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64]:
-        """R₂ − R₁ − α that the model gives for every capture row."""
+        """Return R₂ − R₁ − α that the model gives for every capture row."""
         rows = self.observations.capture
         assert rows is not None
         total = self._of_terms(capture=True)
@@ -131,19 +131,19 @@ class Solution:
         return {}
 
     def reference_prediction_arcsec(self) -> NDArray[np.float64]:
-        """ε that the model gives for every reference row."""
+        """Return ε that the model gives for every reference row."""
         assert self.observations.reference is not None
         return self._of_terms(capture=False) + self.reference_offset_arcsec
 
     def capture_residual_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64] | None:
-        """Measured less model; None without a capture."""
+        """Return measured less model; None without a capture."""
         rows = self.observations.capture
         if rows is None:
             return None
         return rows.difference_arcsec - self.capture_prediction_arcsec(with_offsets)
 
     def reference_residual_arcsec(self) -> NDArray[np.float64] | None:
-        """Measured less model; None without a reference."""
+        """Return measured less model; None without a reference."""
         rows = self.observations.reference
         return None if rows is None else rows.error_arcsec - self.reference_prediction_arcsec()
 
@@ -159,7 +159,7 @@ class Held:
 def joint_normal(
     layout: Layout, noise: Noise, capture: ChannelSums | None, reference: ChannelSums | None
 ) -> tuple[Matrix, Matrix]:
-    """Normal matrix and right-hand side of both channels: terms, run offsets, constant a₀."""
+    """Return normal matrix and right-hand side of both channels: terms, offsets, constant a₀."""
     normal, moment = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
     for sums, places in ((capture, layout.capture()), (reference, layout.reference())):
         if sums is not None:
@@ -184,7 +184,7 @@ def _fixed_terms(normal: Matrix, moment: Matrix, held: Held) -> tuple[Matrix, Ma
 
 
 def _sorted(held: Held) -> Matrix:
-    """Values in the order of their places."""
+    """Return the values in the order of their places."""
     return np.asarray(held.values[np.argsort(held.places)])
 
 
@@ -198,9 +198,9 @@ def solve(
     reference: ChannelSums | None,
     held: Held | None = None,
 ) -> Solution:
-    """Coefficients of generalised least squares, from the channels' whitened sums.
+    """Return the solution of generalised least squares, from the channels' whitened sums.
 
-    ``held``: coefficients that keep the values they are given.
+    ``held``: coefficients that keep given values.
     """
     widths = term_widths(terms, observations)
     layout = Layout(sum(widths), observations.runs)
@@ -233,7 +233,7 @@ def solve(
 
 
 def context_of(solution: Solution) -> FitContext:
-    """ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it."""
+    """Return ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it."""
     places = range(len(solution.terms))
     return context_of_terms(
         solution.terms, [solution.coefficients[solution.part(index)] for index in places]
@@ -284,7 +284,8 @@ def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, lis
 
 
 def tangent_terms(solution: Solution) -> tuple[list[Term], list[list[int]]]:
-    """The terms and, after them, the tangents of each; also the places of each term's tangents."""
+    """Return the terms and, after them, the tangents of each; also the places of each term's
+    tangents."""
     observations, terms = solution.observations, list(solution.terms)
     places: list[list[int]] = []
     start = sum(solution.widths)
@@ -332,5 +333,5 @@ def _instant_sigma_s(solution: Solution, index: int) -> float:
     noise = 0.0 if of_rows is None else of_rows.white_rms_arcsec
     scatter = position_sigma_samples(abs(step), noise)
     within_s = float(np.hypot(scatter, np.sqrt(1.0 / 12.0)) * solution.observations.sample_period_s)
-    # It is at most that of an instant anywhere in the run.
+    # The largest possible σ is that of an instant anywhere in the run.
     return min(within_s, solution.observations.longest_run_s / float(np.sqrt(12.0)))

@@ -31,7 +31,7 @@ UNITS = {
 
 
 def known_unit(unit: str) -> bool:
-    """True if a model file may hold a parameter of this unit."""
+    """Tell whether a model file may hold a parameter of this unit."""
     return unit in UNITS or unit.startswith(("arcsec/", "um/", "1/"))
 
 

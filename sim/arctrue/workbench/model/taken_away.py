@@ -56,7 +56,7 @@ class TakenAway:
     """RMS of the effect in the error of head 1, under the conditions of the set; for an error of
     the reference: in the reference run."""
     left_arcsec: float
-    """The same RMS with the coefficients at work; if the mean corrects the effect: RMS in the
+    """RMS of the effect with the coefficients in use; if the mean corrects the effect: RMS in the
     mean."""
     note: str
 

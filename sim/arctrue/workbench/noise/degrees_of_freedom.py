@@ -12,8 +12,8 @@ from arctrue.workbench.noise.row_noise import RowNoise
 Float = NDArray[np.float64]
 
 LEAST_FREEDOM = 2.0
-"""Least number of degrees of freedom: χ² with m degrees of freedom has a finite mean of its inverse
-only for m > 2, so that a test by F at 2 is the weakest possible knowledge of noise."""
+"""Least number of degrees of freedom m: the mean of 1/χ² is finite only for m > 2, so that an F
+test with m = 2 stands for the weakest possible knowledge of noise."""
 
 
 def degrees_of_freedom(

@@ -22,9 +22,9 @@ Integer = NDArray[np.int64]
 UNEVEN_P = 1e-4
 """Noise counts as uneven if even noise shows such a difference with less than this probability."""
 LEAST_ROWS_A_BIN = 40
-"""With 40 rows the scatter of a bin is known to 11 %, 1/√(2·40)."""
+"""Least number of rows in a bin, whose scatter is then known to 11 %, 1/√(2·40)."""
 ROBUST_LIMIT = 4.0
-"""Whitened residuals are clipped to ±4 before their scatter is estimated."""
+"""Limit of whitened residuals: larger ones are clipped before their scatter is estimated."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,8 @@ def _is_uneven(law: NoiseLaw) -> bool:
 
 
 def _even(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw:
-    """The law without scales: runs that share a spectrum have the mean variance of their rows."""
+    """Return the law without scales: runs that share a spectrum have the mean variance of their
+    rows."""
     noise = row_noise(rows, law)
     squares = (noise.scale / rows.stated_scale) ** 2
     spectra = list(law.spectra)
@@ -88,7 +89,7 @@ def _even(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw:
 
 
 def row_noise(rows: ChannelRows, law: NoiseLaw) -> RowNoise:
-    """Noise of these rows by the law."""
+    """Return the noise of these rows by the law."""
     return law.of(
         rows.clock, rows.run, rows.angle_rad, rows.stated_scale, goes_on=not rows.own_constants
     )
@@ -186,7 +187,8 @@ def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
 
 
 def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
-    """Deviation of each group relative to the typical one; None if no difference is significant."""
+    """Return the deviation of each group relative to the typical one; None if no difference is
+    significant."""
     counts = np.bincount(group, minlength=groups).astype(np.float64)
     full = counts >= LEAST_ROWS_A_BIN
     if full.sum() < 2:

@@ -47,26 +47,26 @@ class DesignColumns(Protocol):
         """Number of coefficients that both channels share."""
 
     def columns(self, *, capture: bool) -> Matrix:
-        """Columns of a channel, shape (rows, shared), arcseconds."""
+        """Return the columns of a channel, shape (rows, shared), arcseconds."""
 
     def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
-        """Whitened columns of a channel; None without that channel."""
+        """Return the whitened columns of a channel; None without that channel."""
 
 
 class Design(DesignColumns, Protocol):
     """Design matrix whose coefficients can be fitted."""
 
     def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
-        """Sums of least squares over the rows of a channel; None without it."""
+        """Return the sums of least squares over the rows of a channel; None without it."""
 
     def residuals(self, noise: Noise) -> tuple[Float | None, Float | None]:
-        """Residuals of a fit with this noise in (capture, reference), arcseconds."""
+        """Return the residuals of a fit with this noise in (capture, reference), arcseconds."""
 
 
 def white_noise(
     observations: Observations, deviations_arcsec: tuple[float | None, float | None]
 ) -> Noise:
-    """White noise with a known standard deviation in (capture, reference)."""
+    """Return white noise with a known standard deviation in (capture, reference)."""
     laws: list[NoiseLaw | None] = []
     for rows, deviation in zip(
         (observations.capture, observations.reference), deviations_arcsec, strict=True
@@ -145,7 +145,7 @@ def noise_of(
 
 
 def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
-    """Bounds of a row's white variance: the rounding of counts, and the stated uncertainty."""
+    """Return bounds of a row's white variance: rounding of counts, and stated uncertainty."""
     count = observations.count_arcsec or 0.0
     if capture:
         # Two heads, each rounded to whole counts.
@@ -155,7 +155,7 @@ def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
 
 
 def _channel_rows(design: DesignColumns, residual: Float, *, capture: bool) -> ChannelRows:
-    """Rows of a channel in the form that the noise estimate needs."""
+    """Return the rows of a channel in the form that the noise estimate needs."""
     if capture:
         rows = design.observations.capture
         assert rows is not None
@@ -215,7 +215,8 @@ def _scatter(
     channel: str,
     shared: int,
 ) -> tuple[float, float]:
-    """Variance of a channel's rows and its degrees of freedom, given the other's variance."""
+    """Return the variance of a channel's rows and its degrees of freedom, given the other's
+    variance."""
     size = own.gram.shape[0]
     known = variance.get(channel, 1.0)
     normal, moment = own.gram / known, own.moment / known
@@ -232,7 +233,7 @@ def _scatter(
 
 
 def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matrix, Matrix]:
-    """Gram matrix and moment of the terms' columns with free constants eliminated."""
+    """Return Gram matrix and moment of the terms' columns with free constants eliminated."""
     constants = np.maximum(np.diag(gram)[shared:], 1e-300)
     cross = gram[:shared, shared:] / constants
     return (
@@ -244,7 +245,8 @@ def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matri
 def _fixed_terms(
     design: DesignColumns, left: tuple[Float | None, Float | None], noise: Noise, *, capture: bool
 ) -> FixedTerms:
-    """Information of the other channel about the coefficients, from its present residuals."""
+    """Return the information of the other channel about the coefficients, from its present
+    residuals."""
     shared = design.shared
     of_rows = noise.reference if capture else noise.capture
     residual = left[1] if capture else left[0]

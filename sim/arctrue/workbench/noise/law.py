@@ -17,7 +17,7 @@ Integer = NDArray[np.int64]
 ANGLE_BINS = 36
 """Parts of the turn, 10° each, in which the noise may have a scale of its own."""
 SAME_STEP = 1.25
-"""Runs share a spectrum if the ratio of their clock steps is below this."""
+"""Largest ratio of the clock steps of two runs that share a spectrum."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def stretch_starts(clock: Float, run: Integer) -> Integer:
 
 
 def reference_clock(rows: ReferenceRows) -> Float:
-    """Time of each reference row; its number where the file has no time that goes on."""
+    """Return the time of each reference row; its number where the file has no time that goes on."""
     if rows.time_s is not None and rows.time_s.size > 1 and float(np.ptp(rows.time_s)) > 0.0:
         return rows.time_s
     if rows.row is not None:
@@ -134,7 +134,8 @@ def reference_clock(rows: ReferenceRows) -> Float:
 
 
 def stated_scale(rows: CaptureRows | ReferenceRows) -> Float:
-    """Standard uncertainty that the set states of each row, over its root mean square; else 1."""
+    """Return the stated standard uncertainty of each row over its root mean square; 1 if none is
+    stated."""
     stated = getattr(rows, "u_arcsec", None)
     if stated is None or not np.all(stated > 0.0):
         return np.ones(rows.run.size)

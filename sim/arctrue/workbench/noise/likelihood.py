@@ -2,9 +2,8 @@
 
 Fast parts show in a few thousand consecutive rows, slow parts in means over blocks of rows. The
 covariance of such means is known in closed form; the only approximation is that the levels are
-independent. On the slowest level the columns of the model are added to the residuals: this allows
-for the slow noise that the model takes (restricted likelihood, Patterson and Thompson, Biometrika
-58 (1971) 545).
+independent. On the slowest level the columns of the model are added to the residuals, because the
+model absorbs slow noise (restricted likelihood, Patterson and Thompson, Biometrika 58 (1971) 545).
 """
 
 from __future__ import annotations
@@ -247,7 +246,7 @@ def _shares(block: int, step: float, constants: Float) -> tuple[Float, Float]:
     for index, constant in enumerate(constants):
         decay = step / constant
         if block * decay > SLOW_BLOCKS:
-            # All of its power is at low frequencies, as if it were white from block to block.
+            # All power of the part is at low frequencies, as if it were white from block to block.
             rho = float(np.exp(-decay))
             white[index], between[index] = (1.0 + rho) / (1.0 - rho) / block, 0.0
             continue

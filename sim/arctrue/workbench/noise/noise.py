@@ -92,9 +92,9 @@ class Noise:
 def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
     """Return the variance of a run's offset (arcsec²), and the weight of its prior in runs.
 
-    The variance is the mean of a scaled inverse χ²: the prior (±1 count a head, or the
-    repeatability that the set states) has the weight of so many runs, and the offsets of the set's
-    own runs are added.
+    The variance is the mean of a scaled inverse χ²: the prior (±1 count per head, or the
+    repeatability that the set states) has the weight of a number of runs, and the offsets of the
+    set's own runs are added.
     """
     stated = observations.index_repeatability_counts is not None
     freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM

@@ -115,7 +115,7 @@ class RowNoise:
     scale: Float
     """Standard deviation of each row divided by that of the spectrum, shape (rows,)."""
     weightless: bool = False
-    """The noise of this channel cannot be estimated, so that no fit uses its rows."""
+    """True if the noise of this channel cannot be estimated, so that no fit uses its rows."""
 
     @property
     def rows(self) -> int:
@@ -207,7 +207,8 @@ class RowNoise:
         return found[~keep]
 
     def deviation_arcsec(self) -> Float:
-        """Standard deviation of each row, white and coloured parts together, shape (rows,)."""
+        """Return the standard deviation of each row, white and coloured parts together, shape
+        (rows,)."""
         found = np.empty(self.rows)
         for rows, spectrum in zip(self.stretches, self.spectra, strict=True):
             found[rows] = np.sqrt(spectrum.variance) * self.scale[rows]
@@ -228,19 +229,19 @@ class RowNoise:
         return float(np.sqrt(sum(parts) / max(self.rows, 1)))
 
     def mean_square_scale(self, rows: slice) -> float:
-        """Harmonic mean of the squared scale of a stretch, the factor of its spectrum."""
+        """Return the harmonic mean of a stretch's squared scale, the factor of its spectrum."""
         return float(1.0 / np.mean(1.0 / self.scale[rows] ** 2))
 
     def step(self, rows: slice) -> float:
-        """Median step of the clock in a stretch."""
+        """Return the median step of the clock in a stretch."""
         return float(np.median(np.diff(self.clock[rows]))) if rows.stop - rows.start > 1 else 1.0
 
     def white_part(self) -> RowNoise:
-        """The same noise without its coloured parts."""
+        """Return the same noise without its coloured parts."""
         return replace(self, spectra=tuple(Spectrum(item.white) for item in self.spectra))
 
     def part(self, keep: NDArray[np.bool_]) -> RowNoise:
-        """The noise of the kept rows."""
+        """Return the noise of the kept rows."""
         kept_before = np.concatenate([[0], np.cumsum(keep)])
         starts, spectra = [], []
         for rows, spectrum in zip(self.stretches, self.spectra, strict=True):

@@ -17,9 +17,9 @@ Float = NDArray[np.float64]
 Cost = Callable[[Float], float]
 
 PRIOR_CENTRE = 1e-3
-"""Prior of a coloured part's variance over that of the rows: its centre ..."""
+"""Centre of the prior of a coloured part's variance, in variances of the rows."""
 PRIOR_WIDTH = float(np.log(1e3))
-"""... and its width in logarithms, a factor of a thousand either way (log-normal)."""
+"""Width of that prior in logarithms, a factor of a thousand either way (log-normal)."""
 SMALLEST, LARGEST = 1e-7, 30.0
 """Limits of a coloured part's variance, in variances of the rows."""
 STATED_READINGS = 8.0
@@ -110,7 +110,7 @@ def fit_spectrum(
 
     begin = np.clip(begin, low, high)
     if start is not None:
-        # Noise that has swallowed an effect is a bad start once the effect is in the model.
+        # Noise that contains an effect is a bad start once the effect is in the model.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
     found = minimize(

@@ -1,4 +1,4 @@
-"""Rows with their conditions, from the columns of a measurement set."""
+"""Converts the columns of a measurement set to rows with their conditions."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def observations_of(
     *,
     mask_outliers: bool = True,
 ) -> Observations:
-    """Observations of a measurement set.
+    """Make the observations of a measurement set.
 
     ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
     the set's own median. ``mask_outliers``: False uses every row but those that the set masks.

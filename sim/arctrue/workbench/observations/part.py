@@ -1,4 +1,4 @@
-"""The part of a long capture or reference that searches and statistics work on.
+"""The part of a long capture or reference to which searches and statistics are applied.
 
 Whole stretches of consecutive rows are kept, spread over every run: pairs of turns where there is
 room for them, so that sample rate, electrical phase, turn-to-turn scatter and every run's own
@@ -21,7 +21,8 @@ from arctrue.workbench.observations.stored import StoredCapture
 MOST_ROWS = 150_000
 """Largest number of rows of a capture, or of a reference, that is worked on as a whole."""
 REFERENCE_STRETCH_ROWS = 2048
-"""Rows in one piece of a reference: 42 cycles of a polygon, and every line that rows can show."""
+"""Number of rows in one piece of a reference: 42 cycles of a polygon, and every line that rows can
+show."""
 LEAST_ROWS_A_RUN = 256
 """Least number of rows that every run keeps, so that its offset and its conditions stay in the
 statistics."""

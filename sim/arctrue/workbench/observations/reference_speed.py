@@ -14,12 +14,13 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOVING_STEP_DEG = 1.0
-"""Largest step of rows that are read on the move: nobody stops at every degree."""
+"""Largest step of rows that are read on the move: a run with stops has larger steps."""
 LEAST_ROWS = 8
 """Least number of rows for a median of six second differences: with fewer one odd row decides
 it."""
 EVEN = 0.05
-"""Share within which the times between marks follow their distances at a steady speed."""
+"""Relative tolerance within which the times between marks follow their distances at a steady speed.
+"""
 TARGET_NOISE_RAD = np.radians(1e-4)
 """Noise of a target angle, commanded or from a finer encoder, written with four decimals."""
 SPEED_RATIO = 1.2
@@ -35,10 +36,11 @@ def reference_speed(columns: Reference) -> Float | None:
     """Return the signed speed of every row, rad/s, 0 where the table stood; None if it never moved.
 
     A pass lies between two changes of run, cycle or direction, or of the sense in which the targets
-    follow each other. Passes over near stations are on the move. Passes that a clock sampled while
-    the speed changed (a ramp) are on the move too: even times, uneven ways. So are passes over far
-    stations (a polygon's faces), if their times are those of steady speeds and at least two of the
-    speeds differ: a table that stops takes about as long at each station in every pass.
+    follow each other. Three kinds of passes are on the move. First, passes over stations close
+    together. Second, passes that a clock sampled while the speed changed (a ramp): their times are
+    even and their ways uneven. Third, passes over stations far apart (a polygon's faces), if their
+    times are those of steady speeds and at least two of the speeds differ: a table that stops takes
+    about as long at each station in every pass.
     """
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
@@ -78,7 +80,7 @@ def passes_of(columns: Reference) -> list[slice]:
         if labels is not None:
             new[1:] |= np.diff(labels) != 0
     sense = np.sign(np.diff(target))
-    # A step the other way is the way back to the first station: a pass of its own begins.
+    # A step in the other sense returns to the first station: a new pass begins.
     turned = (sense[1:] != sense[:-1]) & (sense[1:] != 0.0) & (sense[:-1] != 0.0)
     turned &= ~new[1:-1]
     new[2:] |= turned & ~np.concatenate([[False], turned[:-1]])

@@ -241,7 +241,7 @@ class ReferenceRows(_Sliceable):
     face: Integer | None
     """Number of the polygon face, 0 … faces − 1; between the faces that of the nearest one."""
     faces: int | None
-    """Faces of the polygon; None: the reference is none."""
+    """Number of faces of the polygon; None: the reference is no polygon."""
     electrical1_rad: Float | None
     """Phase of the signal period of head 1, radians; None: lines or counts are not known."""
     teeth: float | None
@@ -263,7 +263,7 @@ class ReferenceRows(_Sliceable):
     row: Integer | None = None
     """Number of the row among all that are used; None: 0, 1, … without a gap."""
     capture_runs: int | None = None
-    """Runs of the capture of the same set; None: these rows are not those of a set."""
+    """Number of runs of the capture of the same set; None: these rows are not those of a set."""
     heads: int = 2
     """Number of heads of the set's capture."""
     conditions: Mapping[str, Float] = field(default_factory=dict)

@@ -14,7 +14,7 @@ Integer = NDArray[np.int64]
 WINDOW_ROWS = 65
 """Number of rows, odd, over which a local speed is taken: 65 ms at the paper's sampling rate."""
 EVEN = 0.01
-"""A run turns evenly if its local speed stays within this share of its mean speed."""
+"""Largest relative deviation of the local speed from the mean speed in a run that turns evenly."""
 NOISE_FACTOR = 6.0
 """Standard deviations of the local speed's own noise within which a run also turns evenly."""
 

@@ -134,7 +134,8 @@ class StoredCapture:
         )
 
     def run_spans(self) -> list[tuple[int, int]]:
-        """First row and row after the last of each stretch of one run, in the order of the file."""
+        """Return first row and row after the last of each stretch of one run, in the order of the
+        file."""
         return run_spans(self.run)
 
     def rows(self, rows: slice | Integer) -> CaptureRows:

@@ -20,9 +20,9 @@ def without_wrong_rows(
 ) -> Observations | None:
     """Return the observations without capture rows that are single outliers in a model's residual.
 
-    ``left_arcsec``: residual of each capture row, (rows,). The result is None where there is no
-    such row, where the set itself says which rows to use, or where so many are off that the
-    recording is faulty. A long capture keeps all rows: one in 150,000 moves nothing.
+    ``left_arcsec``: residual of each capture row, (rows,). The result is None if there is no such
+    row, if the set itself says which rows to use, or if so many rows are outliers that the
+    recording is faulty. A long capture keeps all rows: one in 150,000 changes no result.
     """
     rows, count = observations.capture, observations.count_arcsec
     if rows is None or count is None or left_arcsec is None or not observations.may_mask:

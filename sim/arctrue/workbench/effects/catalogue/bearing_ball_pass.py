@@ -1,4 +1,4 @@
-"""Rolling elements carry the axis at an order that is not whole."""
+"""Rolling elements move the axis at an order that is not whole."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 TOLD_APART_SIGMA = 5.5
 """Distance in σ of the order from whole and half ones: χ² of 30, as the search requires."""
 LEAST_TURNS = 1.98
-"""Two turns, minus the step after the last sample."""
+"""Least number of turns: two, minus the step after the last sample."""
 
 
 class BearingBallPass(Effect):

@@ -1,4 +1,4 @@
-"""The worm or the gear that drives the table."""
+"""Errors of the worm or the gear that drives the table."""
 
 from __future__ import annotations
 
@@ -143,8 +143,8 @@ class DriveGearError(Effect):
             found = [self._gain(residuals, [*kept, line]) for line in waiting]
             if max(found) < gain + worth:
                 break
-            # Lines may be aliases of each other at the faces: take the first that is about the
-            # best.
+            # Lines may be aliases of each other at the faces: take the first that is about as
+            # good as the best.
             place = next(at for at, value in enumerate(found) if value > max(found) - AS_GOOD)
             kept.append(waiting[place])
             gain = found[place]

@@ -1,4 +1,4 @@
-"""A line or few in the order spectrum, above the orders of the base model."""
+"""One line or a few lines in the order spectrum, above the orders of the base model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table stops elsewhere when it comes from the other side."""
+"""The table stops at a place that depends on the direction of approach."""
 
 from __future__ import annotations
 

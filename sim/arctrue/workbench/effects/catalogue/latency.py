@@ -1,4 +1,4 @@
-"""The reading is older than the reference's."""
+"""The reading of the table is older than that of the reference."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEAST_DELAY_US = 1e-3
 
 
 class Latency(ScalarEffect):
-    """The reading of τ before, in a reference run on the move: a constant and every order."""
+    """Reading delayed by τ in a reference run on the move: a constant and every order."""
 
     name = "latency"
     physics = (

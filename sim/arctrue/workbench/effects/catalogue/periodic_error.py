@@ -1,4 +1,4 @@
-"""A line whose cause the data cannot know."""
+"""A line whose cause the data do not show."""
 
 from __future__ import annotations
 
@@ -50,10 +50,11 @@ order."""
 
 
 class PeriodicError(Effect):
-    """cos, sin νθ or 2πft in one channel: any real order or frequency, found.
+    """cos, sin νθ or 2πft in one channel: any real order or frequency, found by a search.
 
-    With ``by_direction`` a whole order of a reference, with a size and a phase for each direction:
-    stiction or a drive with play. Taken for one line it has an order a little beside the whole one.
+    With ``by_direction`` it is a whole order of a reference, with a size and a phase for each
+    direction: stiction or a drive with play. Fitted as one line, its order would differ a little
+    from the whole one.
     """
 
     name = "periodic_error"

@@ -1,4 +1,5 @@
-"""The axes of a mount lean or are not square to each other, or the line of sight is off them."""
+"""The axes of a mount lean or are not square to each other, or the line of sight is not square to
+its axis."""
 
 from __future__ import annotations
 
@@ -13,11 +14,13 @@ HEIGHTS = ("elevation_deg", "declination_deg")
 AZIMUTH = "azimuth_deg"
 """Angle of the other axis, if the axis under test is the elevation axis."""
 LEAST_SPAN_DEG = 20.0
-"""Over a smaller span of elevations tan E and sec E differ from straight lines by less than 2 %."""
+"""Least span of elevations: over a smaller one tan E and sec E differ from straight lines by less
+than 2 %."""
 LEAST_AZIMUTH_SPAN_DEG = 90.0
-"""Over less than a quarter of a turn cos A and sin A differ little from a constant and a line."""
+"""Least span of azimuths: over a smaller one cos A and sin A differ little from a constant and a
+line."""
 LEAST_ROWS = 8
-"""Twice the number of its coefficients."""
+"""Least number of rows: twice the number of coefficients."""
 TILT = ("tilt_cosine", "tilt_sine")
 OF_THE_SIGHT = ("squareness", "collimation")
 

@@ -1,4 +1,4 @@
-"""A first order that only the reference shows."""
+"""An error of first order that only the reference shows."""
 
 from __future__ import annotations
 

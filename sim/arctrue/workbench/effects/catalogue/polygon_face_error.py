@@ -27,7 +27,7 @@ as large as in the heads' difference, which then appears in the reference."""
 
 
 class PolygonFaceError(Effect):
-    """One constant a face, in the reference run."""
+    """One constant per face, in the reference run."""
 
     name = "polygon_face_error"
     physics = (

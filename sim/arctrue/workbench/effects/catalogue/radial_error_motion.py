@@ -27,7 +27,8 @@ from arctrue.workbench.observations import CaptureRows, Observations, ReferenceR
 
 
 class RadialErrorMotion(Effect):
-    """x(θ) and y(θ) of the axis in the stator frame, orders 2 to 8; of three heads 1 to 8."""
+    """x(θ) and y(θ) of the axis in the stator frame, orders 2 to 8; with three heads, orders 1 to
+    8."""
 
     name = "radial_error_motion"
     physics = (

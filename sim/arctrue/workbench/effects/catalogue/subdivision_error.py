@@ -1,4 +1,4 @@
-"""Each head's interpolator is not perfect: an error with the period of its signal."""
+"""Error of each head's interpolator, with the period of its signal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ kept."""
 
 
 class SubdivisionError(Effect):
-    """cos, sin of k times the electrical phase, each head its own."""
+    """cos, sin of k times the electrical phase, separately for each head."""
 
     name = "subdivision_error"
     physics = (
@@ -95,8 +95,8 @@ class SubdivisionError(Effect):
         """Return the sum of all amplitudes.
 
         Sine and cosine that deviate from quadrature by ψ cause ψ/2·(1 ± cos 2φ), of which the
-        columns have only the wave; and a counter that is zeroed at the index keeps the whole error
-        of that place as an offset.
+        columns contain only the wave. A counter that is zeroed at the index also keeps the whole
+        error of that place as an offset.
         """
         pairs = coefficients.reshape(-1, 2)
         return float(np.sum(np.hypot(pairs[:, 0], pairs[:, 1])))

@@ -1,4 +1,4 @@
-"""The disc's centre wanders as the table warms."""
+"""The disc's centre moves as the table warms."""
 
 from __future__ import annotations
 

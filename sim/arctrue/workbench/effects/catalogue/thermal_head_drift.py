@@ -1,4 +1,4 @@
-"""A head's bracket grows with the temperature."""
+"""A head's bracket expands with the temperature."""
 
 from __future__ import annotations
 

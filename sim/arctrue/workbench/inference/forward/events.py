@@ -1,7 +1,7 @@
 """Searches for single events in a record: steps.
 
 No block of a record can predict an event that occurs in another block only. A step is therefore
-judged by its likelihood alone and is not named as a cause: it is reported as what it looks like.
+judged by its likelihood alone and is not named as a cause: it is reported as a jump.
 """
 
 from __future__ import annotations

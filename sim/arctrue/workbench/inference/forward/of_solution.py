@@ -29,7 +29,8 @@ LEAST_FREE = 0.5
 """Share of the rows that the base must leave free: with less, 1 of 10 sets of white noise shows a
 step (``python -m scripts.calibrate_line_search --short``, 72 stations once and 40 coefficients)."""
 SAME_STATION_RAD = 1e-6
-"""0.2″, below what a station is set to again: it splits rounding of a file, not stations."""
+"""Largest angle within one station: 0.2″, more than the rounding of a file and less than the
+repeatability of a servo."""
 FROM_ONE_SIDE = 0.5
 """Share of rows that must each have a place of their own: a station visited again and again shows
 scatter, and no line."""
@@ -85,10 +86,10 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
 def records_of_events(solution: Solution) -> list[Record]:
     """Return records of every row over time, or by row number, for events; none for too few rows.
 
-    The first record is one stretch, where time goes on from run to run: what was knocked stays
-    where it is. Then each run is a record of its own: an index undoes a counter's loss. An effect
-    of the direction of approach is fitted together with a step, so that a reversal is not taken for
-    a step.
+    The first record is one stretch, if time continues from run to run: a part that was knocked
+    keeps its new place. Then each run is a record of its own: an index corrects a counter's loss.
+    An effect of the direction of approach is fitted together with a step, so that a reversal is not
+    taken for a step.
     """
     rows = solution.observations.every_reference_row
     if rows is None or "reference" in solution.unknown_noise:

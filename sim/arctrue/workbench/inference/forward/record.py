@@ -190,7 +190,7 @@ def _span(values: Float) -> float:
 
 
 def _base(columns: Float, stretch: Integer, clock: Float) -> Float:
-    """The model's columns, a constant of each stretch and a drift, made orthonormal."""
+    """Return the model's columns, a constant of each stretch and a drift, made orthonormal."""
     constants = (stretch[:, np.newaxis] == np.unique(stretch)[np.newaxis]).astype(np.float64)
     constants /= np.sqrt(constants.sum(axis=0))
     drift = (clock - clock.mean()) / max(_span(clock), 1e-300)

@@ -466,9 +466,9 @@ def _tried(
 def own_shares(record: Record, columns: Float) -> Float:
     """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
-    A gain counts by this share. Where the base explains a part of a line, it has also taken that
-    part of the noise, which is known the less there: next to the orders of the table on a part of a
-    turn, the remainder of any slow change would look like lines that cancel these orders.
+    A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
+    that part of the noise, which is then less well known: next to the orders of the table on a part
+    of a turn, the remainder of any slow change would look like lines that cancel these orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)

@@ -21,7 +21,8 @@ FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
 
 
 def needed_gain(gain: float, independent: float) -> float:
-    """Return the log likelihood that a line must gain, found among so many independent rates.
+    """Return the log likelihood that a line must gain, found among this number of independent
+    rates.
 
     In a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the probability
     M·√(π·Δ/3)·e^(−Δ): the highest maximum of a χ² field of two degrees of freedom (Davies,
@@ -43,12 +44,12 @@ class Coherence:
 def coherence(
     record: Record, columns: Float, others: Float, noise: KernelNoise, periods: float
 ) -> Coherence:
-    """Return how well the other blocks predict a line in each block; ``others`` are also fitted.
+    """Return the share of a line that the other blocks predict; ``others`` are also fitted.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
-    Waugh): the part that the base alone would take is no error of the line. c_b is the line's
-    coefficients in block b by itself, c₋ those in all other blocks, both at once with the
-    covariance of the noise, so that correlation across the edges counts. The share is
+    Waugh): the part that the base alone would explain is no error of the line. c_b are the line's
+    coefficients in block b by itself, c₋ those in all other blocks. Both are fitted together with
+    the covariance of the noise, so that correlation across the edges counts. The share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """

@@ -1,6 +1,7 @@
-"""All rules by which single values of a recording are wrong, before any model is fitted.
+"""All rules that find wrong single values of a recording, before any model is fitted.
 
 ``single_rows``: rows far from the rows around them, in a capture, at stations, in dense passes.
 ``reference_rows``: the choice of these rules for a reference run. ``excursions``: values that jump
-and come back, such as a temperature's. ``masked_row``: a row that is not used, and the reason.
+and come back, such as those of a temperature. ``masked_row``: a row that is not used, and the
+reason.
 """

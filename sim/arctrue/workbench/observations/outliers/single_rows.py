@@ -174,10 +174,10 @@ def far_from_neighbours(
     """Return the distance of each row from the rows around it, and its scatter, at least ``least``.
 
     ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``. ``pieces``:
-    LEAST_ROWS rows or more each, between which rows are missing; one piece where none are. The
-    first and last LEAST_SIDE_ROWS rows of a piece are judged by the rows on their one side. Their
-    scatter is that of this prediction over the END_ROWS rows there, which is larger than from both
-    sides.
+    LEAST_ROWS rows or more each, between which rows are missing; one piece if no row is missing.
+    The first and last LEAST_SIDE_ROWS rows of a piece have neighbours on one side only and are
+    judged by these. Their scatter is that of this prediction over the END_ROWS rows there, which is
+    larger than the scatter of a prediction from both sides.
     """
     away = np.full(values.size, np.nan)
     after, before = away.copy(), away.copy()
@@ -295,11 +295,12 @@ def seen_by_other_head(
     revolution: Integer,
     separation_rad: float,
 ) -> Boolean:
-    """Tell for each of ``rows`` whether R₂ − R₁ shows the opposite where the other head is there.
+    """Tell for each of ``rows`` whether R₂ − R₁ has the opposite deviation at the angle of the
+    other head.
 
     A place on the disc passes head 2 first and head 1 by α later, with opposite sign in R₂ − R₁, in
-    every revolution. An opposite deviation in a single revolution is another outlier: where one row
-    in 300 is wrong, some row of a dozen turns lies there by chance for every tenth outlier.
+    every revolution. An opposite deviation in a single revolution is another outlier: if one row in
+    300 is wrong, every tenth outlier has such a row by chance in one of a dozen turns.
     """
     found = np.zeros(rows.size, dtype=bool)
     if rows.size == 0 or rows.size > MOST_COMPARED:
