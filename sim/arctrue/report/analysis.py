@@ -71,7 +71,7 @@ class Analysis:
         return found
 
     def left(self, channel: str, *, whitened: bool = False) -> Float:
-        """Return the residual of every row in arcseconds, or whitened to a standard deviation of 1."""
+        """Return every row's residual in arcseconds, or whitened to a standard deviation of 1."""
         residuals = self.residuals
         found = {
             ("capture", False): lambda: residuals.capture_arcsec,

@@ -1,4 +1,4 @@
-"""Draws the amplitude of an effect over its condition: from the data, and as the effect predicts."""
+"""Draws an effect's amplitude over its condition: from the data, and as the effect predicts."""
 
 from __future__ import annotations
 

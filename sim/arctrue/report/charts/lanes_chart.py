@@ -1,4 +1,4 @@
-"""Draws the correction by the gateware's lanes: amplitude by order, and the error before and after."""
+"""Draws the lanes' correction: amplitude by order, and the error before and after."""
 
 from __future__ import annotations
 

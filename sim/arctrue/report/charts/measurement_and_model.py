@@ -46,7 +46,7 @@ def _panel(analysis: Analysis, channel: str, whitened: bool) -> Panel:
         measured, model = of_rows.whiten(measured), of_rows.whiten(model)
     angle, rows = analysis.angle_rad(channel), analysis.rows(channel)
     if isinstance(rows, CaptureRows) and rows.channel is not None:
-        # Each head's difference is a different function of the angle: a mean over heads is meaningless.
+        # Each head's difference is a different function of the angle, so they are not averaged.
         of_head2 = rows.channel == 0
         measured, model, angle = measured[of_head2], model[of_head2], angle[of_head2]
     colour = CHANNEL_COLOUR[channel]

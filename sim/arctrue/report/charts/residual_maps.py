@@ -30,7 +30,7 @@ _ROOM = 1.15
 
 
 def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
-    """Draw means of the residual in bins of each condition; the panels of a channel have one scale."""
+    """Draw the mean residual in bins of each condition; a channel's panels have one scale."""
     panels = [
         _panel(item, _reach([other for other in maps if other.channel == channel]))
         for channel in CHANNEL_COLOUR
