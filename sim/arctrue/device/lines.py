@@ -15,7 +15,7 @@ LONGEST_LINE = 65_536
 
 
 _Count = Annotated[int, Meta(ge=0, le=2**53)]
-"""A damaged digit must not make a number that a record cannot hold."""
+"""Whole number in the range of a record, so that a damaged digit gives no number beyond it."""
 
 
 class _TelemetryFields(Struct):
