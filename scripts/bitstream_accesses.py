@@ -49,7 +49,7 @@ class Access:
     burst: Burst = Burst.INCREASING
     strobe: int = 0xF
     last: int | None = None
-    """WLAST comes with this beat where it is not the last one."""
+    """Beat at which WLAST comes, if it is not the last one."""
     together: bool = False
     """The access may start while one the other way is under way."""
 

@@ -35,13 +35,13 @@ class Decoded:
 
     verilog: str = ""
     clock: int = 0
-    """The input that clocks every register and block."""
+    """Input that clocks every register and block."""
     inputs: list[str] = field(default_factory=list)
     outputs: list[str] = field(default_factory=list)
     open_pins: list[str] = field(default_factory=list)
     activity: list[tuple[str, int, int]] = field(default_factory=list)
-    """Name, first bit of ``activity`` and number of bits of every DSP, half of a block RAM and
-    output of a look-up table as RAM that something reads."""
+    """Name, first bit of ``activity`` and number of bits of every DSP, of every half of a block
+    RAM, and of every used output of a look-up table as RAM."""
 
 
 def bus_bits(count: int) -> int:

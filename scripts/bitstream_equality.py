@@ -63,11 +63,11 @@ class Port:
     name: str
     bits: int
     is_input: bool
-    """The port goes into the design, from a pad or from an output of the PS7."""
+    """Whether the port goes into the design, from a pad or from an output of the PS7."""
     is_processor: bool
     is_wire: bool = False
-    """The port is one of two of a pad that both sides may pull low and no side drives high. One is
-    what the outside does (0 pulls low), the other the level."""
+    """Whether the port is one of the two ports of a pad that both sides may pull low and no side
+    drives high. One port is the outside (0 pulls low), the other the level."""
 
     def lines(self) -> list[str]:
         """Return the names of its bits, as the PS7's pins are named."""

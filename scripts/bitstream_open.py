@@ -22,7 +22,7 @@ from scripts.fasm_frames import frames_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
 UNPACKED = ROOT / "build" / "place_and_route"
-"""The folder that scripts/install_place_and_route.sh makes."""
+"""Folder that scripts/install_place_and_route.sh makes."""
 INSTALL = "Run scripts/install_place_and_route.sh, "
 NEXTPNR = Tool(
     "NEXTPNR",
@@ -39,20 +39,21 @@ FRAMES2BIT = Tool(
     UNPACKED / "bin",
 )
 FASM2FRAMES = Tool("FASM2FRAMES", (), "It is utils/fasm2frames.py of github.com/f4pga/prjxray")
-"""Used only if it is named. scripts/fasm_frames.py does the same, except for banks below 3.3 V."""
+"""fasm2frames, which is used only if the user names it: scripts/fasm_frames.py does the same,
+except for banks below 3.3 V."""
 DATABASE = "PRJXRAY_DB_DIR"
 CHIPDB = "CHIPDB"
 FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""With these options nextpnr's placer weighs wires on long paths more than by its defaults, 10 and
+"""Options with which nextpnr's placer weighs wires on long paths more than by its defaults, 10 and
 2 (docs/timing.md)."""
 ROUTING = ("--tmg-ripup",)
-"""With this option nextpnr's router routes a wire again if its detour makes a path too slow."""
+"""Option with which nextpnr's router routes a wire again if its detour makes a path too slow."""
 
 OTHER_SEEDS = (2, 3)
-"""The seeds of the placements that are tried when the timing of the first one is not met."""
+"""Seeds of the placements that are tried if the first one does not meet the timing."""
 
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
@@ -241,7 +242,7 @@ def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path)
 
 @dataclass(frozen=True)
 class OpenTools:
-    """The programs that are called after Yosys; ``fasm2frames`` only where it is named."""
+    """List the programs that are called after Yosys; ``fasm2frames`` only if the user names it."""
 
     nextpnr: str
     chipdb: str | None
@@ -251,7 +252,8 @@ class OpenTools:
 
 
 def find_open_tools(part: str) -> OpenTools:
-    """Raises ToolError that names all that is missing, GHDL and Yosys too."""
+    """Find the programs. Raises ToolError that names everything that is missing, GHDL and Yosys
+    too."""
     missing = []
     for find in (find_ghdl, find_yosys):
         try:

@@ -86,7 +86,7 @@ def open_ram_pins(routes: Routes) -> list[str]:
 
 
 def has_no_source(tile: str, name: str, pin: str) -> bool:
-    """True if the chip has no wire to a pin: a cascade input of the lowest DSP of a column.
+    """Tell whether the chip has no wire to a pin: a cascade input of the lowest DSP of a column.
 
     The DSP must not depend on it: the decoded netlist has random levels there.
     """
@@ -130,7 +130,7 @@ class Driven:
     """Slices with look-up tables as RAM."""
 
     def __str__(self) -> str:
-        """The counts as a part of a message."""
+        """Return the counts as a part of a message."""
         return (
             f"{self.blocks} DSPs and halves of block RAMs and {self.slices} slices with look-up "
             "tables as RAM, every pin driven"

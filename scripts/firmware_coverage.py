@@ -29,17 +29,17 @@ OTHER_BUILDS: Final = (
     "test_sanitizers.py",
     "test_fuzz_corpus.py",
 )
-"""Tests of the image, or of builds of their own."""
+"""Tests that need the image, or builds of their own."""
 LEAST: Final = 0.9
 TESTS_TIMEOUT_S: Final = 1800
 GCOV_TIMEOUT_S: Final = 120
 
 Counts = dict[str, dict[int, int]]
-"""File below firmware/, to line, to how often it was run."""
+"""Number of executions, by file below firmware/ and by line."""
 
 
 def run_tests() -> None:
-    """Raises RuntimeError where a test fails."""
+    """Run the host tests. Raises RuntimeError if a test fails."""
     shutil.rmtree(BUILT, ignore_errors=True)
     BUILT.mkdir(parents=True)
     files = [
@@ -100,7 +100,7 @@ def share(lines: dict[int, int]) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Returns the exit code: 1 below the least share."""
+    """Run the command line; return the exit code, 1 below the least share."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     try:
         run_tests()

@@ -61,7 +61,7 @@ class Jobs:
             job.end()
 
     def state(self, session: Session, number: int) -> dict[str, Any]:
-        """Return ``state`` (done, running, cancelled, failed or none), ``doing`` and ``seconds``."""
+        """Return ``state`` (done, running, cancelled, failed, none), ``doing`` and ``seconds``."""
         folder = session.step_folder(number)
         with self._lock:
             job = self._running.get((session.name, number))

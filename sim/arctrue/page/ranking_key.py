@@ -54,6 +54,6 @@ def _of_effect(kind: type[Effect]) -> list[str]:
 
 @functools.cache
 def _program() -> str:
-    """Return the digest of the package's files: one version has several states during development."""
+    """Return the digest of the package's files: a version has several states in development."""
     files = sorted(Path(arctrue.__file__).parent.rglob("*.py"))
     return hashlib.sha256("".join(_of_file(path) for path in files).encode()).hexdigest()
