@@ -208,7 +208,7 @@ def notices(proof: Proof, fault: Break, folder: Path) -> bool:
 
 
 def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]:
-    """Return the source folders with the fault in the entity. Raises ValueError for an unfit fault."""
+    """Return the source folders with the fault. Raises ValueError if it does not fit the entity."""
     entity = fault.entity or proof.entity
     (source,) = (path for top in SOURCE_FOLDERS for path in top.rglob(f"{entity}.vhd"))
     text = source.read_text(encoding="utf-8")
