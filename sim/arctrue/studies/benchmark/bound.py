@@ -100,7 +100,7 @@ def _said(measurement: MeasurementSet) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class BoundScore:
-    """The rates at which an effect of the stated size was found."""
+    """Rates at which an effect of the stated size was found."""
 
     effect: str
     found: Rate

@@ -156,7 +156,7 @@ class Judged:
 
     @property
     def outcome(self) -> str:
-        """Return one of OUTCOMES."""
+        """Return the outcome, one of OUTCOMES."""
         verdict = self.answer["verdict"]
         allowed = self.left_open
         if verdict == "named":

@@ -68,7 +68,7 @@ class PlanError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class TierPlan:
-    """A tier with its seed, and the digests of the code as it was before the seed was drawn."""
+    """A tier with its seed, and the digests of the code from before the draw of the seed."""
 
     tier: str
     sets: int

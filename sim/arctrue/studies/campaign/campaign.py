@@ -34,7 +34,8 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""Consecutive broken pools without a result that end the campaign: a task kills its worker."""
+"""Number of consecutive broken pools without a result that ends the campaign: a task kills its
+worker."""
 
 
 STOP_POLL_S = 0.5

@@ -63,7 +63,7 @@ MOUNTING_ARCSEC = 50.0
 """Tolerance of a head's place: the paper's."""
 
 WEAK_ORDER = 11
-"""An order whose noise α = 33° amplifies 19 times."""
+"""An order whose noise is amplified 19 times with α = 33°."""
 SYMMETRIC_ORDERS = (12, 24)
 """Orders that 4 or 12 heads at equal distances do not see; 24 faces do not see 24 either."""
 BLIND_ORDER = 120

@@ -181,7 +181,7 @@ def with_further(experiment: Experiment, kind: str) -> Experiment:
         if kind == "polygon_turned":
             plan = replace(plan, turned_faces=(*plan.turned_faces, FURTHER_TURNED_FACES))
         if kind == "polygon_reindexed":
-            # The file has no key for it: it becomes a set of its own.
+            # The file has no key for this measurement, which therefore becomes a set of its own.
             plan = replace(plan, turned_faces=(FURTHER_REINDEXED_FACES,))
         if kind == "moving_reference":
             plan = replace(plan, moving=MovingReference((SLOW_RAD_S, -SLOW_RAD_S, 3 * SLOW_RAD_S)))
@@ -223,10 +223,10 @@ FURTHER = (
     "polygon_reindexed",
     "moving_reference",
 )
-"""The kinds: one run more, three times as fast, in the other direction, warmer, the same after a
-stop, of more turns, or with more samples; a reference run; one more with the polygon turned by a
-third of a face; the same one with the polygon turned by whole faces, as a set of its own; a
-reference on the move."""
+"""Kinds of a further measurement. A further run: three times as fast, in the other direction,
+warmer, the same after a stop, of more turns, or with more samples. A further reference run: a first
+one; one with the polygon turned by a third of a face; one with the polygon turned by whole faces,
+as a set of its own; one with a reference on the move."""
 
 EXPERIMENTS = {
     "full": full,
