@@ -37,7 +37,7 @@ from arctrue.workbench.model.predicted import table_rows, term_values
 
 Float = NDArray[np.float64]
 Tied = str | tuple[str, float] | Callable[[Mapping[str, float]], float]
-"""Value that a parameter is tied to: another parameter, a multiple of it, or a function of all."""
+"""Value of a tied parameter: another parameter, a multiple of another one, or a function of all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class FitParameter:
     _profile: Callable[[], Profile] = field(repr=False)
 
     def interval(self, level: float = 0.95) -> tuple[float, float]:
-        """Work out an interval by profile likelihood.
+        """Compute a confidence interval by profile likelihood.
 
         All other parameters and the noise take their likeliest values at each value of this one.
         The interval is wider than ``value ± 1.96·stderr`` where slow noise may have absorbed part
@@ -225,7 +225,7 @@ class FitResult:
         *,
         return_std: bool = False,
     ) -> Any:
-        """Predict the error of head 1: its reading less the true angle.
+        """Predict the error of head 1: its reading minus the true angle.
 
         Errors of the reference are left out, because they are no errors of the table, and so is the
         constant, because it depends on the place of the zero.
@@ -294,7 +294,7 @@ class FitResult:
         return found
 
     def fit_report(self, *, min_correl: float = 0.5) -> str:
-        """Write the fit as text: rows, what is left, every parameter, correlations.
+        """Write the fit as text: rows, residual errors, every parameter, correlations.
 
         Parameters
         ----------
@@ -360,12 +360,13 @@ class FitResult:
 
 @dataclass(frozen=True, eq=False)
 class ModelTest:
-    """Two models of one set side by side.
+    """Comparison of two models of one set.
 
     Parameters
     ----------
     bic_difference : float
-        BIC of the first minus BIC of the second: above 0 the second is better, above 10 much so.
+        BIC of the first minus BIC of the second: above 0 the second model is better, above 10 much
+        better.
     ratio : ModelRatio or None
         Likelihood ratio, parameters between the models, p; None where no model contains the other.
     held_out_fall_arcsec : dict of str to (float, float)
@@ -588,7 +589,7 @@ def _fixed_values(
 
 
 def _is_whole(solution: Solution, name: str) -> bool:
-    """True for a search parameter that is a whole number: an order, a run."""
+    """Tell whether a search parameter is a whole number: an order, a run."""
     label, _, own = name.rpartition(".")
     term = solution.terms[labels(solution.terms).index(label)]
     return any(item.name == own and item.integer for item in term.effect.search)
@@ -626,8 +627,8 @@ def compare_models(one: FitResult, other: FitResult) -> ModelTest:
     Returns
     -------
     ModelTest
-        Difference of BIC; likelihood ratio with p where one contains the other; error on rows that
-        were left out of the fit.
+        Difference of BIC; likelihood ratio with p where one contains the other; error on held-out
+        rows.
 
     Raises
     ------
