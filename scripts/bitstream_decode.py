@@ -59,10 +59,9 @@ class Decoder:
         inputs: Sequence[str],
         wires: Collection[str] = (),
     ) -> None:
-        """``pads``: site of a pad to its port; ``inputs``: ports of pads and pins of the PS7.
-
-        ``wires``: ports that both sides may pull low and no side drives high.
-        """
+        """Take the tables of the ports. ``pads``: site of a pad to its port; ``inputs``: ports of
+        pads and pins of the PS7; ``wires``: ports that both sides may pull low and no side drives
+        high."""
         self.routes = routes
         self.features = routes.features
         self.chip = routes.chip

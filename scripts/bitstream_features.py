@@ -60,7 +60,7 @@ class Features:
     """The enabled features of every tile of a chip."""
 
     def __init__(self, chip: Chip, bits: Bits) -> None:
-        """``bits`` are the set bits of a whole configuration."""
+        """Take ``bits``, the set bits of a whole configuration."""
         self.chip = chip
         self._bits = bits
         self._found: dict[str, frozenset[str]] = {}

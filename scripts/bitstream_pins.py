@@ -34,7 +34,7 @@ CASCADE_INPUTS: Final = ("ACIN", "BCIN", "PCIN", "CARRYCASCIN", "MULTSIGNIN")
 
 @cache
 def inputs_of(family: Path, site_type: str) -> frozenset[str]:
-    """The input pins of a type of site."""
+    """List the input pins of a type of site."""
     text = (family / f"site_type_{site_type}.json").read_text(encoding="utf-8")
     pins = json.loads(text)["site_pins"]
     return frozenset(pin for pin, entry in pins.items() if entry["direction"] == "IN")

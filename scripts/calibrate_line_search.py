@@ -35,7 +35,7 @@ LINE_S, LINE_SHARE = 97.0, 0.7
 
 
 def log_of(kind: str, number: int, *, line: bool) -> Record:
-    """A log of noise, with or without a line."""
+    """Make a log of noise, with or without a line."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number))
     time_s = clock(random, ROWS, STEP_S, CLOCKS[number % len(CLOCKS)])
     error = NULLS[kind](random, time_s)

@@ -132,7 +132,7 @@ def load_bitstream(bitstream: Path, adapter: Path, seconds: float = SECONDS) -> 
 
 @click.group(help=(__doc__ or "").splitlines()[0])
 def main() -> None:
-    """Two commands with the same adapter option."""
+    """Define two commands with the same adapter option."""
 
 
 @main.command()

@@ -33,7 +33,7 @@ def unit_for_people(unit: str) -> str:
 
 
 def with_uncertainty(value: float, sigma: float, unit: str) -> str:
-    """``0.9541″/K ± 0.0013″/K``: two digits of the standard uncertainty (GUM 7.2.6).
+    """Format ``0.9541″/K ± 0.0013″/K``: two digits of the standard uncertainty (GUM 7.2.6).
 
     If the uncertainty is unknown, the value has six significant digits.
     """

@@ -53,7 +53,7 @@ class TelemetryLine:
 
 
 def is_telemetry(text: str) -> bool:
-    """True for a line that is telemetry or was telemetry before it was damaged."""
+    """Tell whether a line is telemetry, or was telemetry before it was damaged."""
     return text.startswith("{")
 
 

@@ -271,7 +271,7 @@ def _orders(record: Path, day: date) -> list[int]:
 
 
 def _has(path: Path, identity: str, last: int) -> bool:
-    """True if the file was written from this record and has its turns up to ``last``."""
+    """Tell whether the file was written from this record and has its turns up to ``last``."""
     with _opened(path) as file:
         if file is None:
             return False

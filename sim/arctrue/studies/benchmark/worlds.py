@@ -72,7 +72,7 @@ def white(random: Random) -> Surroundings:
 
 
 def coloured(random: Random) -> Surroundings:
-    """One colour in the heads, and in half of the sets a reference that wanders."""
+    """The heads have noise of one colour; in half of the sets the reference wanders."""
     found = _usual(random)
     found.noise = [Wanted(str(random.choice(COLOURS)))]
     if random.random() < 0.5:
@@ -82,7 +82,8 @@ def coloured(random: Random) -> Surroundings:
 
 
 def wrong_statements(random: Random) -> Surroundings:
-    """One or two of: α off, index ±3 counts, a lagging sensor, an uncertainty stated too small."""
+    """One or two statements are wrong: α, the index by ±3 counts, a sensor that lags, or an
+    uncertainty that is too small."""
     found = _usual(random)
     number = 1 + int(random.random() < 0.3)
     found.adverse_conditions = [str(name) for name in random.choice(WRONG, number, replace=False)]
@@ -94,7 +95,7 @@ def wrong_statements(random: Random) -> Surroundings:
         found.understated = UNDERSTATED
     if "head_angle" in found.adverse_conditions:
         low, high = np.log(HEAD_ANGLE_ARCSEC)
-        # A separation stated wrong is a head elsewhere than stated: one cause.
+        # A wrong statement of the separation equals a head at another place: one cause.
         found.extra = [Wanted("head_angle_error", float(np.exp(random.uniform(low, high))))]
     return found
 

@@ -29,12 +29,13 @@ TOLERANCE_ARCSEC = 50.0
 
 
 def gain_map(alpha_deg: Float, orders: Integer) -> Float:
-    """|TF(n)|, noise of ε over noise of R₂ − R₁, ``(angles, orders)``; inf: not seen."""
+    """Return |TF(n)|, noise of ε over noise of R₂ − R₁, ``(angles, orders)``; inf: not seen."""
     return np.array([noise_gain(orders, math.radians(alpha)) for alpha in alpha_deg])
 
 
 def sensitivity_map(alpha_deg: Float, orders: Integer) -> Float:
-    """n·|TF(n)|: relative error of order n for an error of α in radians, ``(angles, orders)``."""
+    """Return n·|TF(n)|: relative error of order n for an error of α in radians, ``(angles,
+    orders)``."""
     return gain_map(alpha_deg, orders) * orders
 
 

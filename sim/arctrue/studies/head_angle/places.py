@@ -158,7 +158,8 @@ def _worst_gain(sets_deg: Float, most_order: int) -> Float:
 
 
 def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[np.bool_]:
-    """True for sets with room between heads and a mean below the limit, also without any one."""
+    """Tell whether sets have room between heads and a mean below the limit, also without any one
+    head."""
     turned = np.sort(np.mod(sets_deg, 360.0), axis=1)
     apart = np.diff(np.column_stack((turned, turned[:, :1] + 360.0)), axis=1)
     room = apart.min(axis=1) >= least_deg
@@ -170,7 +171,7 @@ def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[n
 
 
 def _noise_of_three(places_rad: Float) -> Float:
-    """√Σw² of three heads, (sets,): w₁ ∝ sin(p₃ − p₂) and in turn."""
+    """Return √Σw² of three heads, (sets,); w₁ ∝ sin(p₃ − p₂), w₂ and w₃ in turn."""
     first, second, third = places_rad.T
     shares = np.sin(np.stack((third - second, first - third, second - first)))
     total = shares.sum(axis=0)
@@ -209,7 +210,7 @@ def _noise(places: Float) -> Float | None:
 
 
 def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """False for equal places, also if counted from another head or in the other direction."""
+    """Tell whether places differ, also if counted from another head or in the other direction."""
     return not any(
         np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
         for way in (_steps(one), _steps(one)[::-1])

@@ -86,7 +86,7 @@ class Experiment:
         return (CAPTURE if self.runs else nothing) | (REFERENCE if self.reference else nothing)
 
     def can_honour(self, recipe: Recipe) -> bool:
-        """True if the experiment shows every method of the cause."""
+        """Tell whether the experiment shows every method of the cause."""
         return acts_on(CAUSES[recipe.cause].kind) <= self.honoured
 
     @property
@@ -126,7 +126,8 @@ def _run(
 
 
 def full() -> Experiment:
-    """Up, down, three times as fast, and warm after half an hour; then ten polygon cycles."""
+    """Return runs up, down, three times as fast, and warm after half an hour; then ten polygon
+    cycles."""
     runs = (
         _run(0.0, SLOW_RAD_S),
         _run(60.0, -SLOW_RAD_S),
@@ -137,12 +138,12 @@ def full() -> Experiment:
 
 
 def lean() -> Experiment:
-    """One run, and nothing else."""
+    """Return one run, and nothing else."""
     return Experiment("lean", (_run(0.0, SLOW_RAD_S),), None)
 
 
 def one_pass() -> Experiment:
-    """One turn upwards, and one cycle over the faces."""
+    """Return one turn upwards, and one cycle over the faces."""
     run = replace(_run(0.0, SLOW_RAD_S), duration_s=2 * np.pi / SLOW_RAD_S)
     return Experiment("one_pass", (run,), ReferencePlan(cycles=1))
 
@@ -154,7 +155,7 @@ def one_speed() -> Experiment:
 
 
 def short() -> Experiment:
-    """The full experiment with a sixth of the samples: quick to make and to diagnose."""
+    """Return the full experiment with a sixth of the samples: quick to make and to diagnose."""
     return replace(full().smaller(SAMPLES // 6, cycles=10), name="short")
 
 

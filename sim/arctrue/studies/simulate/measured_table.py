@@ -76,7 +76,8 @@ class MeasuredTable:
         index_scatter_counts: int,
         random: np.random.Generator,
     ) -> None:
-        """``index_scatter_counts``: largest error, in counts, of a head's index in a run."""
+        """Take the table and its causes. ``index_scatter_counts``: largest error, in counts, of a
+        head's index in a run."""
         self.table = table
         self.causes = [cause for cause in table.causes if acts_on(cause) - GEOMETRY]
         self.reference_noise_arcsec = reference_noise_arcsec

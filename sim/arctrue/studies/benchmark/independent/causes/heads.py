@@ -47,9 +47,10 @@ class SubdivisionError(Cause):
         uneven: float = 0.0,
         at_rad: float = 0.0,
     ) -> None:
-        """``size``: amplitude due to the offset alone, for 16,384 lines.
+        """Set the size and the shape.
 
-        ``uneven``: share by which the whole error varies around the disc.
+        ``size``: amplitude due to the offset alone, for 16,384 lines. ``uneven``: share by which
+        the whole error varies around the disc.
         """
         super().__init__(size)
         self.head, self.offset, self.gain, self.phase_rad = head, offset, gain, phase_rad
