@@ -58,7 +58,7 @@ def needs_extras() -> Iterator[None]:
 
 
 def optional(package: str) -> ModuleType:
-    """Return the module ``package`` of an extra. Raises MissingExtraError if it is not installed."""
+    """Return the module ``package`` of an extra. Raises MissingExtraError if it is missing."""
     with needs_extras():
         return importlib.import_module(package)
 

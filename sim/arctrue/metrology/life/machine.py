@@ -63,7 +63,7 @@ class Machine:
 
 
 def set_folders(folder: Path) -> list[Path]:
-    """List the folders of measurement sets below ``folder``, by name. Raises ValueError for none."""
+    """List the folders of sets below ``folder``, by name. Raises ValueError if there is none."""
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder; expected a folder of measurement sets")
     found = sorted(path.parent for path in folder.rglob(FILE_NAME) if path.parent != folder)
