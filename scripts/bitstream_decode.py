@@ -151,7 +151,7 @@ class Decoder:
         return self._levels[port]
 
     def _port_of(self, tile: str, site: int) -> str:
-        """Return the port of a pad, or its site where it has none."""
+        """Return the port of a pad, or its site if it has no port."""
         own = self.chip.type_of(tile).sites[site]
         names = [str(name) for name in self.chip.tiles[tile]["sites"] if name.startswith("IOB")]
         names.sort(key=lambda name: int(name.rpartition("Y")[2]))

@@ -191,7 +191,7 @@ def without_repeats(netlist: str) -> str:
 def direct_tristates(netlist: str) -> str:
     """Connect an inout directly. GHDL puts two wires between it and its driver or reader.
 
-    Verilator handles 1'bz only where it is assigned to the port itself.
+    Verilator handles 1'bz only in an assignment to the port itself.
     """
     ways = dict(re.findall(r"assign (\w+) = (\w+ \? 1'b0 : 1'bz);", netlist))
     inner = dict(re.findall(r"assign (\w+) = (\w+); // \(inout - port\)", netlist))

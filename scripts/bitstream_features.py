@@ -112,7 +112,7 @@ class Features:
     def drivers(self, tile: str) -> dict[str, str]:
         """Return for each wire the driver that a feature of the tile selects.
 
-        Raises ToolError where two drive one wire.
+        Raises ToolError if two features drive one wire.
         """
         if tile not in self._drivers:
             self._drivers[tile] = self._read_drivers(tile)

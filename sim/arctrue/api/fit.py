@@ -49,7 +49,7 @@ class FitParameter:
     name : str
         Effect and parameter: ``thermal_eccentricity.amplitude``.
     value : float
-        The likeliest value, in ``unit``.
+        Maximum-likelihood estimate, in ``unit``.
     stderr : float
         Standard uncertainty of the linearised fit; 0 if fixed, NaN if the data do not determine it.
     unit : str
@@ -65,9 +65,10 @@ class FitParameter:
     def interval(self, level: float = 0.95) -> tuple[float, float]:
         """Compute a confidence interval by profile likelihood.
 
-        All other parameters and the noise take their likeliest values at each value of this one.
-        The interval is wider than ``value ± 1.96·stderr`` where slow noise may have absorbed part
-        of the parameter, for instance of a drift, and asymmetric where the likelihood is.
+        At each value of this parameter, all other parameters and the noise take the values of
+        maximum likelihood. The interval is wider than ``value ± 1.96·stderr`` where slow noise may
+        have absorbed part of the parameter, for instance of a drift, and asymmetric where the
+        likelihood is.
 
         Parameters
         ----------
@@ -368,7 +369,8 @@ class ModelTest:
         BIC of the first minus BIC of the second: above 0 the second model is better, above 10 much
         better.
     ratio : ModelRatio or None
-        Likelihood ratio, parameters between the models, p; None where no model contains the other.
+        Likelihood ratio, parameters between the models, p; None if neither model contains the
+        other.
     held_out_fall_arcsec : dict of str to (float, float)
         Decrease of the error on held-out rows from the first model to the second, by channel, and
         its standard error.
@@ -569,7 +571,7 @@ def _fixed_values(
 ) -> Mapping[str, float]:
     """Return the fixed values by name.
 
-    Raises ValueError for a name without a value, if the model has no fitted value of it.
+    Raises ValueError for a name for which neither ``fix`` nor the model has a value.
     """
     if fix is None or isinstance(fix, Mapping):
         return fix or {}
@@ -627,7 +629,7 @@ def compare_models(one: FitResult, other: FitResult) -> ModelTest:
     Returns
     -------
     ModelTest
-        Difference of BIC; likelihood ratio with p where one contains the other; error on held-out
+        Difference of BIC; likelihood ratio with p if one contains the other; error on held-out
         rows.
 
     Raises

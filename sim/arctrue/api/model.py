@@ -121,7 +121,7 @@ class Model:
         return Model(replace(self.content, effects=entries), self.folders)
 
     def add(self, effect: str, measurement: SetOrFolder, **settings: object) -> Model:
-        """Add an effect and fit the model anew.
+        """Add an effect and fit the model again.
 
         Parameters
         ----------
@@ -153,7 +153,7 @@ class Model:
         return self.grown(content, data)
 
     def drop(self, effect: str, measurement: SetOrFolder) -> Model:
-        """Drop the last effect of a name and fit the others anew.
+        """Drop the last effect of a name and fit the others again.
 
         Parameters
         ----------

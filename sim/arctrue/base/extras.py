@@ -1,4 +1,4 @@
-"""Packages that only an extra of the installation brings, and what is said where one is missing."""
+"""Imports packages that only an extra of the installation provides; says how to install them."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def true_minus(text: str) -> str:
 
 
 def unit_for_people(unit: str) -> str:
-    """Format ``arcsec/K`` as ``″/K``, with a space in front where one belongs; "1" gives ""."""
+    """Format ``arcsec/K`` as ``″/K``, with a space in front if the unit needs one; "1" gives ""."""
     if unit == "1":
         return ""
     first, slash, rest = unit.partition("/")

@@ -83,7 +83,7 @@ class ReadingNoise(Cause):
         disc_reading_rad : ndarray
             Angle of the lines, which has no influence, shape (n,).
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants of the requested values, shape (n,).
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""A report of text, tables and pictures, as Markdown, HTML and PDF; each file stands alone."""
+"""Writes a self-contained report of text, tables and pictures as Markdown, HTML and PDF."""
 
 from __future__ import annotations
 

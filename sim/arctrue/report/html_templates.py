@@ -12,7 +12,7 @@ HTML_OPTIONS: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
 }
-"""All text is escaped, whatever the template's name: titles, names and sentences contain no
+"""All text is escaped, independent of the template's name: titles, names and sentences contain no
 markup. Only a ``Markup`` value is inserted as it is."""
 
 

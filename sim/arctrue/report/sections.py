@@ -345,7 +345,7 @@ def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[st
 
 
 def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[str, Any] | None:
-    """Give lanes, what they leave uncorrected, and objections; None before they are known."""
+    """Give lanes, remaining error, and objections; None before they are known."""
     device = None if ranking is None else ranking["device"]
     if device is None or "refused" in device:
         return device

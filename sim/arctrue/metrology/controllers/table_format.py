@@ -19,7 +19,7 @@ GRID = 36_000
 
 @dataclass(frozen=True)
 class Left:
-    """What the controller leaves of the model's correction.
+    """Remaining error after the controller's correction.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class TableFormat(ABC):
         return self
 
     def part_of(self, correction: Correction) -> Correction:
-        """Return the part of a correction that the table can hold: all of it, in most formats.
+        """Return the part of a correction that the table can hold; most formats hold all parts.
 
         Parameters
         ----------

@@ -34,8 +34,7 @@ class TableOfCommand(TableFormat):
 
 
 def wanted_deg(correction: Correction, nominal_deg: Float, direction: int) -> Float:
-    """Return ε(θ): the reading must exceed ``nominal_deg`` by it for the table to stand at
-    ``nominal_deg``."""
+    """Return ε(θ): the reading exceeds ``nominal_deg`` by ε if the table is at ``nominal_deg``."""
     angle = np.radians(nominal_deg)
     error = np.zeros_like(angle)
     for _ in range(ROUNDS):

@@ -264,7 +264,7 @@ def _between(days: Float, place: Place) -> tuple[float, float]:
 
 
 def posterior(series: Series, known: Sequence[Shape]) -> list[Place]:
-    """Return the probability of every kind and place of one more change, with equal prior
+    """Return the probability of every kind and place of a further change, with equal prior
     probabilities.
 
     Coefficients and the variance are integrated out under Jeffreys' prior: the integrated

@@ -1,9 +1,9 @@
 """The day on which the size of an effect passes its limit, with an interval.
 
-The values follow a constant and the changes that were found; the last one goes on as it is: a
-step stays, a drift slows down, keeps its rate or speeds up. Draws of the posterior (kind, place
-and course of the last change, all coefficients, the variance) each give a day; it is infinite
-where the limit is never passed.
+The values follow a constant and the changes that were found; the last one continues: a step stays,
+a drift slows down, keeps its rate or speeds up. Draws of the posterior (kind, place and course of
+the last change, all coefficients, the variance) each give a day; it is infinite where the limit is
+never passed.
 """
 
 from __future__ import annotations

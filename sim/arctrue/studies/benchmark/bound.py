@@ -2,7 +2,7 @@
 
 A set with nothing in it is diagnosed; the diagnosis states for each effect the smallest size that
 it would have found in 95 % of such sets. A cause with at least this RMS in every channel is put
-into the same experiment, the noise is drawn anew, and the set is diagnosed again.
+into the same experiment, new noise is drawn, and the set is diagnosed again.
 """
 
 from __future__ import annotations

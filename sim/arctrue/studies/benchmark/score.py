@@ -323,7 +323,7 @@ def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
 def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
     """Return, by name of single catalogue causes, the smallest found and the largest missed.
 
-    Sizes are in limits of the oracle; None if there is none.
+    Sizes are in limits of the oracle; None if there is no such size.
     """
     sizes_of: dict[str, list[tuple[float, bool]]] = {}
     for item in sets:

@@ -207,8 +207,8 @@ def pool(
 ) -> Iterator[Done]:
     """Yield batches as processes of this machine finish them.
 
-    A killed worker breaks the pool: a new pool repeats all unfinished batches. Once
-    ``stopping()`` is true no batch is begun, and the present batches are still yielded.
+    A killed worker breaks the pool: a new pool repeats all unfinished batches. Once ``stopping()``
+    is true no new batch starts, and the present batches are still yielded.
     """
     # numpy reads this in the workers: sums of one thread are equal on any number of cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -2,7 +2,7 @@
 
 Three heads see the disc if the axis is at rest; four heads see it by a parity relation while the
 axis moves at every order. The search minimises the worst gain of orders 1 to N among places at
-which the mean has less noise than one head, with four heads also without any one of them. The mean
+which the mean has less noise than one head, with four heads also if any one is missing. The mean
 does not contain order 1 of the disc; with four heads orders 2 to N count.
 """
 
@@ -158,7 +158,7 @@ def _worst_gain(sets_deg: Float, most_order: int) -> Float:
 
 
 def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[np.bool_]:
-    """Tell whether sets have room between heads and a mean below the limit, also without any one
+    """Tell which sets have room between heads and a mean below the limit, with and without any
     head."""
     turned = np.sort(np.mod(sets_deg, 360.0), axis=1)
     apart = np.diff(np.column_stack((turned, turned[:, :1] + 360.0)), axis=1)
@@ -171,7 +171,7 @@ def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[n
 
 
 def _noise_of_three(places_rad: Float) -> Float:
-    """Return √Σw² of three heads, (sets,); w₁ ∝ sin(p₃ − p₂), w₂ and w₃ in turn."""
+    """Return √Σw² of three heads, (sets,); w₁ ∝ sin(p₃ − p₂), w₂ and w₃ cyclically."""
     first, second, third = places_rad.T
     shares = np.sin(np.stack((third - second, first - third, second - first)))
     total = shares.sum(axis=0)

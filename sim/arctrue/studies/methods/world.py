@@ -138,7 +138,7 @@ class MethodsSettings:
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """Orders that a method fits where it can: 1 to ``most_order``, and the blind one."""
+        """Orders that a method fits if it can: 1 to ``most_order``, and the blind one."""
         return np.append(np.arange(1, self.most_order + 1), BLIND_ORDER)
 
 

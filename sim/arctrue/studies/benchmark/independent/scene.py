@@ -29,7 +29,7 @@ SENSOR_NOISE_K = 0.005
 
 @dataclass(frozen=True)
 class Accepted:
-    """Further right answers, besides the names of the known hidden causes."""
+    """Further right answers, in addition to the names of the known hidden causes."""
 
     names: tuple[str, ...] = ()
     """Names that are right if the answer puts them first: other names of the same cause."""
