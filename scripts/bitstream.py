@@ -32,7 +32,7 @@ FOLDS = (1, 2, 4, 8)
 ROTATIONS = ("cordic", "table")
 PART = "xc7z020clg400-1"
 OPEN_PIPELINES = 16
-"""The open tools have routed at most this many pipelines at 100 MHz (docs/timing.md)."""
+"""Largest number of pipelines that the open tools have routed at 100 MHz (docs/timing.md)."""
 
 
 def boards() -> list[str]:

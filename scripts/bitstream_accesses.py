@@ -51,7 +51,7 @@ class Access:
     last: int | None = None
     """Beat at which WLAST comes, if it is not the last one."""
     together: bool = False
-    """The access may start while one the other way is under way."""
+    """Whether the access may start during one of the other kind (read or write)."""
 
     def line(self) -> str:
         """Return the line in the form that the bench reads."""

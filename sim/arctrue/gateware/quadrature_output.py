@@ -43,7 +43,7 @@ class OutputInputs:
     z_state: ArrayLike = 0
     """Place of (A, B) in 00, 10, 11, 01."""
     z_width: ArrayLike = 0
-    """0: 1 count, 1: 2 counts, 2: 4 counts."""
+    """Width of Z; 0: 1 count, 1: 2 counts, 2: 4 counts."""
     following_limit: ArrayLike = 2**16 - 1
     """Counts."""
     enable: ArrayLike = True

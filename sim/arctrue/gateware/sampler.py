@@ -42,7 +42,7 @@ class SamplerInputs:
     reset: ArrayLike = False
     enable: ArrayLike = True
     mode: ArrayLike = 0
-    """0 equal time, 1 equal angle."""
+    """Mode of sampling: 0 equal time, 1 equal angle."""
     sample_period: ArrayLike = 100_000
     """Clocks."""
     angle_step: ArrayLike = 0
@@ -52,7 +52,7 @@ class SamplerInputs:
     flags: ArrayLike = _INDEX_SEEN
     """Levels of the decoders: the first eight of FLAG_NAMES."""
     zero_moved1: ArrayLike = 0
-    """Toggles with the first ``turn_position1`` from another zero."""
+    """Level that toggles with the first ``turn_position1`` from another zero."""
     release_bank: ArrayLike = False
 
 

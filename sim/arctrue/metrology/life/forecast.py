@@ -46,7 +46,7 @@ class Forecast:
     series: Series
     limit: float
     changed: bool
-    """A change was found; without one the size stays as it is."""
+    """Whether a change was found; without a change the size stays constant."""
     earliest_day: float
     """Day before which 2.5 % of the draws pass the limit."""
     day: float

@@ -68,7 +68,7 @@ class Curve:
     labels: Sequence[str] = ()
     """Text next to each point."""
     values_shown: bool = False
-    """True: each point is labelled with its y value, in the unit shown."""
+    """Whether each point is labelled with its y value, in the unit shown."""
 
     @property
     def texts(self) -> list[str]:
@@ -140,7 +140,7 @@ class Panel:
     layers: Sequence[Layer]
     title: str = ""
     equal_scales: bool = False
-    """True: one unit has the same length on both axes, so that a circle is drawn as a circle."""
+    """Whether one unit has the same length on both axes, so that a circle is drawn as a circle."""
 
 
 @dataclass(frozen=True)

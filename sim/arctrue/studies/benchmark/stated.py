@@ -56,7 +56,7 @@ class Stated:
     rests_on: str
     """Grounds of the verdict ``unknown``; empty for other verdicts."""
     right: bool
-    """The largest stated probability was given to the truth."""
+    """Whether the answer gave the truth the largest stated probability."""
     probability: float
     """The largest probability, as it was stated when the answer was made."""
     evidence: float

@@ -24,7 +24,7 @@ Integer = NDArray[np.int64]
 
 PAPER_DEG = 33.0
 ECCENTRICITY_ARCSEC = 144.0
-"""Order 1 of the paper's table as it is simulated here."""
+"""Amplitude of order 1 of the simulated table of the paper."""
 TOLERANCE_ARCSEC = 50.0
 
 

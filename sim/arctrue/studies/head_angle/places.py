@@ -37,7 +37,7 @@ MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
 STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
 """Known good places from which the search also starts."""
 NOISE_LIMIT = 0.85
-"""Noise limit of the mean with any head missing; the places of the issue have 0.82."""
+"""Largest permitted noise of the mean with any head missing; STARTS_DEG has 0.82."""
 _BLOCK = 4096
 
 

@@ -46,7 +46,7 @@ class TrueNoise:
     """The drawn noise of one channel's rows."""
 
     gaussian: Noise
-    """Rounding to whole counts included, as white noise of a twelfth of a count² a head."""
+    """Gaussian noise, which includes rounding to counts as white noise of count²/12 a head."""
     struck: NDArray[np.bool_]
     """Rows in which an outlier struck a head."""
 
