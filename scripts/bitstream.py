@@ -53,7 +53,7 @@ def fold_of(flow: str, lanes: int) -> int:
 def pins_of_all_heads(pins: Path) -> Path:
     """Join a board's pin file with that of its heads 3 and 4, below build/.
 
-    Raises ConstraintError where the board has no place for them.
+    Raises ConstraintError if the board has no place for them.
     """
     further = pins.parent / "heads" / pins.name
     if not further.exists():

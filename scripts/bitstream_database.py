@@ -164,7 +164,7 @@ class Chip:
     """The tiles of a part, their types, and the connections of their wires."""
 
     def __init__(self, family: Path, part: str) -> None:
-        """Read from ``family``, the database's folder. Raises ToolError when it lacks the part."""
+        """Read from ``family``, the database's folder. Raises ToolError if it lacks the part."""
         grids = [
             path for path in family.glob("*/tilegrid.json") if part.startswith(path.parent.name)
         ]

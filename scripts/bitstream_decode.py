@@ -213,7 +213,7 @@ class Decoder:
         return self.net(source, (tile, site, pin))
 
     def add_pad(self, name: str) -> None:
-        """Add an output of the design that is a pad. Raises ToolError when it is not always
+        """Add an output of the design that is a pad. Raises ToolError if it is not always
         driven."""
         site_name = next(site for site, port in self.pads.items() if port == name)
         tile = self.chip.of_site[site_name]

@@ -305,7 +305,7 @@ class Compared:
 def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, folder: Path) -> Path:
     """Build the program that runs ``netlist`` (GHDL's Verilog of ``top``) and the decoded netlist.
 
-    Raises ToolError where Verilator or the compiler fails.
+    Raises ToolError if Verilator or the compiler fails.
     """
     folder.mkdir(parents=True, exist_ok=True)
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
@@ -347,7 +347,7 @@ def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, fold
 def run(bench: Path, clocks: int, seed: int, accesses: Sequence[Access] = ()) -> Compared:
     """Run the bench for at least this many clocks, and until the VHDL has had all ``accesses``.
 
-    Without accesses, all lines of the processor get random levels. Raises ToolError when the bench
+    Without accesses, all lines of the processor get random levels. Raises ToolError if the bench
     ends without figures.
     """
     command = [str(bench), str(clocks), str(seed)]

@@ -41,7 +41,7 @@ def bits_of_frames(path: Path) -> Bits:
 def bits_of_bitstream(bitstream: Path, reader: str, part_file: Path) -> Bits:
     """Return the bits of a bitstream by Project X-Ray's ``bitread``.
 
-    Raises ToolError when it fails.
+    Raises ToolError if it fails.
     """
     listed = bitstream.with_suffix(".bits")
     command = [reader, "-part_file", str(part_file), "-y", "-z", "-o", str(listed), str(bitstream)]

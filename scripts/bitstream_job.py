@@ -13,7 +13,7 @@ from arctrue.generated import number_formats
 from scripts.netlist import ROOT, ToolError
 
 CONSTRAINTS = ROOT / "constraints"
-OSCILLATOR_MHZ = 125  # of both boards, at their pin H16
+OSCILLATOR_MHZ = 125  # oscillator of both boards, at their pin H16
 
 
 class TimingError(Exception):
@@ -83,7 +83,7 @@ class Job:
     generics: Mapping[str, int | str | bool]
     pins: Path
     folder: Path
-    seed: int | None = None  # of nextpnr's placement; nextpnr's own where None
+    seed: int | None = None  # seed of nextpnr's placement; None: nextpnr's default
 
     @property
     def reports(self) -> Path:

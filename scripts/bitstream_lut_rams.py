@@ -37,7 +37,7 @@ def is_small(features: frozenset[str], letter: str) -> bool:
 
 
 def check_rams(name: str, features: frozenset[str]) -> None:
-    """Raise ToolError where the tables of a slice are a RAM in a way that is not decoded."""
+    """Raise ToolError if the tables of a slice are a RAM in a way that is not decoded."""
     rams = [letter for letter in LETTERS if is_ram(features, letter)]
     shifts = [letter for letter in LETTERS if f"{letter}LUT.SRL" in features]
     if not rams:

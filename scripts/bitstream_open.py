@@ -114,7 +114,7 @@ def hold_violations(log: str) -> list[tuple[float, str]]:
 
 
 def check_timing(log: str, path: Path, asked_mhz: float) -> None:
-    """Raise TimingError when nextpnr's log says that a clock is too slow or data changes too early.
+    """Raise TimingError if nextpnr's log says that a clock is too slow or data changes too early.
 
     The message names ``path``, where the log is.
     """
@@ -136,7 +136,7 @@ def check_timing(log: str, path: Path, asked_mhz: float) -> None:
 
 
 def check_primitives(netlist: Path, top: Top) -> None:
-    """Raise ToolError when the mapped netlist lacks cells that tie it to the chip."""
+    """Raise ToolError if the mapped netlist lacks cells that tie it to the chip."""
     modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
     cells = Counter(cell["type"] for cell in modules[top.name]["cells"].values())
     for kind, count in top.primitives.items():
@@ -145,7 +145,7 @@ def check_primitives(netlist: Path, top: Top) -> None:
 
 
 def check_contents(netlist: Path, top: Top) -> None:
-    """Raise ToolError when look-up tables as RAM hold ones at power-up, which nextpnr loses.
+    """Raise ToolError if look-up tables as RAM hold ones at power-up, which nextpnr loses.
 
     nextpnr looks for the contents of a RAM32M or RAM64M in ``INITA``, but the cell has ``INIT_A``.
     """
@@ -195,7 +195,7 @@ class Routed:
 def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
     """Run nextpnr.
 
-    Raises ToolError when nextpnr fails or times nothing, TimingError when a clock is too slow or
+    Raises ToolError if nextpnr fails or times nothing, TimingError if a clock is too slow or
     data changes too early.
     """
     fasm = job.folder / "arctrue.fasm"
@@ -229,7 +229,7 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
 def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
     """Run nextpnr, and without a seed of the job again where the timing is not met.
 
-    Raises ToolError when nextpnr fails, TimingError when no placement meets the timing.
+    Raises ToolError if nextpnr fails, TimingError if no placement meets the timing.
     """
     for seed in OTHER_SEEDS if job.seed is None else ():
         try:

@@ -83,7 +83,7 @@ def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Pa
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
     ``for_nextpnr`` is for a flat netlist alone: its carry chains suit nextpnr, see ``mapping`` and
-    ``split_shared_inputs``. Raises ToolError when Yosys fails or warns of a latch.
+    ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a latch.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"

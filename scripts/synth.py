@@ -35,8 +35,8 @@ class Budget:
     limit: float
 
 
-# For 32 lanes, register block and headers included; the XC7Z020 has 53,200 LUT, 106,400 FF,
-# 220 DSP48E1, 140 RAMB36.
+# These budgets are for 32 lanes with register block and headers; the XC7Z020 has 53,200 LUT,
+# 106,400 FF, 220 DSP48E1, 140 RAMB36.
 BUDGETS = (
     Budget("core", "lut", 38_000),
     Budget("core", "ff", 40_000),

@@ -64,7 +64,7 @@ def quadrature_decoder(
 
     ``reset_position`` in counts is the position of the disc in the first clock after a reset.
 
-    Raises ValueError when the shapes of the inputs do not fit, when there is no clock, or for a
+    Raises ValueError if the shapes of the inputs do not fit, if there is no clock, or for a
     ``counts_per_rev`` outside 4 to 2**24 that is taken over.
     """
     columns = {field.name: np.atleast_1d(getattr(inputs, field.name)) for field in fields(inputs)}

@@ -175,7 +175,7 @@ def quadrature_output(inputs: OutputInputs, held_phase: int = 0) -> OutputTrace:
 
     ``held_phase``: place of (A, B) in 00, 10, 11, 01 before it, which a reset does not change; 0 at
     power-up.
-    Raises ValueError when the shapes of the inputs do not fit.
+    Raises ValueError if the shapes of the inputs do not fit.
     """
     names = [field.name for field in fields(inputs)]
     columns = np.broadcast_arrays(*(np.atleast_1d(getattr(inputs, name)) for name in names))

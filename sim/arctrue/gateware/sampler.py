@@ -167,7 +167,7 @@ def sampler(
 ) -> SamplerTrace:
     """Run the sampler with banks of ``depth`` sample pairs over all clocks of ``inputs``.
 
-    Raises ValueError when the shapes of the inputs do not fit.
+    Raises ValueError if the shapes of the inputs do not fit.
     """
     names = [field.name for field in fields(inputs)]
     values = [np.atleast_1d(getattr(inputs, name)) for name in names if name != "timestamp"]

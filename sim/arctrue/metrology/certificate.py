@@ -87,7 +87,7 @@ def certified_error(
     """Fit ``model`` to the set and state its error at angles (n,), with uncertainty.
 
     ``conditions``: ``direction``, ``temperature_c`` and others that the model's effects need.
-    Raises ValueError where the set does not state what U needs, or a condition is missing.
+    Raises ValueError if the set does not state what U needs, or a condition is missing.
     """
     reference = measurement.reference
     if reference is not None and reference.standard_uncertainty_arcsec is None:

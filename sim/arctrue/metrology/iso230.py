@@ -26,7 +26,7 @@ SAME_TARGET_DEG = 1e-6
 
 @dataclass(frozen=True)
 class Direction:
-    """The approaches from one direction; arrays (targets,), NaN where a target has none."""
+    """The approaches from one direction; arrays (targets,), NaN for a target without any."""
 
     approaches: Integer
     mean_arcsec: Float
