@@ -109,7 +109,7 @@ class Tool:
     folder: Path | None = None
 
     def find(self) -> str | None:
-        """Command: that of the variable if it is set, else the first that is found, or None."""
+        """Return the variable's command if it is set, else the first one found, or None."""
         chosen = os.environ.get(self.variable)
         if chosen:
             return shutil.which(chosen)

@@ -41,7 +41,7 @@ def inputs_of(family: Path, site_type: str) -> frozenset[str]:
 
 
 def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
-    """Tile, place in its type's sites and name in features of every DSP and half of a block RAM."""
+    """List tile, place in its type's sites and name in features of every DSP and half block RAM."""
     for tile in features.tiles:
         own = features.chip.type_of(tile)
         kind = own.name.partition("_")[0]
@@ -60,7 +60,7 @@ def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
 
 
 def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[str]]]:
-    """Tile, place in the tile and features of every slice with look-up tables as RAM."""
+    """List tile, place in the tile and features of every slice with look-up tables as RAM."""
     for tile in features.tiles:
         for place, site in enumerate(features.chip.type_of(tile).sites):
             if site["type"] != "SLICEM":

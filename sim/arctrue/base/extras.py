@@ -76,5 +76,5 @@ class LazyModule:
         self._name = name
 
     def __getattr__(self, name: str) -> Any:
-        """Raises MissingExtraError if the package is not installed."""
+        """Return a name of the module. Raises MissingExtraError if the package is not installed."""
         return getattr(optional(self._name), name)

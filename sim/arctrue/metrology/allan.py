@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 def overlapping_allan_deviation(
     values: ArrayLike, averaged: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Overlapping Allan deviation, σ²(m) = ½⟨(ȳ_{k+m} − ȳ_k)²⟩ with ȳ the mean of m readings.
+    """Compute the overlapping Allan deviation, σ²(m) = ½⟨(ȳ_{k+m} − ȳ_k)²⟩; ȳ: mean of m readings.
 
     ``values`` (n,): readings at even steps, NaN for a missing one; a pair of means with a missing
     reading is left out. ``averaged`` (k,): numbers m of readings in a mean.

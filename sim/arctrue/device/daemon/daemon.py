@@ -237,7 +237,7 @@ class Daemon:
             await self._capture("schedule")
 
     async def _write_files(self) -> None:
-        """Bring the files of the days up to the record, now and after each interval."""
+        """Update the files of the days from the record, now and after each interval."""
         settings = self._settings
         while settings.files is not None:
             try:

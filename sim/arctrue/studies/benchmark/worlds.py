@@ -67,7 +67,7 @@ def _usual(random: Random) -> Surroundings:
 
 
 def white(random: Random) -> Surroundings:
-    """White noise, and everything that the set says is true."""
+    """The noise is white, and all statements of the set are true."""
     return _usual(random)
 
 
@@ -101,7 +101,7 @@ def wrong_statements(random: Random) -> Surroundings:
 
 
 def few_data(random: Random) -> Surroundings:
-    """One run, one pass over the faces, one speed, or few samples."""
+    """The set has one run, one pass over the faces, one speed, or few samples."""
     found = _usual(random)
     kind = int(random.integers(4))
     planned = (lean, one_pass, one_speed, full)[kind]()
@@ -113,7 +113,7 @@ def few_data(random: Random) -> Surroundings:
 
 
 def outliers_and_gaps(random: Random) -> Surroundings:
-    """Rows that are off, rows that are missing, or both."""
+    """The set has outliers, missing rows, or both."""
     found = _usual(random)
     chosen = (("outliers",), ("gaps",), ("outliers", "gaps"))[int(random.integers(3))]
     found.noise = [Wanted(name) for name in chosen]
@@ -122,7 +122,7 @@ def outliers_and_gaps(random: Random) -> Surroundings:
 
 
 def swinging_speed(random: Random) -> Surroundings:
-    """A drive whose speed swings."""
+    """The speed of the drive oscillates."""
     found = _usual(random)
     found.noise = [Wanted("swinging_speed")]
     found.adverse_conditions = ["swinging_speed"]

@@ -47,7 +47,7 @@ class ExperimentSettings:
     seed: int = 1
 
     def motion(self) -> Motion:
-        """Accelerate over both indices, then the calibrated turn, the ramp, and the cycles."""
+        """Return the motion: over both indices, the calibrated turn, the ramp, and the cycles."""
         first = self.revolution.motion()
         more_s = self.cycles * TURN_RAD / self.revolution.speed_rad_s
         times = list(first.knot_times_s)

@@ -197,7 +197,7 @@ class MeasuredTable:
         )
 
     def _head_places(self) -> dict[str, Any]:
-        """Nominal places of the heads: keys of ``[table]``."""
+        """Return the nominal places of the heads as keys of ``[table]``."""
         heads = len(self.table.heads)
         if heads == 2:
             return {"head_separation_deg": float(np.rad2deg(HEAD_SEPARATION_RAD))}
