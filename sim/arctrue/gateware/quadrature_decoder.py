@@ -32,15 +32,15 @@ class DecoderInputs:
     b: ArrayLike
     z: ArrayLike = 0
     counts_per_rev: ArrayLike = 2**24
-    """Counts, 4 to 2**24."""
+    """Counts per turn, 4 to 2**24."""
     filter_length: ArrayLike = 1
-    """Clocks; 1 switches the filter off."""
+    """Length of the filter, clocks; 1 switches the filter off."""
     minimum_edge_spacing: ArrayLike = 0
-    """Clocks; 0 switches the check off."""
+    """Least permitted spacing of edges, clocks; 0 switches the check off."""
     index_tolerance: ArrayLike = 0
-    """Counts."""
+    """Tolerance of the index position, counts."""
     timestamp: ArrayLike = 0
-    """Clocks, 0 to 2**64 - 1."""
+    """Present time, clocks, 0 to 2**64 - 1."""
     clear: ArrayLike = False
     rearm: ArrayLike = False
     zero_again: ArrayLike = False

@@ -28,13 +28,13 @@ class OutputInputs:
     """Inputs of the quadrature output, one value per clock or one for all clocks."""
 
     corrected_position: ArrayLike
-    """Counts, multi-turn, signed, 32 bits."""
+    """Corrected position, counts, multi-turn, signed, 32 bits."""
     corrected_angle: ArrayLike
-    """Counts, 0 to counts_per_rev - 1."""
+    """Corrected angle, counts, 0 to counts_per_rev - 1."""
     counts_per_rev: ArrayLike
-    """Counts."""
+    """Counts per turn."""
     minimum_spacing: ArrayLike = 1
-    """Clocks."""
+    """Least spacing of output edges, clocks."""
     referenced: ArrayLike = True
     """Whether corrected_angle counts from an index mark."""
     phase_of_zero: ArrayLike = 0
@@ -45,7 +45,7 @@ class OutputInputs:
     z_width: ArrayLike = 0
     """Width of Z; 0: 1 count, 1: 2 counts, 2: 4 counts."""
     following_limit: ArrayLike = 2**16 - 1
-    """Counts."""
+    """Limit of the following error, counts."""
     enable: ArrayLike = True
     clear: ArrayLike = False
     reset: ArrayLike = False
@@ -62,7 +62,7 @@ class OutputTrace:
     b: NDArray[np.int64]
     z: NDArray[np.int64]
     following_error: NDArray[np.int64]
-    """Counts."""
+    """Following error, counts."""
     cannot_keep_up: NDArray[np.int64]
 
 

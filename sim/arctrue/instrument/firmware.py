@@ -26,7 +26,7 @@ class Core(Protocol):
 
     @property
     def clock(self) -> int:
-        """Clocks since power-on."""
+        """Number of clocks since power-on."""
 
     @property
     def ended(self) -> bool:
@@ -79,7 +79,7 @@ class Firmware:
 
     @property
     def calculation_clocks(self) -> int:
-        """Clocks of one calibration."""
+        """Number of clocks of one calibration."""
         return int(self._view.calculation_clocks)
 
     @calculation_clocks.setter

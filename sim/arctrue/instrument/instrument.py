@@ -54,7 +54,7 @@ class RunProgress:
     stage: str
     """Name of the present part of the run."""
     clock: int
-    """Clocks since power-on."""
+    """Number of clocks since power-on."""
     clocks_per_s: float
     """Simulated clocks per second of wall time, since the last report."""
     true_angle_rad: float
@@ -240,7 +240,7 @@ class Instrument:
 
     @property
     def clock(self) -> int:
-        """Clocks since power-on."""
+        """Number of clocks since power-on."""
         return int(self.library.instrument_clock(self.handle))
 
     @property

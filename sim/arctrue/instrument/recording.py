@@ -17,11 +17,11 @@ class EdgeTrack:
     """
 
     counts_per_rev: int
-    """Counts a turn."""
+    """Counts per turn."""
     clock: NDArray[np.int64]
     """Clock of each kept edge."""
     position: NDArray[np.int64]
-    """Counts of the level that the reading passed."""
+    """Position of the level that the reading passed, counts."""
     true_angle_rad: NDArray[np.float64]
     """True angle of the table in the middle of the clock in which it made the edge; not wrapped."""
     bin_edges: NDArray[np.int64]
@@ -47,7 +47,7 @@ class Recording:
     head1: EdgeTrack
     """The incoming signal of head 1."""
     illegal: int
-    """Clocks in which A and B of the output changed together."""
+    """Number of clocks in which A and B of the output changed together."""
     index_clock: NDArray[np.int64]
     """Clocks in which Z of the output rose."""
     index_position: NDArray[np.int64]
