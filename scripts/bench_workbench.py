@@ -97,8 +97,9 @@ def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
 def make_long_set(folder: Path, rows: int) -> None:
     """Write a capture of very many rows in pieces, directly from its equations.
 
-    Four runs have equal length and 6,000 rows a turn. They go up, down, three times as fast, and
-    warm with a warm disc centre hidden in it. Five polygon cycles are added.
+    Four runs have equal length and 6,000 rows a turn. They are up, down, three times as fast, and
+    warm; the hidden effect is a disc centre that moves with the temperature. Five polygon cycles
+    are added.
     """
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(LONG_DESCRIPTION, encoding="utf-8")

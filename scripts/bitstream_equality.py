@@ -111,8 +111,7 @@ def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
 
 
 def _reference(top: str, ports: Sequence[Port]) -> str:
-    """Return Verilog of the top level with a PS7 whose outputs come from outside and inputs go
-    there."""
+    """Return Verilog of the top level that has the outputs of its PS7 as inputs, and vice versa."""
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     wide_in = bus_bits(sum(port.bits for port, _ in inputs))
     wide_out = bus_bits(sum(port.bits for port, _ in outputs))

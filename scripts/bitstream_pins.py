@@ -3,7 +3,7 @@
 A pin has a route from another pin, a constant by a route or a tie-off, or a default that the
 database documents (interconnect without a driver is 1). What else may stay open is named here with
 its reason. A tie-off is refused where the pin's inverter is on, as Vivado refuses it. A signal at
-INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP is refused too: the database has no feature for it.
+INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP is refused too: the database has no such feature.
 """
 
 from __future__ import annotations

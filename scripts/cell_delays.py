@@ -133,7 +133,7 @@ def _through(cell: dict[str, Any], delay_ns: float, levels: int) -> CellTiming:
 def _wide_multiplexer(cell: dict[str, Any]) -> CellTiming:
     """Return the timing of a multiplexer of two LUTs of the slice, or of two multiplexers.
 
-    Its select input comes by wire.
+    The wire to its select input adds a delay.
     """
     arcs = [
         Arc(start, end, MULTIPLEXER_NS, is_direct=port != "S")

@@ -2,8 +2,8 @@
 
 ``python -m scripts.firmware_coverage`` (``make coverage-firmware``): the host build of
 sim/tests/firmware with gcc's ``--coverage``, its tests and those of the images once, and gcov's
-counts. What needs the processor (firmware/board) is not in it. Prints a line a file and writes
-every line that was not run to build/firmware/coverage/lines.txt.
+counts. Code that needs the processor (firmware/board) is not included. It prints a line a file and
+writes every line that was not run to build/firmware/coverage/lines.txt.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The firmware goes into the on-chip memory by gdb, is read back, compared and started; gdb speaks to
 OpenOCD, or to any server that ``--remote`` names. The bitstream goes into the fabric by OpenOCD.
-Both are gone with the power; what stays is the boot image (``make image``).
+Both are lost without power; the boot image stays (``make image``).
 """
 
 from __future__ import annotations

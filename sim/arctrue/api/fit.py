@@ -234,7 +234,7 @@ class FitResult:
         Parameters
         ----------
         angle : array_like, shape (n,)
-            Angle of the table, degrees; may go on past a turn.
+            Angle of the table, degrees; it may exceed a turn.
         conditions : mapping of str to array_like, shape (n,) or (), optional
             ``temperature_c`` (°C), ``time_s`` (s), ``direction`` (+1, −1), ``speed_deg_s`` (°/s,
             signed), and the set's own conditions.

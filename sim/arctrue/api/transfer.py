@@ -63,7 +63,7 @@ def import_files(
     missing : {"drop"}, optional
         Leave out rows without a value.
     order : str, optional
-        What to do with rows whose time goes back, as ``--order`` has it.
+        Treatment of rows whose time decreases, as for ``--order``.
     **metadata
         Keys of ``measurement.toml``, as in :meth:`Dataset.from_arrays`.
 

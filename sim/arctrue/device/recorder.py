@@ -95,8 +95,8 @@ class Recorder:
     """Appends turns and events to ``file``; a turn is on the disk when ``add`` returns.
 
     The rows' ``id`` gives their order, also after the system's clock was set back. The file is in
-    SQLite's WAL mode: others can read it meanwhile, and a program that is killed loses at most the
-    turn that it was writing. All methods raise sqlite3.Error.
+    SQLite's WAL mode: others can read it at the same time, and a program that is killed loses at
+    most the turn that it was writing. All methods raise sqlite3.Error.
     """
 
     def __init__(

@@ -21,7 +21,7 @@ class Measured(NamedTuple):
     """The measurement at the end of a window, or a bound."""
 
     travel: int
-    """Travel in 2⁻¹¹ count, without its sign; one unit less if the angle fell."""
+    """Travel in 2⁻¹¹ count, without its sign; smaller by one unit if the angle fell."""
     is_down: bool
     is_bound: bool
     nominal_travel: int

@@ -36,7 +36,7 @@ class Curves(Protocol):
         Parameters
         ----------
         first_clock : int
-            Clocks from the start of the curves to the begin of the piece.
+            Clocks from the start of the curves to the beginning of the piece.
         clocks : int
             Length of the piece, clocks; n intervals of knots need not fill it.
 
@@ -104,7 +104,7 @@ class TableCurves:
         Parameters
         ----------
         first_clock : int
-            Clocks from the start of the motion to the begin of the piece.
+            Clocks from the start of the motion to the beginning of the piece.
         clocks : int
             Length of the piece, clocks.
 

@@ -711,7 +711,7 @@ class Instrument:
         most : int
             Largest number of kept edges.
         turns : float
-            The recording ends exactly when the table has turned so far; 0: :meth:`stop_recording`
+            Rotation of the table after which the recording ends exactly; 0: :meth:`stop_recording`
             ends it.
         """
         self._recorded_counts_per_rev = self.read("counts_per_rev_active")

@@ -41,7 +41,7 @@ class Direction:
 
     @property
     def accuracy(self) -> float:
-        """A: largest x̄ᵢ + 2 sᵢ less smallest x̄ᵢ − 2 sᵢ."""
+        """A: largest x̄ᵢ + 2 sᵢ minus smallest x̄ᵢ − 2 sᵢ."""
         return _span(self.mean_arcsec + 2.0 * self.s_arcsec, self.mean_arcsec - 2.0 * self.s_arcsec)
 
     @property

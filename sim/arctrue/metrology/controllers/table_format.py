@@ -1,4 +1,4 @@
-"""Defines the interface of every controller's table: its text, and the error left with it."""
+"""Defines the interface of every controller's table: its text, and the remaining error."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class TableFormat(ABC):
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
     ) -> Float:
-        """Calculate the error that is left with the table.
+        """Calculate the remaining error with the table.
 
         Parameters
         ----------
@@ -124,11 +124,11 @@ class TableFormat(ABC):
         Returns
         -------
         ndarray, shape (n,)
-            Angle less true angle, arcseconds.
+            Angle minus true angle, arcseconds.
         """
 
     def left(self, text: str, correction: Correction) -> Left:
-        """Find the error that is left on a fine grid, from below and from above.
+        """Find the remaining error on a fine grid, from below and from above.
 
         Parameters
         ----------

@@ -53,7 +53,8 @@ OUTCOMES = (
     ERROR,
 )
 GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
-"""The good outcomes. ``in class`` is not among them: the truth was not put first."""
+"""The good outcomes. They do not contain ``in class``, for which the answer did not put the truth
+first."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -178,7 +178,7 @@ def run_hidden(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> HiddenResult:
-    """Run the experiment; files go into ``folder``.
+    """Run the experiment with its files in ``folder``.
 
     Raises InstrumentError if tools are missing or the firmware does not reach a swap.
     """

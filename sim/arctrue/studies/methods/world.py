@@ -144,7 +144,7 @@ class MethodsSettings:
 
 @dataclass(frozen=True)
 class World:
-    """The simulated table and what can be measured on it."""
+    """The simulated table and all measurements on it."""
 
     settings: MethodsSettings
 

@@ -53,7 +53,7 @@ class TrueNoise:
 
 @dataclass(frozen=True)
 class Measured:
-    """A measurement set, and the noise in it that no model can explain, RMS by channel."""
+    """A measurement set, and its noise that no model can explain, RMS by channel."""
 
     measurement: MeasurementSet
     floor_arcsec: dict[str, float]
