@@ -40,7 +40,7 @@ class LiveDevice:
     """The latest turns and events of a device. ``port``: its serial port, or HOST:PORT."""
 
     def __init__(self, port: str) -> None:
-        """Begin to follow the daemon; search it each second while none runs."""
+        """Begin to follow the daemon; search for it each second while none runs."""
         self.port = port
         self._turns: deque[dict[str, Any]] = deque(maxlen=_MOST_TURNS)
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)

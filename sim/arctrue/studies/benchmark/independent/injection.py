@@ -44,7 +44,7 @@ Random = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """The scene in which a diagnosis searches an effect, and the effect's cause."""
+    """The scene in which a diagnosis searches for an effect, and the effect's cause."""
 
     scene: Callable[[Random, int], Scene]
     """Makes a scene without any cause, from a random generator and the most rows of a run."""
