@@ -52,7 +52,7 @@ class Received:
 
 
 class OpenQuestionsError(ValueError):
-    """Files leave questions ``asked`` open; the error has the present ``answers`` and the previews."""
+    """Files leave questions ``asked`` open; the error has ``answers`` and previews."""
 
     def __init__(
         self, asked: Sequence[Ambiguous], answers: Mapping[str, str], previews: Sequence[Preview]
