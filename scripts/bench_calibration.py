@@ -67,10 +67,11 @@ def plain_fft(turn: WholeTurns) -> Float:
 
 
 def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
-    """Give for each method the RMS error of every group, arcseconds, and the seconds of every draw.
+    """Return for each method the RMS error of every group, arcseconds, and the seconds of every
+    draw.
 
-    The error is that against the mean of the group, so that the constant error of a DFT
-    (ε(R) for ε(θ)) does not count as noise.
+    The error is relative to the mean of the group, so that the constant error of a DFT (ε(R) for
+    ε(θ)) does not count as noise.
     """
     random = np.random.default_rng(seed)
     own = table()

@@ -35,21 +35,22 @@ from scripts.bench_rows import Row, add_option, give_out  # noqa: E402
 IMAGE = ROOT / "build" / "firmware" / "pynq_z2" / "bench.elf"
 NS_A_TICK = 10
 PROCESSOR_HZ = 667e6
-"""The clock of the fastest XC7Z020-1. The boards here run at 650 MHz."""
+"""Clock of the fastest XC7Z020-1. The boards here run at 650 MHz."""
 CYCLES_AN_INSTRUCTION = (1.0, 2.0)
-"""The range of cycles per instruction is assumed. At best two instructions are issued at once. At
-worst doubles follow in chains, of which the Cortex-A9 FPU issues a multiplication every second
+"""Assumed range of cycles per instruction. At best two instructions are issued at once. At worst
+operations on doubles depend on each other; the Cortex-A9 FPU issues a multiplication every second
 clock and an addition every clock."""
 GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
-"""The number of loaded orders that the calibration does not fit, as in firmware/bench."""
+"""Number of loaded orders that the calibration does not fit, as in firmware/bench."""
 JUDGE_SHARE = 0.7
-"""A judgement may take this share of a calibration with the same samples, 40 orders and least
-squares."""
+"""Largest time of a judgement, as a share of a calibration with the same samples, 40 orders and
+least squares."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6
-"""The tolerance is a share of the largest harmonic. The firmware stops at 10⁻⁴″ of about 150″."""
+"""Tolerance of a result, as a share of the largest harmonic. The firmware stops at 10⁻⁴″ of about
+150″."""
 NUMPY_RUNS = 7
 EMULATION_S = 400.0
 

@@ -28,10 +28,10 @@ CAPTURE_DEPTH = 12288
 COMPILED_CLOCKS = 200_000
 RUNS, GHDL_RUNS = 7, 3
 REVOLUTION_CLOCKS = 40_463_743
-"""The counted clocks of ``arctrue revolution``, two turns of 2²⁴ counts and the way to the
+"""Number of counted clocks of ``arctrue revolution``: two turns of 2²⁴ counts and the way to the
 index."""
 GHDL_CLOCKS = {"mcode": 300, "llvm": 800}
-"""These clocks take some seconds with 32 lanes."""
+"""Number of measured clocks; they take some seconds with 32 lanes."""
 
 _CHILD = """
 import sys

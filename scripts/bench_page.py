@@ -28,7 +28,7 @@ from scripts.bench_rows import Row, read_rows, table
 
 ROOT = Path(__file__).resolve().parents[1]
 BENCH_S = 4 * 3600
-"""The time limit. The longest bench takes half an hour on a free machine."""
+"""Time limit of a bench. The longest bench takes half an hour on a free machine."""
 BENCHES: Mapping[str, tuple[str, str]] = {
     "scripts.bench_calibration": (
         "Calibration and gateware",
@@ -75,7 +75,7 @@ def machine() -> list[tuple[str, str]]:
 
 @dataclass(frozen=True, slots=True)
 class Ran:
-    """One bench that was run."""
+    """A bench that was run."""
 
     code: int
     rows: tuple[Row, ...]

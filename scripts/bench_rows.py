@@ -28,9 +28,9 @@ class Row:
     values: tuple[float, ...]
     """The results of all runs. A single one is a count or a sum, which is always the same."""
     beside: str
-    """The figure of the peer or the limit in words."""
+    """Figure of the peer or the limit in words."""
     kept: bool = True
-    """True if the limit is kept or there is none."""
+    """Whether the limit is kept, or there is none."""
 
     @property
     def median(self) -> float:

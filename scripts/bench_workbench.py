@@ -33,16 +33,16 @@ Float = NDArray[np.float64]
 
 ROWS = (10_000, 72_000, 150_000)
 REFERENCE_ROWS = (100_000, 1_000_000)
-"""These sets have a moving reference alone."""
+"""Numbers of rows of the sets that have only a moving reference."""
 REFERENCE_ORDER = 37.3
 REFERENCE_LINE_ARCSEC = 0.05
 REFERENCE_NAMED = "periodic_error"
 HIDDEN = "thermal_eccentricity"
-"""This effect is hidden in every set, and ``diagnose`` must name it."""
+"""Effect that is hidden in every set and that ``diagnose`` must name."""
 COMMANDS = ("compare", "diagnose")
 LONG_ROWS = (1_000_000, 10_000_000)
 LONG_RUNS = ((30.0, 20.0, 20.0), (-30.0, 20.0, 20.0), (90.0, 20.0, 20.0), (30.0, 23.5, 24.5))
-"""Speed in deg/s, then the temperature at the start and the end."""
+"""Speed in deg/s, and temperatures at the start and the end, of each run."""
 LONG_ROWS_A_TURN = 6_000
 LONG_WARM_ARCSEC_K = 0.3
 LONG_PIECE = 500_000
@@ -65,11 +65,11 @@ LIMITS = {
     ("capture", 10_000_000): (60.0, 2048.0),
     ("reference", 1_000_000): (30.0, 1024.0),
 }
-"""The most seconds of one processor core and the most MB of ``compare`` and of ``diagnose``, by the
+"""Largest permitted seconds of one processor core and MB of ``compare`` and of ``diagnose``, by the
 set's channel and rows."""
 EXPLAIN_LIMITS = {("capture", 72_000): (30.0, 1024.0)}
-"""The limits of ``explain``, which diagnoses once more for each effect. It is measured on these
-sets only."""
+"""Limits of ``explain``, which diagnoses again for each effect. It is measured on these sets only.
+"""
 SEED = 11
 
 
@@ -97,8 +97,9 @@ def _error_arcsec(disc: Float, warmer_k: Float) -> Float:
 def make_long_set(folder: Path, rows: int) -> None:
     """Write a capture of very many rows in pieces, directly from its equations.
 
-    Four runs have equal length and 6,000 rows a turn. They go up, down, three times as fast, and
-    warm with a warm disc centre hidden in it. Five polygon cycles are added.
+    Four runs have equal length and 6,000 rows a turn. They are up, down, three times as fast, and
+    warm; the hidden effect is a disc centre that moves with the temperature. Five polygon cycles
+    are added.
     """
     folder.mkdir(parents=True)
     (folder / "measurement.toml").write_text(LONG_DESCRIPTION, encoding="utf-8")

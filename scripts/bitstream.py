@@ -32,7 +32,7 @@ FOLDS = (1, 2, 4, 8)
 ROTATIONS = ("cordic", "table")
 PART = "xc7z020clg400-1"
 OPEN_PIPELINES = 16
-"""The open tools have routed at most this many pipelines at 100 MHz (docs/timing.md)."""
+"""Largest number of pipelines that the open tools have routed at 100 MHz (docs/timing.md)."""
 
 
 def boards() -> list[str]:
@@ -53,7 +53,7 @@ def fold_of(flow: str, lanes: int) -> int:
 def pins_of_all_heads(pins: Path) -> Path:
     """Join a board's pin file with that of its heads 3 and 4, below build/.
 
-    Raises ConstraintError where the board has no place for them.
+    Raises ConstraintError if the board has no place for them.
     """
     further = pins.parent / "heads" / pins.name
     if not further.exists():

@@ -49,9 +49,9 @@ class Access:
     burst: Burst = Burst.INCREASING
     strobe: int = 0xF
     last: int | None = None
-    """WLAST comes with this beat where it is not the last one."""
+    """Beat at which WLAST comes, if it is not the last one."""
     together: bool = False
-    """The access may start while one the other way is under way."""
+    """Whether the access may start during one of the other kind (read or write)."""
 
     def line(self) -> str:
         """Return the line in the form that the bench reads."""

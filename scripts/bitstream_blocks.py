@@ -56,7 +56,7 @@ RAM_PINS: Final = {
     "REGCEA": ("REGCEAREGCE", "REGCE"),
     "REGCEB": ("REGCEB",),
 }
-"""Maps a port of the model to the pin's name in a RAMB18E1 and, where it differs, in a FIFO18E1."""
+"""Pin's name in a RAMB18E1 and, if it differs, in a FIFO18E1, by port of the model."""
 RAM_BUSES: Final = {"ADDRA": ("ADDRARDADDR", 14), "ADDRB": ("ADDRBWRADDR", 14)}
 WRITE_MODES: Final = {"": 0, "READ_FIRST": 1, "NO_CHANGE": 2}
 EVERY_BIT: Final = (1 << 18) - 1

@@ -3,9 +3,9 @@ connections.
 
 The files and their meaning are Project X-Ray's (its documentation, "Database"). ``tilegrid.json``
 has the tiles and the places of their bits. ``segbits_*.db`` has the bits of each feature.
-``ppips_*.db`` has the connections without bits, which are there always or where nothing else drives
+``ppips_*.db`` has the connections without bits, which always exist, or exist if nothing else drives
 the wire. ``tile_type_*.json`` has the sites, their pins and the tile's connections.
-``tileconn.json`` tells which wires of neighbours are one.
+``tileconn.json`` states which wires of neighbours are connected.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ class Chip:
     """The tiles of a part, their types, and the connections of their wires."""
 
     def __init__(self, family: Path, part: str) -> None:
-        """Read from ``family``, the database's folder. Raises ToolError when it lacks the part."""
+        """Read from ``family``, the database's folder. Raises ToolError if it lacks the part."""
         grids = [
             path for path in family.glob("*/tilegrid.json") if part.startswith(path.parent.name)
         ]

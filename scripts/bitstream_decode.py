@@ -35,13 +35,13 @@ class Decoded:
 
     verilog: str = ""
     clock: int = 0
-    """The input that clocks every register and block."""
+    """Input that clocks every register and block."""
     inputs: list[str] = field(default_factory=list)
     outputs: list[str] = field(default_factory=list)
     open_pins: list[str] = field(default_factory=list)
     activity: list[tuple[str, int, int]] = field(default_factory=list)
-    """Name, first bit of ``activity`` and number of bits of every DSP, half of a block RAM and
-    output of a look-up table as RAM that something reads."""
+    """Name, first bit of ``activity`` and number of bits of every DSP, of every half of a block
+    RAM, and of every used output of a look-up table as RAM."""
 
 
 def bus_bits(count: int) -> int:
@@ -59,10 +59,9 @@ class Decoder:
         inputs: Sequence[str],
         wires: Collection[str] = (),
     ) -> None:
-        """``pads``: site of a pad to its port; ``inputs``: ports of pads and pins of the PS7.
-
-        ``wires``: ports that both sides may pull low and no side drives high.
-        """
+        """Take the tables of the ports. ``pads``: site of a pad to its port; ``inputs``: ports of
+        pads and pins of the PS7; ``wires``: ports that both sides may pull low and no side drives
+        high."""
         self.routes = routes
         self.features = routes.features
         self.chip = routes.chip
@@ -152,7 +151,7 @@ class Decoder:
         return self._levels[port]
 
     def _port_of(self, tile: str, site: int) -> str:
-        """Return the port of a pad, or its site where it has none."""
+        """Return the port of a pad, or its site if it has no port."""
         own = self.chip.type_of(tile).sites[site]
         names = [str(name) for name in self.chip.tiles[tile]["sites"] if name.startswith("IOB")]
         names.sort(key=lambda name: int(name.rpartition("Y")[2]))
@@ -214,7 +213,7 @@ class Decoder:
         return self.net(source, (tile, site, pin))
 
     def add_pad(self, name: str) -> None:
-        """Add an output of the design that is a pad. Raises ToolError when it is not always
+        """Add an output of the design that is a pad. Raises ToolError if it is not always
         driven."""
         site_name = next(site for site, port in self.pads.items() if port == name)
         tile = self.chip.of_site[site_name]

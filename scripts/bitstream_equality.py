@@ -63,11 +63,11 @@ class Port:
     name: str
     bits: int
     is_input: bool
-    """The port goes into the design, from a pad or from an output of the PS7."""
+    """Whether the port goes into the design, from a pad or from an output of the PS7."""
     is_processor: bool
     is_wire: bool = False
-    """The port is one of two of a pad that both sides may pull low and no side drives high. One is
-    what the outside does (0 pulls low), the other the level."""
+    """Whether the port is one of the two ports of a pad that both sides may pull low and no side
+    drives high. One port is the outside (0 pulls low), the other the level."""
 
     def lines(self) -> list[str]:
         """Return the names of its bits, as the PS7's pins are named."""
@@ -111,8 +111,7 @@ def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
 
 
 def _reference(top: str, ports: Sequence[Port]) -> str:
-    """Return Verilog of the top level with a PS7 whose outputs come from outside and inputs go
-    there."""
+    """Return Verilog of the top level that has the outputs of its PS7 as inputs, and vice versa."""
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     wide_in = bus_bits(sum(port.bits for port, _ in inputs))
     wide_out = bus_bits(sum(port.bits for port, _ in outputs))
@@ -191,7 +190,7 @@ def without_repeats(netlist: str) -> str:
 def direct_tristates(netlist: str) -> str:
     """Connect an inout directly. GHDL puts two wires between it and its driver or reader.
 
-    Verilator handles 1'bz only where it is assigned to the port itself.
+    Verilator handles 1'bz only in an assignment to the port itself.
     """
     ways = dict(re.findall(r"assign (\w+) = (\w+ \? 1'b0 : 1'bz);", netlist))
     inner = dict(re.findall(r"assign (\w+) = (\w+); // \(inout - port\)", netlist))
@@ -305,7 +304,7 @@ class Compared:
 def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, folder: Path) -> Path:
     """Build the program that runs ``netlist`` (GHDL's Verilog of ``top``) and the decoded netlist.
 
-    Raises ToolError where Verilator or the compiler fails.
+    Raises ToolError if Verilator or the compiler fails.
     """
     folder.mkdir(parents=True, exist_ok=True)
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
@@ -347,7 +346,7 @@ def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, fold
 def run(bench: Path, clocks: int, seed: int, accesses: Sequence[Access] = ()) -> Compared:
     """Run the bench for at least this many clocks, and until the VHDL has had all ``accesses``.
 
-    Without accesses, all lines of the processor get random levels. Raises ToolError when the bench
+    Without accesses, all lines of the processor get random levels. Raises ToolError if the bench
     ends without figures.
     """
     command = [str(bench), str(clocks), str(seed)]

@@ -41,7 +41,7 @@ def bits_of_frames(path: Path) -> Bits:
 def bits_of_bitstream(bitstream: Path, reader: str, part_file: Path) -> Bits:
     """Return the bits of a bitstream by Project X-Ray's ``bitread``.
 
-    Raises ToolError when it fails.
+    Raises ToolError if it fails.
     """
     listed = bitstream.with_suffix(".bits")
     command = [reader, "-part_file", str(part_file), "-y", "-z", "-o", str(listed), str(bitstream)]
@@ -60,7 +60,7 @@ class Features:
     """The enabled features of every tile of a chip."""
 
     def __init__(self, chip: Chip, bits: Bits) -> None:
-        """``bits`` are the set bits of a whole configuration."""
+        """Take ``bits``, the set bits of a whole configuration."""
         self.chip = chip
         self._bits = bits
         self._found: dict[str, frozenset[str]] = {}
@@ -112,7 +112,7 @@ class Features:
     def drivers(self, tile: str) -> dict[str, str]:
         """Return for each wire the driver that a feature of the tile selects.
 
-        Raises ToolError where two drive one wire.
+        Raises ToolError if two features drive one wire.
         """
         if tile not in self._drivers:
             self._drivers[tile] = self._read_drivers(tile)

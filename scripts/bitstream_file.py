@@ -8,10 +8,10 @@ from pathlib import Path
 from scripts.netlist import ToolError
 
 SYNC_WORD = bytes.fromhex("AA995566")
-IDCODE_WRITE = bytes.fromhex("30018001")  # one word to register IDCODE
+IDCODE_WRITE = bytes.fromhex("30018001")  # packet with one word to register IDCODE
 FRAMES_WRITE = bytes.fromhex(
     "30004000"
-)  # to register FDRI; a packet of type 2 tells how many words
+)  # packet to register FDRI; a packet of type 2 states the number of words
 PACKET_TYPE_2 = 0b010
 TYPE_2_WORDS = 0x07FF_FFFF
 REVISION = 0xF000_0000  # the top four bits of an identification code are the silicon's revision
@@ -29,7 +29,7 @@ LONGEST_HEAD = 1024  # bytes before the sync word, or before the frames: tagged 
 def check_bitstream(path: Path, part: str) -> str:
     """Return one sentence about the bitstream of ``part``.
 
-    Raises ToolError when there is none, when it is cut off, or made for another chip.
+    Raises ToolError for a file that is missing, cut off, or made for another chip.
     """
     if not path.exists():
         raise ToolError(f"{path}: the flow ended without a bitstream")

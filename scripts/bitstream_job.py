@@ -13,7 +13,7 @@ from arctrue.generated import number_formats
 from scripts.netlist import ROOT, ToolError
 
 CONSTRAINTS = ROOT / "constraints"
-OSCILLATOR_MHZ = 125  # of both boards, at their pin H16
+OSCILLATOR_MHZ = 125  # oscillator of both boards, at their pin H16
 
 
 class TimingError(Exception):
@@ -22,11 +22,11 @@ class TimingError(Exception):
 
 @dataclass(frozen=True)
 class Top:
-    """A top level below rtl/top, and what it asks of a flow.
+    """A top level below rtl/top, and its requirements to a flow.
 
-    ``primitives``: cells that tie it to the chip, and how many. Names of the files in
-    constraints/vivado, which Vivado alone reads: ``vivado``, that of the top's pins, and
-    ``scoped``, those of the entities inside, in order, each read for every instance of its entity.
+    ``primitives``: number of each cell that ties it to the chip. ``vivado`` and ``scoped`` are
+    files in constraints/vivado, which Vivado alone reads: ``vivado`` is for the top's pins,
+    ``scoped`` for the entities inside, in order; each is read for every instance of its entity.
     ``has_core``: it has the generics of the core.
     """
 
@@ -71,7 +71,7 @@ TOPS = {
     )
 }
 TWO_HEADS_TOPS = tuple(name for name in TOPS if name not in HEADS_TOPS.values())
-"""The top levels that are asked for by name. HEADS chooses the others."""
+"""Top levels that the user chooses by name. HEADS chooses the others."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Job:
     generics: Mapping[str, int | str | bool]
     pins: Path
     folder: Path
-    seed: int | None = None  # of nextpnr's placement; nextpnr's own where None
+    seed: int | None = None  # seed of nextpnr's placement; None: nextpnr's default
 
     @property
     def reports(self) -> Path:
@@ -98,9 +98,9 @@ class Job:
 
 @dataclass(frozen=True)
 class Tool:
-    """A program: where it may be named, and what to do when it is not there.
+    """A program: how the user may name it, and what to do if it is missing.
 
-    ``folder`` of this tree is looked into after PATH.
+    ``folder`` of this tree is searched after PATH.
     """
 
     variable: str
@@ -109,7 +109,7 @@ class Tool:
     folder: Path | None = None
 
     def find(self) -> str | None:
-        """The command: the variable's when it is set, else the first that is there, or None."""
+        """Return the variable's command if it is set, else the first one found, or None."""
         chosen = os.environ.get(self.variable)
         if chosen:
             return shutil.which(chosen)
@@ -119,7 +119,7 @@ class Tool:
         return next((command for command in found if command), None)
 
     def missing(self) -> str:
-        """Return one line that says what was looked for, where, and what to do."""
+        """Return one line that says what was searched, where, and what to do."""
         chosen = os.environ.get(self.variable)
         if chosen:
             looked = f"{self.variable}={chosen} is not a program that can be started"

@@ -18,11 +18,10 @@ from scripts.netlist import ToolError
 
 LETTERS: Final = "ABCD"
 CHAINED_DATA: Final = {"A": ("AI", "B"), "B": ("BI", "D"), "C": ("CI", "D")}
-"""Each table with its own pin for data input 1, and the table whose data input 1 it takes
-otherwise."""
+"""Own pin of each table for data input 1, and the table whose data input 1 it takes otherwise."""
 ADDRESS_7: Final = ("WA7USED", "CX", {"A": 1, "B": 0, "C": 1, "D": 0})
 ADDRESS_8: Final = ("WA8USED", "BX", {"A": 1, "B": 1, "C": 0, "D": 0})
-"""A feature, its pin of the write address, and the level at which each table is written."""
+"""Feature, its pin of the write address, and the level at which each table is written."""
 
 Pin = Callable[[str], str]
 
@@ -38,7 +37,7 @@ def is_small(features: frozenset[str], letter: str) -> bool:
 
 
 def check_rams(name: str, features: frozenset[str]) -> None:
-    """Raise ToolError where the tables of a slice are a RAM in a way that is not decoded."""
+    """Raise ToolError if the tables of a slice are a RAM in a way that is not decoded."""
     rams = [letter for letter in LETTERS if is_ram(features, letter)]
     shifts = [letter for letter in LETTERS if f"{letter}LUT.SRL" in features]
     if not rams:

@@ -22,7 +22,7 @@ from scripts.fasm_frames import frames_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
 UNPACKED = ROOT / "build" / "place_and_route"
-"""The folder that scripts/install_place_and_route.sh makes."""
+"""Folder that scripts/install_place_and_route.sh makes."""
 INSTALL = "Run scripts/install_place_and_route.sh, "
 NEXTPNR = Tool(
     "NEXTPNR",
@@ -39,20 +39,21 @@ FRAMES2BIT = Tool(
     UNPACKED / "bin",
 )
 FASM2FRAMES = Tool("FASM2FRAMES", (), "It is utils/fasm2frames.py of github.com/f4pga/prjxray")
-"""Used only if it is named. scripts/fasm_frames.py does the same, except for banks below 3.3 V."""
+"""fasm2frames, which is used only if the user names it: scripts/fasm_frames.py does the same,
+except for banks below 3.3 V."""
 DATABASE = "PRJXRAY_DB_DIR"
 CHIPDB = "CHIPDB"
 FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""With these options nextpnr's placer weighs wires on long paths more than by its defaults, 10 and
+"""Options with which nextpnr's placer weighs wires on long paths more than by its defaults, 10 and
 2 (docs/timing.md)."""
 ROUTING = ("--tmg-ripup",)
-"""With this option nextpnr's router routes a wire again if its detour makes a path too slow."""
+"""Option with which nextpnr's router routes a wire again if its detour makes a path too slow."""
 
 OTHER_SEEDS = (2, 3)
-"""The seeds of the placements that are tried when the timing of the first one is not met."""
+"""Seeds of the placements that are tried if the first one does not meet the timing."""
 
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
@@ -113,7 +114,7 @@ def hold_violations(log: str) -> list[tuple[float, str]]:
 
 
 def check_timing(log: str, path: Path, asked_mhz: float) -> None:
-    """Raise TimingError when nextpnr's log says that a clock is too slow or data changes too early.
+    """Raise TimingError if nextpnr's log says that a clock is too slow or data changes too early.
 
     The message names ``path``, where the log is.
     """
@@ -135,7 +136,7 @@ def check_timing(log: str, path: Path, asked_mhz: float) -> None:
 
 
 def check_primitives(netlist: Path, top: Top) -> None:
-    """Raise ToolError when the mapped netlist lacks cells that tie it to the chip."""
+    """Raise ToolError if the mapped netlist lacks cells that tie it to the chip."""
     modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
     cells = Counter(cell["type"] for cell in modules[top.name]["cells"].values())
     for kind, count in top.primitives.items():
@@ -144,7 +145,7 @@ def check_primitives(netlist: Path, top: Top) -> None:
 
 
 def check_contents(netlist: Path, top: Top) -> None:
-    """Raise ToolError when look-up tables as RAM hold ones at power-up, which nextpnr loses.
+    """Raise ToolError if look-up tables as RAM hold ones at power-up, which nextpnr loses.
 
     nextpnr looks for the contents of a RAM32M or RAM64M in ``INITA``, but the cell has ``INIT_A``.
     """
@@ -194,7 +195,7 @@ class Routed:
 def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
     """Run nextpnr.
 
-    Raises ToolError when nextpnr fails or times nothing, TimingError when a clock is too slow or
+    Raises ToolError if nextpnr fails or times nothing, TimingError if a clock is too slow or
     data changes too early.
     """
     fasm = job.folder / "arctrue.fasm"
@@ -228,7 +229,7 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
 def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
     """Run nextpnr, and without a seed of the job again where the timing is not met.
 
-    Raises ToolError when nextpnr fails, TimingError when no placement meets the timing.
+    Raises ToolError if nextpnr fails, TimingError if no placement meets the timing.
     """
     for seed in OTHER_SEEDS if job.seed is None else ():
         try:
@@ -241,7 +242,7 @@ def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path)
 
 @dataclass(frozen=True)
 class OpenTools:
-    """The programs that are called after Yosys; ``fasm2frames`` only where it is named."""
+    """List the programs that are called after Yosys; ``fasm2frames`` only if the user names it."""
 
     nextpnr: str
     chipdb: str | None
@@ -251,7 +252,8 @@ class OpenTools:
 
 
 def find_open_tools(part: str) -> OpenTools:
-    """Raises ToolError that names all that is missing, GHDL and Yosys too."""
+    """Find the programs. Raises ToolError that names everything that is missing, GHDL and Yosys
+    too."""
     missing = []
     for find in (find_ghdl, find_yosys):
         try:

@@ -3,7 +3,7 @@
 A pin has a route from another pin, a constant by a route or a tie-off, or a default that the
 database documents (interconnect without a driver is 1). What else may stay open is named here with
 its reason. A tie-off is refused where the pin's inverter is on, as Vivado refuses it. A signal at
-INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP is refused too: the database has no feature for it.
+INMODE, ALUMODE2, ALUMODE3 or OPMODE6 of a DSP is refused too: the database has no such feature.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ CASCADE_INPUTS: Final = ("ACIN", "BCIN", "PCIN", "CARRYCASCIN", "MULTSIGNIN")
 
 @cache
 def inputs_of(family: Path, site_type: str) -> frozenset[str]:
-    """The input pins of a type of site."""
+    """List the input pins of a type of site."""
     text = (family / f"site_type_{site_type}.json").read_text(encoding="utf-8")
     pins = json.loads(text)["site_pins"]
     return frozenset(pin for pin, entry in pins.items() if entry["direction"] == "IN")
 
 
 def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
-    """Tile, place in its type's sites and name in features of every DSP and half of a block RAM."""
+    """List tile, place in its type's sites and name in features of every DSP and half block RAM."""
     for tile in features.tiles:
         own = features.chip.type_of(tile)
         kind = own.name.partition("_")[0]
@@ -60,7 +60,7 @@ def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
 
 
 def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[str]]]:
-    """Tile, place in the tile and features of every slice with look-up tables as RAM."""
+    """List tile, place in the tile and features of every slice with look-up tables as RAM."""
     for tile in features.tiles:
         for place, site in enumerate(features.chip.type_of(tile).sites):
             if site["type"] != "SLICEM":
@@ -86,7 +86,7 @@ def open_ram_pins(routes: Routes) -> list[str]:
 
 
 def has_no_source(tile: str, name: str, pin: str) -> bool:
-    """True if the chip has no wire to a pin: a cascade input of the lowest DSP of a column.
+    """Tell whether the chip has no wire to a pin: a cascade input of the lowest DSP of a column.
 
     The DSP must not depend on it: the decoded netlist has random levels there.
     """
@@ -130,7 +130,7 @@ class Driven:
     """Slices with look-up tables as RAM."""
 
     def __str__(self) -> str:
-        """The counts as a part of a message."""
+        """Return the counts as a part of a message."""
         return (
             f"{self.blocks} DSPs and halves of block RAMs and {self.slices} slices with look-up "
             "tables as RAM, every pin driven"

@@ -13,7 +13,7 @@ from scripts.netlist import ToolError
 TIE_OFF = {"HARD0": 0, "HARD1": 1}
 """Output pins of the sites of type TIEOFF."""
 CASCADE: Final = re.compile(r"BRAM_CASCOUT_ADDR(?P<port>ARD|BWR)ADDRU\d+")
-"""An address that a block RAM hands on to its neighbours, where ``CASCOUT_…_ACTIVE`` is set."""
+"""Address that a block RAM passes to its neighbours if ``CASCOUT_…_ACTIVE`` is set."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class Source:
 
 
 class Routes:
-    """Sources of wires, each looked for once."""
+    """Sources of wires; each source is searched once."""
 
     def __init__(self, features: Features) -> None:
-        """``features``: of the whole chip."""
+        """Take the ``features`` of the whole chip."""
         self.features = features
         self.chip: Chip = features.chip
         self._known: dict[Wire, Source | None] = {}
@@ -38,7 +38,7 @@ class Routes:
     def source(self, tile: str, wire: str) -> Source | None:
         """Find the driver of a wire; None if it has none.
 
-        Raises ToolError where two do, or where a wire drives itself.
+        Raises ToolError if two drivers exist, or if a wire drives itself.
         """
         passed: list[set[Wire]] = []
         seen: set[Wire] = set()
@@ -60,12 +60,12 @@ class Routes:
         return found
 
     def _is_active(self, tile: str, wire: str) -> bool:
-        """True if a permanent connection passes its signal."""
+        """Tell whether a permanent connection passes its signal."""
         found = CASCADE.fullmatch(wire)
         return not found or f"CASCOUT_{found['port']}_ACTIVE" in self.features.of(tile)
 
     def _step(self, node: set[Wire]) -> tuple[Wire | None, Source | None]:
-        """The wire before a node, or the pin that drives it, or neither."""
+        """Return the wire before a node, or the pin that drives it, or neither."""
         chosen: set[Wire] = set()
         default: set[Wire] = set()
         pins: set[Source] = set()
@@ -73,7 +73,7 @@ class Routes:
             own = self.chip.type_of(tile)
             driver = self.features.drivers(tile).get(wire)
             if driver is None and wire not in own.driven_by_pin:
-                # Where there is a pin too, the connection is the way through its site.
+                # If there is a pin too, the connection leads through its site.
                 driver = own.permanent.get(wire) if self._is_active(tile, wire) else None
             if driver is not None:
                 chosen.add((tile, driver))

@@ -1,8 +1,8 @@
 """Writes a configured slice as Verilog: look-up tables, carry chain, wide multiplexers, registers.
 
-Source of what the features of a slice do: the 7 Series Configurable Logic Block User Guide (UG474,
-figures 2-3 to 2-5, and "Shift Registers"). Look-up tables as RAM: scripts/bitstream_lut_rams.py.
-Latches and asynchronous resets are refused: the gateware has none.
+The 7 Series Configurable Logic Block User Guide defines the features of a slice (UG474, figures 2-3
+to 2-5, and "Shift Registers"). scripts/bitstream_lut_rams.py writes look-up tables as RAM. Latches
+and asynchronous resets are refused: the gateware has none.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ SHIFT_CHAIN: Final = {
     "B": ("BI", "DI_CMC31", "C"),
     "C": ("CI", "DI_DMC31", "D"),
 }
-"""By look-up table: its own data pin, the alternative choice, and the table that drives the
-alternative."""
+"""Own data pin, alternative choice, and the table that drives the alternative, by look-up table."""
 
 
 @dataclass
@@ -59,20 +58,20 @@ class Slice:
         pin: Callable[[str], str],
         text: Text,
     ) -> None:
-        """``features``: without the site's name; ``pin``: the net at an input."""
+        """Take a slice; ``features``: without the site's name; ``pin``: the net at an input."""
         self.name = name
         self.features = features
         self._pin = pin
         self._text = text
         self._made: dict[str, str] = {}
         self.ram_outputs: list[str] = []
-        """The nets at the outputs of look-up tables that are RAM."""
+        """Nets at the outputs of look-up tables that are RAM."""
         if "LATCH" in features:
             raise ToolError(f"{name}: latches are not decoded")
         check_rams(name, features)
 
     def output(self, pin: str) -> str:
-        """The net at an output pin: A, AMUX, AQ, COUT and so on."""
+        """Return the net at an output pin: A, AMUX, AQ, COUT and so on."""
         if pin == "COUT":
             return self._carry(3)
         letter, kind = pin[0], pin[1:]
@@ -208,7 +207,8 @@ class Slice:
         return full
 
     def _f7(self, letter: str) -> str:
-        """Wide multiplexer of A and B (``letter`` A) or of C and D (C); X = 1 selects the lower."""
+        """Return the wide multiplexer of A and B (``letter`` A) or of C and D (C); X = 1 selects
+        the lower."""
         upper = LETTERS[LETTERS.index(letter) + 1]
 
         def make() -> str:

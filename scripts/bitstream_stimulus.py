@@ -1,10 +1,11 @@
 """Lists bus accesses for the comparison of a bitstream with its VHDL; checks their coverage.
 
-Random levels at the bus seldom make an access. This list has legal accesses with a few illegal
-ones: banks of the capture are filled and read; then each round writes new settings; writes, reads
-and swaps every word of coefficients; and mixes snapshots, captured samples, commands and words.
-Each round has another turn, so that the angles after a zero that was passed backwards have other
-upper bits. ``shortfalls`` derives from the answers what was not reached.
+Random levels at the bus rarely make an access. This list contains legal accesses and a few illegal
+ones. First, banks of the capture are filled and read. Then each round writes new settings, writes,
+reads and swaps every word of coefficients, and mixes snapshots, captured samples, commands and
+words. Each round has another number of counts a turn, so that the angles after a zero that was
+passed backwards have other upper bits. ``shortfalls`` finds in the answers what the accesses did
+not reach.
 """
 
 from __future__ import annotations
@@ -22,19 +23,20 @@ BASE: Final = 0x4000_0000
 BUS_BEYOND: Final = 0x4004_0000
 WORDS_A_LANE: Final = 4
 SETTLED_CLOCKS: Final = 300
-"""A re-arm takes 128 clocks, ``command.rearm``."""
+"""Clocks to wait after a re-arm, which takes 128 clocks (``command.rearm``)."""
 CLOCKS_A_ROUND: Final = 20_000
 """Approximate clocks per round: CLOCKS divided by this give the number of rounds."""
 MIXED: Final = 220
-"""Steps of the mixture in a round."""
+"""Number of mixed accesses in a round."""
 COUNTS_A_TURN: Final = 96
 """Counts per turn of the encoders of bench.cpp."""
 FILLINGS: Final = 8
 """Number of fillings of a bank: every part of both banks gets positions of both signs."""
 FEWEST_CORRECTIONS: Final = 50
-"""Different values of the correction that must have been read: those of every lane are in it."""
+"""Least number of different corrections that must be read: every lane contributes to some of them.
+"""
 FEWEST_SAMPLES: Final = 100
-"""Captured words that must have been read from each bank."""
+"""Least number of captured words that must be read from each bank."""
 
 SNAPSHOT: Final = range(
     registers.SNAPSHOT_TIME_ADDRESS, registers.SNAPSHOT_FOLLOWING_ERROR_ADDRESS + 4, 4
@@ -50,12 +52,12 @@ class Core:
 
     lanes: int
     depth: int
-    """Samples a bank."""
+    """Samples in a bank."""
     fold: int
 
     @property
     def coefficients(self) -> list[int]:
-        """The addresses of all words of coefficients, the offset last."""
+        """Addresses of all words of coefficients, the offset last."""
         first = registers.COEFFICIENTS_ADDRESS
         words = range(first, first + 4 * WORDS_A_LANE * self.lanes, 4)
         return [*words, registers.COEFFICIENT_OFFSET_ADDRESS]
@@ -93,19 +95,19 @@ def stored(address: int, value: int) -> int:
 
 
 class Stimulus:
-    """Writes the rounds; the same for the same seed."""
+    """Writes the rounds; the same seed gives the same rounds."""
 
     def __init__(self, core: Core, seed: int) -> None:
-        """``seed``: any number."""
+        """Take the generics of the core and any ``seed``."""
         self.core = core
         self._random = random.Random(seed)
 
     def accesses(self, rounds: int) -> list[Access]:
-        """Banks filled to the end and read, and then so many rounds."""
+        """List accesses that fill and read whole banks, then those of so many rounds."""
         made = list(self._full_banks())
         for place in range(rounds):
             made += self._settings()
-            # Large corrections once in two rounds: the output follows the small ones alone.
+            # Every second round has large corrections: the output follows only small ones.
             made += self._all_coefficients(number_formats.AMPLITUDE_WIDTH if place % 2 else 13)
             for _ in range(MIXED):
                 made += self._mixed()
@@ -118,7 +120,7 @@ class Stimulus:
         return self._random.randrange(count) == 0
 
     def _of_any_size(self, bits: int) -> int:
-        """Numbers with few bits as often as such with many."""
+        """Draw a number; numbers with few bits are as frequent as those with many bits."""
         return self._random.getrandbits(self._random.randint(1, bits))
 
     def _amplitude(self, bits: int) -> int:
@@ -138,7 +140,7 @@ class Stimulus:
         yield self._write(registers.SAMPLE_PERIOD_ADDRESS, 1)
         yield self._write(registers.COMMAND_ADDRESS, registers.COMMAND_REARM_MASK)
         yield self._write(registers.CONTROL_ADDRESS, CAPTURING)
-        # The first bank waits for the index of both heads too.
+        # The first bank also waits for the index of both heads.
         yield Access("n", data=80 * COUNTS_A_TURN)
         for _ in range(FILLINGS):
             yield Access("n", data=self.core.depth)
@@ -205,7 +207,8 @@ class Stimulus:
         return self._amplitude(bits) if is_amplitude else self._random.getrandbits(32)
 
     def _all_coefficients(self, bits: int) -> Iterator[Access]:
-        """Written in any order, some lanes in one burst; read back in another order; swapped."""
+        """Write the coefficients in any order, some lanes in one burst; read them in another order;
+        swap."""
         addresses = self.core.coefficients
         for address in self._random.sample(addresses, len(addresses)):
             if address % 16 == 0 and self._one_in(3):

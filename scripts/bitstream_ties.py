@@ -2,10 +2,10 @@
 
 nextpnr-himbaechel 0.11.1 (and nextpnr-xilinx: openXC7/nextpnr-xilinx, pull request 159) writes
 neither a tie-off nor an inverter bit for constants at INMODE, ALUMODE2, ALUMODE3 and OPMODE6. On
-hardware such a design multiplied wrongly. The right values of (connection to ground, connection
-to the supply, ``ZIS_…_INVERTED``, which is set if the pin is *not* inverted) are 1 0 1 for a
-constant 0 and 0 1 1 for a constant 1; the same pull request has them from Vivado on two parts. The
-database states which pins have these connections, the routed netlist which constant each needs.
+hardware such a design multiplied wrongly. The right values of (connection to ground, connection to
+the supply, ``ZIS_…_INVERTED``, which is set if the pin is *not* inverted) are 1 0 1 for a constant
+0 and 0 1 1 for a constant 1; the same pull request has them from Vivado on two parts. The database
+states which pins have these connections, and the routed netlist which constant each pin needs.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from scripts.bitstream_database import Chip, TileType
 from scripts.netlist import ToolError
 
 SUPPLIES: Final = ("GND", "VCC")
-"""The level is the place."""
+"""Supply of each level, at the level's place."""
 PLACE: Final = re.compile(r"X(?P<column>\d+)Y(?P<row>\d+)/DSP48_X\d+Y(?P<half>\d+)\.DSP48E1")
-"""himbaechel: a tile of the grid and the site within it."""
+"""Placement by nextpnr-himbaechel: a tile of the grid and the site within it."""
 SITE: Final = re.compile(r"(?P<site>DSP48_X\d+Y(?P<half>\d+))/DSP48E1")
-"""nextpnr-xilinx: a site of the chip; each tile has two."""
+"""Placement by nextpnr-xilinx: a site of the chip; each tile has two."""
 TIED: Final = re.compile(r"DSP_(?P<half>\d)_(?P<pin>\w+)\.DSP_(?P<supply>GND|VCC)_[LR]")
 BIT: Final = re.compile(r"(?P<port>[A-Z]+)(?P<bit>\d*)")
 
 
 def tie_feature(own: TileType, half: int, pin: str, level: int) -> str:
-    """The feature of a DSP's tile that connects a pin to ground (0) or to the supply (1)."""
+    """Return the feature of a DSP's tile that connects a pin to ground (0) or to the supply (1)."""
     side = own.name[-1]
     return f"DSP_{half}_{pin}.DSP_{SUPPLIES[level]}_{side}"
 
 
 def inverter_feature(own: TileType, half: int, pin: str) -> str | None:
-    """The feature that is set where a pin is not inverted; None where it cannot be inverted."""
+    """Return the feature that is set if a pin is not inverted; None if the pin has no inverter."""
     found = BIT.fullmatch(pin)
     assert found
     name = f"DSP48.DSP_{half}.ZIS_{found['port']}_INVERTED"
@@ -44,7 +44,7 @@ def inverter_feature(own: TileType, half: int, pin: str) -> str | None:
 
 
 def tied_pins(own: TileType, half: int) -> list[str]:
-    """The pins of a DSP that the database can tie to ground and to the supply."""
+    """List the pins of a DSP that the database can tie to ground and to the supply."""
     return sorted(
         found["pin"]
         for found in map(TIED.fullmatch, own.features)
@@ -53,7 +53,7 @@ def tied_pins(own: TileType, half: int) -> list[str]:
 
 
 def _tile_of(chip: Chip, cell: str, placed: str) -> tuple[str, int]:
-    """Tile and half (0 or 1) of a placed DSP. Raises ToolError."""
+    """Return tile and half (0 or 1) of a placed DSP. Raises ToolError."""
     by_grid, by_site = PLACE.fullmatch(placed), SITE.fullmatch(placed)
     if by_grid:
         tile = chip.at.get((int(by_grid["column"]), int(by_grid["row"])), "")
@@ -67,7 +67,7 @@ def _tile_of(chip: Chip, cell: str, placed: str) -> tuple[str, int]:
 
 
 def _constants(module: dict[str, Any]) -> dict[int, int]:
-    """Nets of a routed netlist that are a constant, to its level."""
+    """Return the level of each constant net of a routed netlist."""
     found = {}
     for level, supply in enumerate(SUPPLIES):
         for bit in module["netnames"].get(f"$PACKER_{supply}_NET", {"bits": []})["bits"]:
@@ -88,7 +88,7 @@ def _is_inverted(cell: dict[str, Any], pin: str) -> bool:
 
 
 def ties(routed: Path, chip: Chip) -> list[str]:
-    """The lines of FASM that the constant pins of the DSPs of a routed netlist need.
+    """List the lines of FASM that the constant pins of the DSPs of a routed netlist need.
 
     Raises ToolError for a netlist that is not placed.
     """
@@ -112,7 +112,8 @@ def ties(routed: Path, chip: Chip) -> list[str]:
 
 
 def tie_constants(fasm: Path, routed: Path, chip: Chip, tied: Path) -> int:
-    """Write ``tied``: the lines of ``fasm`` and what the DSPs' constants need; how many lines."""
+    """Write to ``tied`` the lines of ``fasm`` and those for the DSPs' constants; return their
+    number."""
     lines = ties(routed, chip)
     text = fasm.read_text(encoding="ascii")
     added = "".join(f"{line}\n" for line in lines)

@@ -16,14 +16,14 @@ ROUTED: Final = re.compile(r"^(?P<tile>\w+)\.IOI_OLOGIC(?P<half>[01])_T1\.\w+$",
 
 
 def straight_enables(fasm: str) -> list[str]:
-    """The lines of FASM that are lacking: one for each routed T1 that has none yet."""
+    """List the missing lines of FASM: one for each routed T1 that has none."""
     wanted = (f"{found['tile']}.OLOGIC_Y{found['half']}.ZINV_T1" for found in ROUTED.finditer(fasm))
     there = set(fasm.splitlines())
     return [line for line in wanted if line not in there]
 
 
 def add_straight_enables(fasm: Path) -> int:
-    """Append them to a file; how many."""
+    """Append the missing lines to a file; return their number."""
     lines = straight_enables(fasm.read_text(encoding="ascii"))
     with fasm.open("a", encoding="ascii") as file:
         file.write("".join(f"{line}\n" for line in ("# enables of tri-state pads", *lines)))

@@ -1,10 +1,10 @@
 """``make verify-bitstream``: checks that a bitstream computes the same as its VHDL.
 
-The finished bitstream is decoded back into a netlist, all of it but the PS7, and run beside GHDL's
-netlist of the VHDL that it was made of, with the same random levels and, where there is a core, the
-same accesses; docs/device.md. It reads the folder that ``make bitstream FLOW=open`` made. Exit code
-1 when an output differs, or when a DSP, a RAM or a word of coefficients was not reached, 2 when
-something is missing, is not driven or is not decoded.
+It decodes the finished bitstream back into a netlist, except the PS7, and runs it in parallel with
+GHDL's netlist of its VHDL. Both get the same random levels and, if there is a core, the same
+accesses; docs/device.md. It reads the folder that ``make bitstream FLOW=open`` made. Exit code 1:
+an output differs, or a DSP, a RAM or a word of coefficients was not reached. 2: something is
+missing, is not driven or is not decoded.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from scripts.netlist import ROOT, ToolError
 CLOCKS = 200_000
 SEED = 1
 LOOK_UP_TABLE_OUTPUT: Final = re.compile(r"_[ABCD]o[56]$")
-"""Ends the name of an output of a look-up table as RAM."""
+"""Pattern of the end of the name of an output of a look-up table as RAM."""
 BITREAD = Tool(
     "BITREAD",
     ("bitread",),
@@ -53,7 +53,7 @@ BITREAD = Tool(
 
 @dataclass(frozen=True)
 class Design:
-    """Sources of a bitstream: GHDL's netlist, and the same mapped by Yosys."""
+    """Sources of a bitstream: GHDL's netlist, and the same netlist mapped by Yosys."""
 
     top: str
     netlist: Path
@@ -61,7 +61,8 @@ class Design:
 
     @staticmethod
     def read(folder: Path, top: str) -> Design:
-        """``folder``: with ``<top>.v`` and ``<top>.flat.json``. Raises ToolError without them."""
+        """Read a design from ``<top>.v`` and ``<top>.flat.json`` in ``folder``. Raises ToolError
+        without them."""
         netlist, mapped = folder / f"{top}.v", folder / f"{top}.flat.json"
         for path in (netlist, mapped):
             if not path.exists():
@@ -71,7 +72,7 @@ class Design:
 
     @property
     def pads(self) -> list[str]:
-        """The ports that are pads."""
+        """Ports that are pads."""
         names = [port.name for port in self.ports if not port.is_processor]
         return list(dict.fromkeys(names))
 
@@ -79,9 +80,9 @@ class Design:
 def decode(
     chip: Chip, bits: Bits, design: Design, pins: Mapping[str, str]
 ) -> tuple[Decoded, Routes]:
-    """The netlist in a configuration; ``pins``: port to pin of the package.
+    """Return the netlist in a configuration; ``pins``: port to pin of the package.
 
-    Raises ToolError where a bit has no meaning in the database, or where a cell is not decoded.
+    Raises ToolError for a bit without a meaning in the database, or a cell that is not decoded.
     """
     features = Features(chip, bits)
     strange = features.unexplained()
@@ -105,10 +106,10 @@ def decode(
 
 
 def faults_of(compared: Compared, *, are_rams_written: bool = True) -> list[str]:
-    """Give sentences about faults of a bitstream, or of its test.
+    """List the faults of a bitstream, or of its test, as sentences.
 
-    ``are_rams_written`` is False where the design writes constants into its look-up tables as RAM:
-    then their outputs need not move.
+    ``are_rams_written`` is False if the design writes constants into its look-up tables as RAM:
+    their outputs then need not change.
     """
     faults = []
     if not compared.is_equal:
@@ -125,7 +126,7 @@ def faults_of(compared: Compared, *, are_rams_written: bool = True) -> list[str]
 
 
 def run_core(bench: Path, clocks: int, seed: int) -> tuple[Compared, list[str]]:
-    """Run it with accesses to its core; also give sentences about what these did not reach.
+    """Run the bench with accesses to the core; also list what these did not reach.
 
     Raises ToolError as ``run`` does.
     """
@@ -165,7 +166,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
+    """Run the command line; return the exit code."""
     chosen = _parser().parse_args(arguments)
     folder = (chosen.folder or ROOT / "build" / "bitstream" / chosen.board).resolve()
     bitstream = folder / "arctrue.bit"

@@ -23,7 +23,7 @@ SHOWN_LINES = 15
 def run_vivado(job: Job) -> str:
     """Make the bitstream and return a sentence about the timing.
 
-    Raises ToolError when Vivado is missing or fails, TimingError when the timing is not met.
+    Raises ToolError if Vivado is missing or fails, TimingError if the timing is not met.
     """
     (vivado,) = all_found([VIVADO])
     job.reports.mkdir(parents=True)

@@ -19,7 +19,7 @@ GENERATED = Path("arctrue", "generated")
 
 
 class BuildPackage(build_py):
-    """setuptools' own step, and then the generated modules."""
+    """Build step of setuptools that also generates modules."""
 
     def run(self) -> None:
         """Copy the package into the folder of the build and generate there.
@@ -36,7 +36,7 @@ class BuildPackage(build_py):
         write_python(ROOT, Path(self.build_lib) / GENERATED)
 
     def get_outputs(self, include_bytecode: bool = True) -> list[str]:
-        """The files of the build, with those that are generated."""
+        """List the files of the build, including the generated ones."""
         folder = Path(self.build_lib) / GENERATED
         generated = [str(path) for path in sorted(folder.glob("*.py"))]
         return [*super().get_outputs(include_bytecode), *generated]

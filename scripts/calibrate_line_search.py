@@ -1,12 +1,12 @@
-"""What the forward search finds in logs of noise alone: python -m scripts.calibrate_line_search.
+"""Counts what the forward search finds in logs of noise alone.
 
-N logs (--logs) of each kind of noise in sim/tests/workbench/noisy_logs.py, which has none of the
-search's own kernels. Prints how many show a line, a step, or residuals that are not white. With
---short it searches steps in stations and in logs of few rows, with 20 orders in the model. With
---orders it searches lines in logs with up to 20 orders in the model. With --oscillator it prints
-what each place that passes all other tests gains over an oscillator at its frequency, in noise and
-in logs with one line: the threshold OSCILLATOR_GAIN of arctrue.workbench.inference.forward.search
-lies above what noise reaches.
+``python -m scripts.calibrate_line_search`` makes N logs (--logs) of each kind of noise in
+sim/tests/workbench/noisy_logs.py, which has none of the search's own kernels. It prints how many
+show a line, a step, or residuals that are not white. With --short it searches steps in stations and
+in logs of few rows, with 20 orders in the model. With --orders it searches lines in logs with up to
+20 orders in the model. With --oscillator it prints the gain of each place that passes all other
+tests over an oscillator at its frequency, in noise and in logs with one line: the threshold
+OSCILLATOR_GAIN of arctrue.workbench.inference.forward.search is above the gains in noise.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ ROWS, STEP_S = 1200, 3.0
 CLOCKS = ("even", "jitter", "pause")
 SEED = 26
 LINE_S, LINE_SHARE = 97.0, 0.7
-"""Period of the true line, and its amplitude in deviations of the noise."""
+"""Period of the true line, and its amplitude in standard deviations of the noise."""
 
 
 def log_of(kind: str, number: int, *, line: bool) -> Record:
-    """A log of noise, with or without a line."""
+    """Make a log of noise, with or without a line."""
     random = np.random.default_rng((SEED, list(NULLS).index(kind), number))
     time_s = clock(random, ROWS, STEP_S, CLOCKS[number % len(CLOCKS)])
     error = NULLS[kind](random, time_s)
@@ -53,7 +53,8 @@ SHORT = {
     "60 rows": (60, 1, False),
     "120 rows": (120, 1, False),
 }
-"""Stations, cycles, and whether every other one goes back; in one cycle they cover 17°."""
+"""Stations, cycles, and whether every other cycle goes back; the stations of one cycle cover 17°.
+"""
 
 
 def short_of(kind: str, design: str, number: int) -> Record:
@@ -81,7 +82,7 @@ def steps_of(record: Record) -> int:
 
 
 ORDER_ROWS, ORDERS = (150, 300, 600), (0, 6, 20)
-"""Rows of a log over 0.95 turns, and orders of its model."""
+"""Numbers of rows of a log over 0.95 turns, and numbers of orders in its model."""
 
 
 def log_with_orders(kind: str, rows: int, orders: int, number: int) -> Record:
@@ -123,7 +124,7 @@ def short_main(logs: int, kinds: str) -> int:
 
 
 def gains_of(kind: str, logs: int) -> tuple[list[float], list[float]]:
-    """Return the gains over an oscillator of lines that pass all other tests: of noise, and of true
+    """Return the gains over an oscillator of lines that pass all other tests: of noise, of true
     lines."""
     false: list[float] = []
     true: list[float] = []

@@ -1,11 +1,12 @@
 """Fits the probabilities that a diagnosis states, and measures them across the two generators.
 
 ``python -m scripts.calibrate_probabilities`` reads the answers of ``stated.csv`` in
-``studies/benchmark``, prints how well the coefficients fitted to one generator's answers hold on
-the other's, those of all other worlds on each world, and within each generator by five folds;
-``--write`` writes those fitted to all into ``workbench/diagnose/calibrated.json``. ``--collect
-FOLDER`` (repeated) takes the answers of a benchmark's runs in place of those in the table. Answers
-``bad_data`` state the probabilities beforehand and do not count.
+``studies/benchmark``. It prints how well coefficients fit answers from which they were not made:
+the other generator's, those of a left-out world, and those of a left-out fifth within each
+generator. ``--write`` writes the coefficients fitted to all answers into
+``workbench/diagnose/calibrated.json``. ``--collect FOLDER`` (repeated) takes the answers of a
+benchmark's runs in place of those in the table. Answers ``bad_data`` state the probabilities
+beforehand and do not count.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ DIGITS = 5
 
 
 def within(rows: Sequence[Stated]) -> list[float]:
-    """Each fifth of the answers, every fifth one, by coefficients of the other four."""
+    """Return the probability of every answer, for each fifth by coefficients of the other four
+    fifths."""
     found = np.empty(len(rows))
     for fold in range(FOLDS):
         learned = fitted([row for place, row in enumerate(rows) if place % FOLDS != fold])
@@ -49,7 +51,8 @@ def within(rows: Sequence[Stated]) -> list[float]:
 
 
 def without_their_world(rows: Sequence[Stated]) -> list[float]:
-    """Each answer by coefficients of the answers of all other worlds, of both generators."""
+    """Return the probability of every answer by coefficients of all other worlds, of both
+    generators."""
     found = np.empty(len(rows))
     for world in {row.world for row in rows}:
         own = [place for place, row in enumerate(rows) if row.world == world]
@@ -59,7 +62,7 @@ def without_their_world(rows: Sequence[Stated]) -> list[float]:
 
 
 def across(rows: Sequence[Stated]) -> list[float]:
-    """Each answer by coefficients of the other generator's answers."""
+    """Return the probability of every answer by coefficients of the other generator."""
     found = np.empty(len(rows))
     for generator in GENERATORS:
         own = [place for place, row in enumerate(rows) if row.generator == generator]
@@ -69,12 +72,13 @@ def across(rows: Sequence[Stated]) -> list[float]:
 
 
 def words(found: Estimate) -> str:
-    """Value and interval of 95 %."""
+    """Format the value and its 95 % interval."""
     return f"{found.value:.3f} ({found.low:.3f} … {found.high:.3f})"
 
 
 def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
-    """One row of a table: calibration error, and the log score less that of the best constant."""
+    """Return a row of a table: calibration error, and the log score minus that of the best
+    constant."""
     probability, right = [pair[0] for pair in pairs], [pair[1].right for pair in pairs]
     return (
         f"| {what} | {len(right)} | {sum(right)} | {words(calibration_error(probability, right))} "
@@ -83,7 +87,7 @@ def measured(what: str, pairs: Sequence[tuple[float, Stated]]) -> str:
 
 
 def table(rows: Sequence[Stated]) -> list[str]:
-    """The scores by what the coefficients were fitted to, in Markdown."""
+    """Tabulate the scores by the answers from which the coefficients were fitted, in Markdown."""
     found = [
         "| Answers | Number | Right | Calibration error | Log score above a constant |",
         "|---|---|---|---|---|",
@@ -108,7 +112,7 @@ def table(rows: Sequence[Stated]) -> list[str]:
 
 
 def kinds(rows: Sequence[Stated]) -> list[str]:
-    """How many answers of each kind were right, by generator."""
+    """Return for each kind of answer how many were right, by generator."""
     found = []
     for kind in KINDS:
         said = []
@@ -120,7 +124,7 @@ def kinds(rows: Sequence[Stated]) -> list[str]:
 
 
 def data(learned: Calibration) -> str:
-    """The coefficients as JSON."""
+    """Return the coefficients as JSON."""
     return (
         json.dumps(
             {
@@ -136,7 +140,7 @@ def data(learned: Calibration) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, and write what is asked for."""
+    """Measure, and write what the user requests."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--collect",

@@ -1,9 +1,9 @@
-"""Delays of the cells of the 7 series, and the pins at which a path begins and ends.
+"""Defines the delays of the cells of the 7 series, and the pins at which a path begins and ends.
 
-The delays are those that Yosys states for its cells (``share/yosys/xilinx/cells_sim.v``), which
-come from the Artix-7 data of Project X-Ray; where they differ from pin to pin, a mean or the larger
-one. Wire delays are guesses, since nothing is placed: 0.4 ns, plus 0.1 ns for each doubling of the
-fan-out. The results are estimates that order the paths, not a sign-off.
+The delays are those of Yosys for its cells (``share/yosys/xilinx/cells_sim.v``), which come from
+the Artix-7 data of Project X-Ray; if they differ from pin to pin, a mean or the larger one. Wire
+delays are guesses, since nothing is placed: 0.4 ns, plus 0.1 ns for each doubling of the fan-out.
+The results are estimates that order the paths, not a sign-off.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ class Arc:
     levels: int = 0
     multipliers: int = 0
     is_carry_entry: bool = False
-    """True: the path leads from a LUT or a register into a carry chain."""
+    """Whether the path leads from a LUT or a register into a carry chain."""
     is_direct: bool = False
-    """The arc starts at a neighbour in the slice and needs no wire."""
+    """Whether the arc starts at a neighbour in the slice and needs no wire."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def wire_ns(fan_out: int) -> float:
 
 
 def _bits(cell: dict[str, Any], port: str) -> list[int]:
-    """The nets at a port; constants, which are text, are left out."""
+    """Return the nets at a port, without constants, which are text."""
     return [bit for bit in cell["connections"].get(port, []) if isinstance(bit, int)]
 
 
@@ -106,7 +106,8 @@ def _parameter(cell: dict[str, Any], name: str) -> int:
 
 
 def _clocked(cell: dict[str, Any], out_ns: float, setup_ns: float) -> CellTiming:
-    """A cell at whose inputs all paths end, and at whose outputs all paths begin."""
+    """Return the timing of a cell at whose inputs all paths end, and at whose outputs all paths
+    begin."""
     timing = CellTiming()
     for port in _ports(cell, "output"):
         timing.begins += [Pin(bit, out_ns) for bit in _bits(cell, port)]
@@ -118,7 +119,7 @@ def _clocked(cell: dict[str, Any], out_ns: float, setup_ns: float) -> CellTiming
 
 
 def _through(cell: dict[str, Any], delay_ns: float, levels: int) -> CellTiming:
-    """A cell with a path from every input to every output."""
+    """Return the timing of a cell with a path from every input to every output."""
     arcs = [
         Arc(start, end, delay_ns, levels)
         for source in _ports(cell, "input")
@@ -130,7 +131,10 @@ def _through(cell: dict[str, Any], delay_ns: float, levels: int) -> CellTiming:
 
 
 def _wide_multiplexer(cell: dict[str, Any]) -> CellTiming:
-    """A multiplexer of two LUTs of the slice, or of two multiplexers; its select comes by wire."""
+    """Return the timing of a multiplexer of two LUTs of the slice, or of two multiplexers.
+
+    The wire to its select input adds a delay.
+    """
     arcs = [
         Arc(start, end, MULTIPLEXER_NS, is_direct=port != "S")
         for port in ("I0", "I1", "S")
@@ -165,7 +169,10 @@ def _carry(cell: dict[str, Any]) -> CellTiming:
 
 
 def _multiplier(cell: dict[str, Any]) -> CellTiming:
-    """A DSP: its registers determine the ends of paths; multiplication and addition each count."""
+    """Return the timing of a DSP.
+
+    Its registers determine the ends of paths; multiplication and addition each count.
+    """
     timing = CellTiming()
     is_added = bool(_parameter(cell, "PREG"))
     is_multiplied = bool(_parameter(cell, "MREG"))
@@ -203,7 +210,7 @@ def _multiplier(cell: dict[str, Any]) -> CellTiming:
 
 
 def _lut_ram(cell: dict[str, Any]) -> CellTiming:
-    """A LUT as RAM: writes are clocked, reads are not."""
+    """Return the timing of a LUT as RAM: writes are clocked, reads are not."""
     written = [port for port in _ports(cell, "input") if re.match(r"DI|D$|WE|ADDRD$", port)]
     timing = _clocked(cell, LUT_RAM_OUT_NS, MEMORY_SETUP_NS)
     addresses = [

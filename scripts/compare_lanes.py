@@ -1,12 +1,14 @@
 """Measures both lanes of the core and one with a DSP by the same tools: ``make compare-lanes``.
 
 Yosys maps the Verilog of a lane, scripts/timing_paths.py estimates its longest path, and Verilator
-runs it over a sweep of the turn. The table of results is printed and written between the marks in
-docs/cordic-comparison.md, where published operators stand as they were measured once. Needs
-Verilator, Yosys and GHDL 5 or newer; a few minutes. Exit code 2 when a tool is missing or fails.
+runs it over a sweep of the turn. The script prints the table of results and writes it between the
+marks in docs/cordic-comparison.md; the page also has published operators, which were measured once.
+It needs Verilator, Yosys and GHDL 5 or newer, and takes a few minutes. Exit code 2: a tool is
+missing or fails.
 
-The lanes of the core are quadrant_fold with cordic_rotation and with table_rotation. The third is
-not a part of it: the same table, and its product in a DSP in place of rows of adders.
+The lanes of the core are quadrant_fold with cordic_rotation and with table_rotation. The third lane
+is not part of the core: it has the same table, and its product is in a DSP in place of rows of
+adders.
 """
 
 from __future__ import annotations
@@ -35,13 +37,13 @@ WORK: Final = ROOT / "build" / "cordic-comparison"
 PAGE: Final = ROOT / "docs" / "cordic-comparison.md"
 BEGIN = "<!-- written by make compare-lanes -->\n"
 AMPLITUDE: Final = 2.0**16
-"""Units of the last bit of a cosine s1.16 at 1."""
+"""Number of units of the last bit in a cosine s1.16 of 1."""
 WIDTH: Final = 18
 LARGEST_ERROR: Final = 0.01
-"""An output with a larger error is refused because it is no cosine."""
+"""Largest error of an output that can be a cosine; a larger error is refused."""
 SWEEP_BITS: Final = 20
 SETTLING: Final = 64
-"""Clocks before the sweep."""
+"""Number of clocks before the sweep."""
 LATENCIES: Final = range(48)
 TIMEOUT_S: Final = 1800
 PHASE_FRACTION: Final = 24
@@ -82,8 +84,8 @@ class WrongOutputError(ToolError):
 class Measured:
     """Resources of a lane, its longest path by the estimate, its latency and its largest errors.
 
-    ``error`` holds at the angles that the lane accepts, ``error_any_angle`` at any angle, which is
-    rounded to one of them.
+    ``error`` holds at the angles that the lane accepts, ``error_any_angle`` at any angle after its
+    rounding to one of them.
     """
 
     resources: Resources
@@ -94,7 +96,8 @@ class Measured:
 
 
 def _lane_of(rotation: str) -> str:
-    """Verilog of quadrant_fold and ``rotation``, with the rounding and sign of harmonic_lane."""
+    """Return Verilog of quadrant_fold and ``rotation``, with the rounding and sign of
+    harmonic_lane."""
     parts = [
         write_netlist(entity, WORK / entity).read_text(encoding="utf-8")
         for entity in ("quadrant_fold", rotation)
@@ -121,21 +124,22 @@ endmodule
 
 
 def cordic_lane() -> str:
-    """Verilog of a lane with ROTATION = cordic."""
+    """Return Verilog of a lane with ROTATION = cordic."""
     return _lane_of("cordic_rotation")
 
 
 def table_lane() -> str:
-    """Verilog of a lane with ROTATION = table."""
+    """Return Verilog of a lane with ROTATION = table."""
     return _lane_of("table_rotation")
 
 
 def verilog_table(
     name: str, inputs: int, outputs: int, values: Sequence[int] | NDArray[np.int64]
 ) -> str:
-    """A Verilog function of ``inputs`` bits; its values have ``outputs`` bits, two's complement.
+    """Return a Verilog function of ``inputs`` bits; its values have ``outputs`` bits, two's
+    complement.
 
-    From the end of ``values`` on it is 0.
+    Beyond the end of ``values`` it is 0.
     """
     mask = (1 << outputs) - 1
     cases = "\n".join(
@@ -154,14 +158,14 @@ def verilog_table(
 
 
 def table_middles() -> NDArray[np.float64]:
-    """Angle in the middle of each interval of the table, in rad of the first quadrant."""
+    """Return the angle in the middle of each interval of the table, rad, in the first quadrant."""
     index = np.arange(1 << ADDRESS_BITS)
     middles: NDArray[np.float64] = (index + 0.5) * (math.pi / 2) / (1 << ADDRESS_BITS)
     return middles
 
 
 def table_slopes() -> Integers:
-    """2 pi sin a, u3.8 a turn."""
+    """Return the slopes 2 pi sin a, u3.8 a turn."""
     slopes: Integers = np.round(
         2.0 * math.pi * np.sin(table_middles()) * 2.0**SLOPE_FRACTION
     ).astype(np.int64)
@@ -169,9 +173,10 @@ def table_slopes() -> Integers:
 
 
 def table_values() -> Integers:
-    """The tangents to the cosine where their intervals begin, and the half that rounds, s1.20.
+    """Return the tangents to the cosine at the starts of their intervals, plus half of the last
+    bit, s1.20.
 
-    Half of the largest z**2/2 is taken off.
+    Half of the largest z**2/2 is subtracted; half of the last bit rounds the product.
     """
     middles = table_middles()
     reach_turn = 2.0 ** (OFFSET_BITS - 1 - PHASE_FRACTION)
@@ -184,7 +189,7 @@ def table_values() -> Integers:
 
 
 def table_product_lane() -> str:
-    """Verilog of a table in LUTs and one product in a DSP, 5 clocks."""
+    """Return Verilog of a table in LUTs and one product in a DSP, 5 clocks."""
     slope_bits = SLOPE_FRACTION + 4
     product_fraction = SLOPE_FRACTION + PHASE_FRACTION
     values = table_values()
@@ -253,7 +258,7 @@ def _run_tool(command: Sequence[str | Path], folder: Path) -> bytes:
 
 
 def verilator_version() -> str:
-    """Version of Verilator. Raises ToolError when it is missing."""
+    """Return the version of Verilator. Raises ToolError if it is missing."""
     return _run_tool(["verilator", "--version"], ROOT).decode().split()[1]
 
 
@@ -267,7 +272,8 @@ def _phases() -> Integers:
 
 
 def sweep(source: Path) -> Integers:
-    """Outputs of a lane at all clocks, from that of the first phase on. Raises ToolError."""
+    """Return the outputs of a lane at all clocks, from that of the first phase on. Raises
+    ToolError."""
     shift = PHASE_FRACTION - SWEEP_BITS
     text = MAIN.format(
         top=source.stem,
@@ -288,11 +294,11 @@ def sweep(source: Path) -> Integers:
 
 
 def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
-    """Latency in clocks, and the largest errors of the sweep, of a cosine of size 1.
+    """Return the latency in clocks, and the largest errors of the sweep, of a cosine of size 1.
 
-    The errors are |cosine - exact| at the lane's own angles, and at those half of its last bit
-    to each side. The latency is the delay at which the outputs fit the phases; raises
-    WrongOutputError when none does.
+    The errors are |cosine - exact| at the lane's own angles, and at the angles half of the last bit
+    to each side. The latency is the delay at which the outputs fit the phases. Raises
+    WrongOutputError if no delay fits.
     """
     phases = _phases()
     errors = {
@@ -305,7 +311,7 @@ def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
     any_angle = max(
         _largest_error(cosines, phases.astype(np.float64) + side) for side in (-0.5, 0.0, 0.5)
     )
-    # An output read after the edge that takes a phase in has been through one register.
+    # An output that is read after the edge of its phase has passed one register.
     return delay + 1, errors[delay], any_angle
 
 
@@ -315,7 +321,7 @@ def _largest_error(cosines: Integers, phases: NDArray[np.floating] | Integers) -
 
 
 def table_of(measured: dict[str, Measured]) -> str:
-    """The table of the page, with the versions of the tools, in Markdown."""
+    """Return the table of the page, with the versions of the tools, in Markdown."""
     lines = [
         f"{find_ghdl()[1]}, {find_yosys()[1]} (`synth_xilinx -family xc7 -flatten`), Verilator "
         f"{verilator_version()}.",
@@ -335,7 +341,7 @@ def table_of(measured: dict[str, Measured]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Command line; returns the exit code."""
+    """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -34,11 +34,11 @@ ROWS: Final = {
     "warm_ovality": "2.5 K warmer, order 2",
     "all_at_once": "down, 2.5 K warmer, speed to a half and back, largest error",
 }
-"""Fresh turn and judged figures of each case, by its name."""
+"""Fresh turn and judged figures of each case, by the name of the case."""
 
 
 def small_settings() -> HiddenSettings:
-    """2¹⁸ counts, four lanes; a count is 4.9″."""
+    """Return settings with 2¹⁸ counts and four lanes; a count is 4.9″."""
     settings = HiddenSettings.of_lines(1024, 4, 1200)
     scale = dataclasses.replace(settings.revolution, interpolation=256, orders=12)
     return dataclasses.replace(settings, revolution=scale)
@@ -53,7 +53,7 @@ def figures(result: HiddenResult) -> dict[str, Any]:
 
 
 def measure(names: Sequence[str]) -> dict[str, Any]:
-    """Figures of each case."""
+    """Measure each case; return its figures."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
@@ -63,7 +63,7 @@ def measure(names: Sequence[str]) -> dict[str, Any]:
 
 
 def section(stored: dict[str, Any]) -> str:
-    """The table of the page."""
+    """Return the table of the page."""
     lines = [
         "| Hidden | Fresh turn, and what is judged | Lanes | Paper's model "
         "| Without the lanes | With them |",
@@ -83,7 +83,7 @@ def section(stored: dict[str, Any]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, write or compare; returns the exit code."""
+    """Measure, write or compare; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "what",

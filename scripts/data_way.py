@@ -1,4 +1,5 @@
-"""Draws docs/images/data_way.svg: the data's way through the system, with folders and latencies."""
+"""Draws docs/images/data_way.svg: the path of the data through the system, with folders and
+latencies."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ EDGE = {"outside": "#9aa5b1", "gateware": "#1f6f9f", "software": "#b86e14"}
 
 @dataclass(frozen=True)
 class Box:
-    """A part of the way: position and size in pixels, name, folder, and one line about it."""
+    """A part of the path: position and size in pixels, name, folder, and one line of text."""
 
     x: int
     y: int
@@ -104,7 +105,7 @@ def _arrow(way: tuple[tuple[int, int], ...], words: str, place: tuple[int, int])
 
 
 def draw() -> str:
-    """The picture as SVG text."""
+    """Return the picture as SVG text."""
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img">',
         "<title>The data's way through ArcTrue</title>",

@@ -7,7 +7,8 @@ import re
 
 
 def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add ``--entity`` and ``--generic``; ``default``: the entity that is meant without."""
+    """Add ``--entity`` and ``--generic``; ``default``: the entity that is used without
+    ``--entity``."""
     parser.add_argument("--entity", default=default, help=f"entity that is mapped ({default})")
     parser.add_argument(
         "-g",
@@ -22,7 +23,7 @@ def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
 def generics_of(
     parser: argparse.ArgumentParser, chosen: argparse.Namespace
 ) -> dict[str, int | str]:
-    """Value by name, the name in upper case. Ends the program for a text of another form."""
+    """Return the values by name in upper case. Ends the program for a text of another form."""
     found: dict[str, int | str] = {}
     for entry in chosen.generic:
         name, _, value = entry.partition("=")

@@ -1,9 +1,9 @@
 """``python -m scripts.fasm_frames``: converts nextpnr's FASM to the chip's configuration frames.
 
-By Project X-Ray's database, whose own program for this, fasm2frames, is in no package. A feature of
-a tile is named in the database of the tile's type with the bits that it sets and clears; the tile
-grid tells where the tile's bits lie. Banks below 3.3 V need STEPDOWN in the unused pads of their
-bank too, which is not done here but refused: constraints/ has none.
+It uses Project X-Ray's database; fasm2frames, Project X-Ray's own program for this, is in no
+package. The database of a tile's type names each feature of the tile, with the bits that it sets
+and clears; the tile grid states where the tile's bits lie. Banks below 3.3 V also need STEPDOWN in
+the unused pads of their bank. The script refuses them; constraints/ has none.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Frames:
     """The frames of a chip, all zero at first."""
 
     def __init__(self, chip: Chip) -> None:
-        """``chip``: by the database."""
+        """Take a ``chip`` of the database."""
         self.chip = chip
         self.set_by: dict[tuple[int, int, bool], str] = {}
         self.words: dict[int, list[int]] = {}
@@ -45,7 +45,10 @@ class Frames:
                     self.words.setdefault(address, [0] * WORDS_A_FRAME)
 
     def enable(self, tile_name: str, feature: str, index: int | None, line: str) -> bool:
-        """False: the database does not know it. Raises ToolError where two features disagree."""
+        """Set the bits of a feature; return False if the database does not know it.
+
+        Raises ToolError if two features disagree.
+        """
         tile = self.chip.tiles.get(tile_name)
         if tile is None:
             return False
@@ -82,7 +85,7 @@ class Frames:
             self.words[address][bit // WORD_BITS] |= 1 << bit % WORD_BITS
 
     def add(self, lines: Iterable[str], name: str) -> None:
-        """Features, one a line; ``name`` is what messages call their file.
+        """Enable the features of ``lines``, one a line; ``name`` is the file's name in messages.
 
         Raises ToolError for a line that is not a feature or that the database does not know.
         """
@@ -119,7 +122,7 @@ class Frames:
 
 
 def _indices(found: re.Match[str]) -> list[int | None]:
-    """The indices of what is enabled: [None] for a feature without, nothing for one that is 0."""
+    """Return the enabled indices: [None] for a feature without an index, none for a value of 0."""
     value = int(found["value"].replace("_", ""), BASES[found["base"]]) if found["value"] else 1
     if found["high"] is None:
         return [None] if value else []
@@ -128,7 +131,7 @@ def _indices(found: re.Match[str]) -> list[int | None]:
 
 
 def frames_of(fasm: Path, chip: Chip) -> Frames:
-    """The frames of a FASM file and of what the part asks for besides. Raises ToolError."""
+    """Return the frames of a FASM file and of features that the part requires. Raises ToolError."""
     frames = Frames(chip)
     required = chip.family / chip.part / "required_features.fasm"
     for path in (fasm, required):
@@ -139,7 +142,7 @@ def frames_of(fasm: Path, chip: Chip) -> Frames:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
+    """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="fasm_frames", description=__doc__)
     parser.add_argument("--part", required=True, help="chip, package and speed grade")
     parser.add_argument("--db-root", type=Path, required=True, help="the family's folder")

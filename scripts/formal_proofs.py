@@ -1,4 +1,4 @@
-"""The proofs of ``make formal`` and the faults that each must notice; see scripts/formal.py."""
+"""Lists the proofs of ``make formal`` and the faults that each must notice: scripts/formal.py."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Break:
-    """A fault of the VHDL: ``old``, there exactly once in ``entity``, becomes ``new``."""
+    """A fault of the VHDL: ``old``, which occurs exactly once in ``entity``, becomes ``new``."""
 
     name: str
     old: str
     new: str
-    entity: str = ""  # the proof's own when empty
+    entity: str = ""  # empty: the entity of the proof
 
 
 @dataclass(frozen=True)
@@ -27,33 +27,34 @@ class Proof:
     depth: int  # clocks of the induction
     cover_depth: int  # clocks within which each cover statement must be reachable
     limits: str = ""  # what the rules assume beyond the protocol, for the table
-    # Of the entity, and parameters of the rules with the same names.
+    # Generics of the entity, and parameters of the rules with the same names.
     generics: Mapping[str, int] = field(default_factory=dict)
-    # Further entities that the rules join to it, each with those of the generics that it has.
+    # Further entities that the rules connect to it, each with the names of its generics.
     beside: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    # Others for the search for an example, which goes clock by clock and takes longer.
+    # Smaller generics for the search for an example, which goes clock by clock and takes longer.
     small: Mapping[str, int] = field(default_factory=dict)
-    # Wires of the rules, and the signals of the entity that they are joined to.
+    # Wires of the rules, and the signals of the entity to which they are connected.
     probes: Mapping[str, str] = field(default_factory=dict)
     # Constants of number_formats_pkg that are smaller in the proof, for smaller memories.
     constants: Mapping[str, int] = field(default_factory=dict)
-    # Memories (patterns of names) of which each word becomes a signal, that a probe can name.
+    # Memories (patterns of names); each word becomes a signal that a probe can name.
     words: tuple[str, ...] = ()
-    # Modules (patterns of names) that are taken out: their outputs may then be anything.
+    # Modules (patterns of names) that are removed: their outputs may have any value.
     cut: tuple[str, ...] = ()
-    # Signals (module/w:name) that may have any value in any clock, whatever drives them.
+    # Signals (module/w:name) that may have any value in any clock, whatever their driver.
     cut_signals: tuple[str, ...] = ()
     quick: bool = True  # part of `make test`
     rules_of: str = ""  # name of the proof whose rules this one uses; its own when empty
 
     @property
     def rules(self) -> str:
-        """The module of the rules, which is in a file of formal/ with the same name."""
+        """Module of the rules, which is in a file of formal/ with the same name."""
         return f"{self.rules_of or self.name}_rules"
 
 
 def _both_banks(lanes: int, fold: int) -> dict[str, str]:
-    """Probes of both banks of coefficient_memory: all words, 128 bits a lane, last lane first."""
+    """Return probes of both banks of coefficient_memory: all words, 128 bits a lane, last lane
+    first."""
     built = lanes // fold
 
     def words(bank: int) -> str:

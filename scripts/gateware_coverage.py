@@ -1,14 +1,12 @@
 """Counts the statements of ``rtl/`` that the benches execute: ``make coverage-gateware``.
 
-The benches of ``tb/`` run in GHDL 5, which counts the lines of statements that were executed
-(``--coverage`` of its mcode back-end); each simulation leaves a file of JSON. The files are added
-up: a line counts as executed when any simulation executed it. Result: coverage.md and lines that
-nothing executes, in build/coverage_gateware. GHDL 5 simulates slower than the GHDL that the tests
-use, so the longest benches, whose lines others execute too, are left out (``BENCHES``): they could
-only raise the share.
-
-Exit code 1 when a bench fails, a file of ``rtl/`` is in no simulation, or the budget is missed; 2
-when a tool is missing.
+The benches of ``tb/`` run in GHDL 5, which counts the lines of executed statements (``--coverage``
+of its mcode back-end); each simulation leaves a JSON file. A line counts as executed if any
+simulation executed it. The script writes coverage.md and the lines that nothing executes into
+build/coverage_gateware. GHDL 5 simulates slower than the GHDL that the tests use. The longest
+benches, whose lines others execute too, are therefore left out (``BENCHES``): they could only raise
+the share. Exit code 1: a bench fails, a file of ``rtl/`` is in no simulation, or the budget is
+missed. 2: a tool is missing.
 """
 
 from __future__ import annotations
@@ -29,12 +27,12 @@ from scripts.netlist import ROOT, ToolError, find_ghdl
 
 FOLDER: Final = ROOT / "build" / "coverage_gateware"
 BUDGET: Final = 0.95
-"""Share of the statements' lines of ``rtl/`` that the benches execute at the least."""
+"""Least share of the statements' lines of ``rtl/`` that the benches must execute."""
 BENCHES: Final = (
     "tb",
-    # The whole instrument, which the benches of its units and of the core run too.
+    # These run the whole instrument; the benches of its units and of the core run it too.
     *(f"--ignore=tb/{folder}" for folder in ("demo", "firmware", "instrument")),
-    # Thousands of angles through 32 lanes: 2 to 8 lanes run the same lines.
+    # These run thousands of angles through 32 lanes; 2 to 8 lanes execute the same lines.
     *(
         f"--deselect=tb/core/test_compensation_pipeline.py::{test}"
         for test in (
@@ -45,13 +43,13 @@ BENCHES: Final = (
 )
 """Arguments of pytest: the benches whose lines are counted."""
 VARIABLE: Final = "ARCTRUE_COVERAGE"
-"""Names the folder of the results to tb/support/simulation.py."""
+"""Environment variable that gives tb/support/simulation.py the folder of the results."""
 RUN_LIMIT_S: Final = 4 * 3600
 
 
 @dataclass
 class FileLines:
-    """Lines with statements of one file, and those of them that were executed."""
+    """Lines with statements of one file, and the executed ones."""
 
     lines: set[int] = field(default_factory=set)
     executed: set[int] = field(default_factory=set)
@@ -67,9 +65,9 @@ def _inside(path: Path, folder: Path) -> bool:
 
 
 def read_results(folder: Path, sources: Path) -> dict[Path, FileLines]:
-    """Add up all files of JSON in ``folder``, for the VHDL files below ``sources``.
+    """Add up all JSON files in ``folder``, for the VHDL files below ``sources``.
 
-    Raises ValueError, with the file's name, for one that GHDL did not write whole.
+    Raises ValueError, with the file's name, for an incomplete file.
     """
     found: dict[Path, FileLines] = {}
     for result in sorted(folder.glob("*.json")):
@@ -91,13 +89,13 @@ def read_results(folder: Path, sources: Path) -> dict[Path, FileLines]:
 
 
 def has_body(path: Path) -> bool:
-    """Whether a VHDL file describes hardware: a package of constants does not."""
+    """Tell whether a VHDL file describes hardware: a package of constants does not."""
     text = path.read_text(encoding="utf-8").lower()
     return "architecture " in text or "package body" in text
 
 
 def has_statements(path: Path) -> bool:
-    """Whether GHDL counts lines of a VHDL file: of an entity that only instantiates it has none."""
+    """Tell whether GHDL counts lines of a VHDL file: an entity that only instantiates has none."""
     text = re.sub(r"--[^\n]*", "", path.read_text(encoding="utf-8").lower())
     if "package body" in text:
         return True
@@ -107,13 +105,13 @@ def has_statements(path: Path) -> bool:
 
 
 def share(found: dict[Path, FileLines]) -> float:
-    """Executed lines of all lines with statements; 0 where there is no line."""
+    """Return executed lines over all lines with statements; 0 if there is no line."""
     lines = sum(len(entry.lines) for entry in found.values())
     return sum(len(entry.executed) for entry in found.values()) / lines if lines else 0.0
 
 
 def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) -> list[str]:
-    """A sentence for each file that was in no simulation, and for a missed budget."""
+    """Return a sentence for each file that was in no simulation, and for a missed budget."""
     told = [
         f"{path.relative_to(sources.parent)} was in no simulation"
         for path in sorted(sources.rglob("*.vhd"))
@@ -128,7 +126,7 @@ def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) 
 
 
 def table(found: dict[Path, FileLines], root: Path) -> str:
-    """Markdown: each file with its lines, those executed, and which are not."""
+    """Return Markdown: each file with its lines, the executed ones, and the missed ones."""
     lines = [
         "| file | lines with statements | executed | share | not executed |",
         "|---|---:|---:|---:|---|",
@@ -147,7 +145,7 @@ def table(found: dict[Path, FileLines], root: Path) -> str:
 
 
 def run_benches(tests: Sequence[str], folder: Path, workers: int) -> int:
-    """Run the benches with GHDL's counting; the exit code of pytest. Raises ToolError."""
+    """Run the benches with GHDL's counting; return the exit code of pytest. Raises ToolError."""
     command, _ = find_ghdl()
     ghdl = shutil.which(command)
     if ghdl is None or Path(ghdl).name != "ghdl":
@@ -164,7 +162,7 @@ def run_benches(tests: Sequence[str], folder: Path, workers: int) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
+    """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "tests",

@@ -30,7 +30,7 @@ GENERATED_PYTHON = ROOT / "sim" / "arctrue" / "generated"
 
 
 def c_number_formats(constants: dict[str, int]) -> str:
-    """The C header of the number formats."""
+    """Return the C header of the number formats."""
     lines = [
         f"/* Generated from {NUMBER_FORMATS} by scripts/generate.py. Do not edit. */",
         "#ifndef ARCTRUE_NUMBER_FORMATS_H",
@@ -42,7 +42,7 @@ def c_number_formats(constants: dict[str, int]) -> str:
 
 
 def legal_words(block: AddrmapNode, words: int, kind: str) -> str:
-    """A ``1`` for each of so many words that may be ``read``, or ``written``."""
+    """Return a text with a ``1`` for each of so many words that may be ``read``, or ``written``."""
     legal = ["0"] * words
     for register in registers_of(block):
         allowed = register.has_sw_readable if kind == "read" else register.has_sw_writable
@@ -53,7 +53,7 @@ def legal_words(block: AddrmapNode, words: int, kind: str) -> str:
 
 
 def vhdl_addresses(top: AddrmapNode, block: AddrmapNode) -> str:
-    """A VHDL package with the addresses that hand-written VHDL has to know."""
+    """Return a VHDL package with the addresses that hand-written VHDL needs."""
     offset = top.get_child_by_name("coefficient_offset")
     assert isinstance(offset, RegNode)
     named = [(memory.inst_name, memory.absolute_address) for memory in memories_of(top)]
@@ -112,7 +112,7 @@ def write_registers() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write everything; returns the exit code."""
+    """Write everything; return the exit code."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     write_python(ROOT, GENERATED_PYTHON)
     constants = read_number_formats(ROOT / NUMBER_FORMATS)

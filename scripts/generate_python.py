@@ -1,7 +1,8 @@
-"""Writes the Python half of what is generated: the modules of the package ``arctrue.generated``.
+"""Writes the generated Python modules, the package ``arctrue.generated``.
 
 ``make generate`` writes them into the source tree, the build of a wheel into the wheel
-(scripts/build_package.py); so this imports nothing but what pyproject.toml requires of a build.
+(scripts/build_package.py). This script therefore imports only what pyproject.toml requires of a
+build.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ from scripts.register_map import (
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Write ``text`` unless the file holds it already, so that make sees no false change."""
+    """Write ``text`` unless the file already contains it, so that make sees no false change."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
 
 
 def python_number_formats(constants: dict[str, int]) -> str:
-    """The Python module of the number formats."""
+    """Return the Python module of the number formats."""
     lines = [
         f'"""Generated from {NUMBER_FORMATS} by scripts/generate_python.py. Do not edit."""',
         "",
@@ -40,7 +41,7 @@ def python_number_formats(constants: dict[str, int]) -> str:
 
 
 def python_register(top: AddrmapNode, register: RegNode) -> list[str]:
-    """The lines of one register in the Python module."""
+    """Return the lines of one register in the Python module."""
     path = path_below(top, register)
     lines = [
         "    Register(",
@@ -67,12 +68,12 @@ def python_register(top: AddrmapNode, register: RegNode) -> list[str]:
 
 
 def is_write_one_to_clear(field: FieldNode) -> bool:
-    """Whether a 1 written to ``field`` clears it."""
+    """Tell whether writing 1 to ``field`` clears it."""
     return bool(field.get_property("woclr"))
 
 
 def python_registers(top: AddrmapNode) -> str:
-    """The Python module of the register map: addresses, masks, shifts and descriptions."""
+    """Return the Python module of the register map: addresses, masks, shifts and descriptions."""
     registers = list(registers_of(top))
     lines = [
         f'"""Generated from {REGISTERS} by scripts/generate_python.py. Do not edit."""',

@@ -45,7 +45,7 @@ BEFORE_SYNC = 48  # bytes of dummy words and width detection that the configurat
 
 
 class ImageError(Exception):
-    """The reason why no image can be made, in words for the user."""
+    """No image can be made; the text states the reason for the user."""
 
 
 def padded(data: bytes, multiple: int) -> bytes:

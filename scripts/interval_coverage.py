@@ -1,7 +1,8 @@
-"""Counts how often the 95 % intervals of a drift hold the true one, in a reference that wanders.
+"""Counts how often the 95 % intervals of a drift contain the true drift, with a reference that
+wanders.
 
 Run ``python -m scripts.interval_coverage --sets 40``: each set has six cycles of 24 stations, a
-drift of 1″/h and a random walk of 0.05″ a reading beside 0.1″ of white noise.
+drift of 1″/h, a random walk of 0.05″ a reading and 0.1″ of white noise.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ NAME = "reference_drift.rate"
 
 
 def drift_of(seed: int) -> at.FitParameter:
-    """The fitted drift of one simulated set."""
+    """Return the fitted drift of one simulated set."""
     random = np.random.default_rng(seed)
     angle = np.tile(np.arange(24) * 15.0, 6)
     time_s = np.arange(angle.size) * READING_S

@@ -1,8 +1,8 @@
 """Judges the forecast of ``arctrue life`` on simulated lives.
 
-Run ``python -m scripts.judge_life``; ``--write`` puts the table into docs/life.md. It fails (exit
-code 1) if fewer than 95 % of the failing lives have an alarm before the limit, or if there is more
-than one false alarm a machine-year: the requirement of the prognosis.
+Run ``python -m scripts.judge_life``; ``--write`` puts the table into docs/life.md. The exit code is
+1 if fewer than 95 % of the failing lives have an alarm before the limit, or if there is more than
+one false alarm a machine-year: these are the requirements of the prognosis.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ HEADINGS = (
 
 
 def table(rows: Sequence[Mapping[str, Any]], lives: int, seed: int) -> list[str]:
-    """Lines of Markdown."""
+    """Return the table as lines of Markdown."""
     lines = [f"| {' | '.join(HEADINGS)} |", "|" + "---|" * len(HEADINGS)]
     for row in rows:
         share, rate = row["in_time_interval"], row["false_interval"]

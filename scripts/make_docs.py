@@ -1,8 +1,8 @@
 """Writes the documents made from the sources: entities, registers, commands, API, a picture.
 
-Run ``python -m scripts.make_docs``; with ``--check`` nothing is written, and documents that differ
-from their sources are named (exit code 1). The pages are committed, so that they can be read
-where the code is read.
+Run ``python -m scripts.make_docs``. With ``--check`` it writes nothing and names the documents that
+differ from their sources (exit code 1). The pages are committed, so that people can read them
+together with the code.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ WORKBENCH = Path("docs/workbench.md")
 RULES, END_OF_RULES = "<!-- The rules: made by scripts/make_docs.py -->\n", "<!-- End -->\n"
 NUMBER_FORMATS = Path("rtl/formats/number_formats_pkg.vhd")
 
-# The folders of rtl/ in the order of the data's way.
+# The folders of rtl/ in the order of the data's path.
 WAY = (
     "decoder",
     "sampler",
@@ -48,7 +48,7 @@ MODE = re.compile(r"^(?P<mode>inout|in|out|buffer)\s+(?P<type>.+)$", re.IGNORECA
 
 @dataclass(frozen=True)
 class Item:
-    """A generic or a port; ``mode`` is empty for a generic, ``heading`` groups what follows it."""
+    """A generic or a port; ``mode`` is empty for a generic, ``heading`` groups the items below."""
 
     names: str
     mode: str
@@ -71,9 +71,9 @@ class Entity:
 
 
 def read_header(lines: list[str], source: Path) -> tuple[str, str]:
-    """Name and markdown text of the comment at the head of a VHDL file.
+    """Return name and markdown text of the comment at the head of a VHDL file.
 
-    Raises ValueError where the comment has not the form that CONTRIBUTING.md states.
+    Raises ValueError if the comment does not have the form that CONTRIBUTING.md states.
     """
     comment: list[str] = []
     for line in lines:
@@ -109,7 +109,7 @@ def _clause(text: str, keyword: str) -> str | None:
 
 
 def read_items(clause: str, source: Path) -> tuple[Item, ...]:
-    """The declarations of a generic or port clause: one a line, its comment after it."""
+    """Return the declarations of a generic or port clause: one a line, its comment after it."""
     items: list[Item] = []
     heading = ""
     for line in clause.splitlines():
@@ -131,7 +131,7 @@ def read_items(clause: str, source: Path) -> tuple[Item, ...]:
 
 
 def read_entity(root: Path, source: Path) -> Entity:
-    """Header, generics, ports and used entities of ``source``, a path below ``root``."""
+    """Return header, generics, ports and used entities of ``source``, a path below ``root``."""
     text = (root / source).read_text(encoding="utf-8")
     name, header = read_header(text.splitlines(), source)
     found = re.search(
@@ -155,7 +155,7 @@ def read_entity(root: Path, source: Path) -> Entity:
 
 
 def find_records(root: Path) -> dict[str, tuple[Item, ...]]:
-    """The elements of each record type of the packages below rtl/."""
+    """Return the elements of each record type of the packages below rtl/."""
     return {
         name: read_items(body, path.relative_to(root))
         for path in sorted((root / "rtl").rglob("*_pkg.vhd"))
@@ -164,7 +164,7 @@ def find_records(root: Path) -> dict[str, tuple[Item, ...]]:
 
 
 def find_entities(root: Path) -> list[Entity]:
-    """All entities below rtl/, along the data's way."""
+    """Return all entities below rtl/, in the order of the data's path."""
     entities: list[Entity] = []
     for path in sorted((root / "rtl").rglob("*.vhd")):
         if re.search(
@@ -198,7 +198,7 @@ def _generics_table(items: tuple[Item, ...]) -> list[str]:
 
 
 def _ports_table(items: tuple[Item, ...], records: Mapping[str, tuple[Item, ...]]) -> list[str]:
-    """A row a port; the elements of a record port follow it."""
+    """Make a table row for each port; the elements of a record port follow it."""
     lines = ["| Port | Direction | Type | |", "|---|---|---|---|"]
     for item in items:
         elements = [
@@ -215,7 +215,7 @@ def _ports_table(items: tuple[Item, ...], records: Mapping[str, tuple[Item, ...]
 
 
 def _related(root: Path, entity: Entity, entities: list[Entity]) -> list[str]:
-    """Links to source, model, test bench and the entities above and below."""
+    """Make links to source, model, test bench and the entities above and below."""
 
     def link(path: Path) -> str:
         return f"[{path}](../../{path})"
@@ -239,7 +239,7 @@ def _related(root: Path, entity: Entity, entities: list[Entity]) -> list[str]:
 
 
 def entity_page(root: Path, entity: Entity, entities: list[Entity]) -> str:
-    """The markdown page of one entity."""
+    """Return the markdown page of one entity."""
     lines = [
         f"<!-- Made by scripts/make_docs.py from {entity.source}. Do not edit: make docs -->",
         "",
@@ -257,14 +257,14 @@ def entity_page(root: Path, entity: Entity, entities: list[Entity]) -> str:
 
 
 def first_sentence(text: str) -> str:
-    """The first sentence of a header, for lists."""
+    """Return the first sentence of a header, for lists."""
     paragraph = " ".join(text.split("\n\n", 1)[0].split())
     found = re.match(r"(.+?[.:])(?:\s+[A-Z`*(]|$)", paragraph)
     return (found[1] if found else paragraph).rstrip(":.") + "."
 
 
 def entities_index(entities: list[Entity]) -> str:
-    """The list of all entities."""
+    """Return the list of all entities."""
     lines = [
         "<!-- Made by scripts/make_docs.py. Do not edit: make docs -->",
         "",
@@ -293,7 +293,7 @@ CONTINUED_LINE = re.compile(r"^--\s{10,}(?P<more>\S.*)$")
 
 
 def number_formats_page(package: str) -> str:
-    """The page of the number formats, from the text of the VHDL package."""
+    """Return the page of the number formats, from the text of the VHDL package."""
     formats: list[list[str]] = []
     for line in package.splitlines():
         if found := FORMAT_LINE.match(line):
@@ -335,7 +335,7 @@ def number_formats_page(package: str) -> str:
 
 
 def with_rules(page: str) -> str:
-    """The page of the workbench with the rules of the verdict as the program has them."""
+    """Return the page of the workbench with the program's rules of the verdict."""
     before, _, rest = page.partition(RULES)
     after = rest.partition(END_OF_RULES)[2]
     return "".join(
@@ -344,7 +344,7 @@ def with_rules(page: str) -> str:
 
 
 def documents(root: Path) -> dict[Path, str]:
-    """Every document that is made: its path below ``root`` and its text."""
+    """Make every generated document: its path below ``root`` and its text."""
     entities = find_entities(root)
     made = {
         ENTITIES / f"{entity.name}.md": entity_page(root, entity, entities) for entity in entities
@@ -363,7 +363,8 @@ def documents(root: Path) -> dict[Path, str]:
 
 
 def stale_documents(root: Path) -> list[Path]:
-    """Made documents that differ from their sources, are missing, or have lost their source."""
+    """List generated documents that differ from their sources, are missing, or have lost their
+    source."""
     made = documents(root)
     stale = [
         path
@@ -375,7 +376,7 @@ def stale_documents(root: Path) -> list[Path]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write or check everything; returns the exit code."""
+    """Write or check everything; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; name what differs")
     given = parser.parse_args(arguments)

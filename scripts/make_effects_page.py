@@ -1,9 +1,8 @@
 """Writes docs/effects.md, the catalogue of physical effects, from the effects' declarations.
 
-docs/data/taken_away.json contains the error that the lanes leave (scripts/measure_taken_away.py).
-
-Run ``python -m scripts.make_effects_page``; with ``--check`` nothing is written, and a page that
-differs from the declarations is named (exit code 1).
+docs/data/taken_away.json contains the remaining error after the lanes
+(scripts/measure_taken_away.py). Run ``python -m scripts.make_effects_page``. With ``--check`` it
+writes nothing and names a page that differs from the declarations (exit code 1).
 """
 
 from __future__ import annotations
@@ -167,14 +166,14 @@ def _section(name: str, effect: type[Effect]) -> list[str]:
 
 
 def _setting(value: object) -> str:
-    """A default as it is written in a model file; long runs of numbers shortened."""
+    """Format a default as in a model file; shorten long runs of numbers."""
     if isinstance(value, list | tuple) and len(value) > 6:
         return f"`{value[0]}` … `{value[-1]}`"
     return f"`{list(value)}`" if isinstance(value, tuple) else f"`{value}`"
 
 
 def effects_page() -> str:
-    """The markdown of the page."""
+    """Return the page in Markdown."""
     effects = built_in()
     lines = [*_summary(effects), *_compensation(effects)]
     for name, effect in effects.items():
@@ -183,7 +182,7 @@ def effects_page() -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the page, or compare it; returns the exit code."""
+    """Write the page, or compare it; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; compare the page")
     given = parser.parse_args(arguments)

@@ -1,7 +1,7 @@
-"""Makes the pictures of docs/tutorial.md and docs/real-data.md by the commands that they show.
+"""Makes the pictures of docs/tutorial.md and docs/real-data.md by the commands in these pages.
 
-Run ``python -m scripts.make_workbench_pictures``. The pictures are committed; their figures are
-checked through the pages, which a test runs.
+Run ``python -m scripts.make_workbench_pictures``. The pictures are committed; a test runs the pages
+and thereby checks the figures in the pictures.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def _run(words: str) -> None:
 
 
 def tutorial() -> None:
-    """The commands of the tutorial that write pictures, in a folder of their own."""
+    """Run the commands of the tutorial that write pictures, in a folder of their own."""
     start = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -76,7 +76,7 @@ def _left(terms: list[Term], observations: Observations) -> NDArray[np.float64]:
 
 
 def motor() -> None:
-    """Order spectrum of the motor encoder after the base model and the reversal error."""
+    """Draw the order spectrum of the motor encoder after the base model and the reversal error."""
     observations = _observations("moteus_motor_encoder")
     rows = observations.reference
     assert rows is not None
@@ -103,7 +103,7 @@ def motor() -> None:
 
 
 def worm() -> None:
-    """Residual of the telescope axis over time, before and after the worm is added."""
+    """Draw the residual of the telescope axis over time, before and after the worm is added."""
     observations = _observations("worm_axis_telescope")
     rows = observations.reference
     assert rows is not None

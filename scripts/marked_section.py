@@ -1,4 +1,4 @@
-"""The part of a page by hand that a script writes: between its own mark and `<!-- end -->`."""
+"""The part of a hand-written page that a script writes: between its own mark and `<!-- end -->`."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class MarkedSection:
     begin: str
 
     def inserted(self, lines: str) -> str:
-        """The text of the page with ``lines`` as its section.
+        """Return the text of the page with ``lines`` as its section.
 
-        Raises ValueError if the page lacks one of both marks.
+        Raises ValueError if one of the two marks is missing.
         """
         before, begin, following = self.page.read_text(encoding="utf-8").partition(self.begin)
         _, end, after = following.partition(END)
@@ -29,7 +29,7 @@ class MarkedSection:
         return before + begin + lines + end + after
 
     def is_current(self, lines: str) -> bool:
-        """Whether the page has ``lines`` as its section. Raises ValueError as ``inserted``."""
+        """Tell whether the page has ``lines`` as its section. Raises ValueError as ``inserted``."""
         return self.inserted(lines) == self.page.read_text(encoding="utf-8")
 
     def write(self, lines: str) -> None:

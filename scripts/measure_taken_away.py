@@ -1,16 +1,16 @@
 """Measures on simulated tables which part corrects each effect, and the remaining error.
 
 Each effect is simulated alone on a table with an eccentric disc, recorded as a measurement set with
-noise, and fitted with and without the effect in the model. Both models are exported, and the lanes
-are compared with the true error of head 1 on other turns, up and down, at a temperature that
-was never measured: this error comes from the table's geometry and not from any model.
+noise, and fitted with and without the effect in the model. Both models are exported. The lanes are
+compared with the true error of head 1 on other turns, up and down, at a temperature that was never
+measured: this error comes from the table's geometry and not from any model.
 
 An effect whose file declares ``modulators`` is exported for a gateware with MODULATORS. Direction
 and speed are settled in each fresh turn, and the model of ``amplitude_sweep`` multiplies the
-amplitudes by them. The line of periodic_error is exported for one with REAL_ORDERS.
+amplitudes by them. The line of periodic_error is exported for a gateware with REAL_ORDERS.
 
-Run ``python -m scripts.measure_taken_away``, some minutes; it writes docs/data/taken_away.json, of
-which ``python -m scripts.make_effects_page`` makes docs/effects.md.
+Run ``python -m scripts.measure_taken_away``, some minutes. It writes docs/data/taken_away.json,
+from which ``python -m scripts.make_effects_page`` makes docs/effects.md.
 """
 
 from __future__ import annotations
@@ -55,35 +55,36 @@ Float = NDArray[np.float64]
 STORED = Path(__file__).resolve().parents[1] / "docs" / "data" / "taken_away.json"
 SEED = 13
 FRESH_C = USUAL_TEMPERATURE_C + 2.2
-"""Between the temperatures of the set's runs."""
+"""Temperature of the fresh turns, between those of the set's runs."""
 ROWS = 20_000
 """Number of fresh rows; their angles are random, so that no order is an alias."""
 DENSE_STATIONS = 4096
-"""A turn, of a reference that is read on the move."""
+"""Number of stations per turn of a reference that is read on the move."""
 SIMULATED_BY = {"graduation_harmonics": None, "periodic_error": "drive_gear_error"}
-"""Recipe of an effect where it is not the one of its name; None: every table has it."""
+"""Recipe of an effect, if it does not have the effect's name; None: every table has the effect."""
 
 
 def measured_effects() -> list[str]:
-    """Effects that a simulated table can have: not those of a mount with a second axis."""
+    """List the effects that a simulated table can have: not those of a mount with a second axis."""
     return [name for name in built_in() if name in SIMULATED_BY or name in REGISTRY]
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """One effect; RMS about the mean, arcseconds, at the output on the fresh turns."""
+    """Result for one effect; RMS about the mean, arcseconds, at the output on the fresh turns."""
 
     effect: str
     simulated: str
     """Size and unit of the cause."""
     part_arcsec: float
-    """Contribution of the cause to the error of head 1; for the disc's own error, all of it."""
+    """Contribution of the cause to the error of head 1; for the disc's own error, the whole error.
+    """
     left_without_arcsec: float
-    """Error left with the lanes of a model that lacks the effect."""
+    """Remaining error with the lanes of a model without the effect."""
     left_with_arcsec: float
-    """Error left with the effect in the model."""
+    """Remaining error with the effect in the model."""
     taken_away_by: str
-    """Part that corrects it, as the export states."""
+    """Part of the system that corrects it, as the export states."""
 
     def data(self) -> dict[str, Any]:
         """Return the figures for JSON, to a thousandth of an arcsecond."""
@@ -94,7 +95,7 @@ class Measured:
 
 
 def measure(name: str, seed: int = SEED) -> Measured:
-    """One effect of the catalogue. Raises KeyError for a name that it does not have."""
+    """Measure one effect of the catalogue. Raises KeyError for a name that the catalogue lacks."""
     cause = SIMULATED_BY.get(name, name)
     experiment = _experiment(name)
     plain = simulate_set([], experiment, seed)
@@ -119,7 +120,8 @@ def measure(name: str, seed: int = SEED) -> Measured:
 
 
 def _experiment(name: str) -> Experiment:
-    """Up, down, fast, warm, and a polygon; a line at a high order needs more stations than that."""
+    """Return runs up, down, fast and warm, and a polygon; a line at a high order needs more
+    stations."""
     experiment = short()
     if name != "periodic_error":
         return experiment
@@ -129,7 +131,7 @@ def _experiment(name: str) -> Experiment:
 
 
 def _fresh_turns(seed: int) -> Conditions:
-    """A turn up and a turn down."""
+    """Return a turn up and a turn down."""
     random = np.random.default_rng([seed, ROWS])
     angle = np.sort(random.uniform(0.0, 2.0 * np.pi, (2, ROWS // 2)), axis=1)
     angle[1] = angle[1][::-1]
@@ -156,7 +158,7 @@ def _error_arcsec(table: RotaryTable, fresh: Conditions) -> Float:
 def _left(
     model: Model, made: SimulatedSet, fresh: Conditions, error_arcsec: Float, name: str
 ) -> tuple[float, str]:
-    """RMS of what the exported lanes leave, and by whom the effect ``name`` is taken away."""
+    """Return the RMS of the error after the exported lanes, and the part that corrects ``name``."""
     if not model.effects:
         return float(error_arcsec.std()), ""
     observations, effects = observations_of(made.measurement), built_in()
@@ -208,7 +210,7 @@ def stored() -> dict[str, Any]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the effects that are named, or all; returns the exit code."""
+    """Measure the named effects, or all; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("effects", nargs="*", help="measure these alone", metavar="EFFECT")
     chosen = parser.parse_args(arguments).effects

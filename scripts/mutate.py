@@ -36,14 +36,15 @@ COPIED = (
     "conftest.py",
 )
 GHDL_OF_NETLISTS = ROOT / "build/ghdl5/bin/ghdl"
-"""Folder that scripts/install_ghdl_netlist.sh unpacks; the copy has none."""
+"""Path of the GHDL that scripts/install_ghdl_netlist.sh unpacks; the copy does not contain it."""
 TIMEOUT_S = 600
 BUILD_FAILED = ("in _built", "the firmware does not compile")
 """Signs of a failed build: a function of tb/support, a message of the firmware build."""
 
 
 def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
-    """List entries that do not fit the tree: texts not found exactly once, missing tests."""
+    """Return the list's entries that do not fit the tree: texts not found exactly once, missing
+    tests."""
     faults: list[str] = []
     for mutation in mutations:
         path = root / mutation.file
@@ -78,7 +79,8 @@ def copy_tree(root: Path, copy: Path) -> None:
 
 
 def run_test(copy: Path, test: str) -> tuple[int, str]:
-    """Exit code and output of one pytest run in the copy; a test that hangs counts as failed."""
+    """Return exit code and output of one pytest run in the copy; a test that hangs counts as
+    failed."""
     command = [
         sys.executable,
         "-m",
@@ -108,7 +110,7 @@ def say(words: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the named mutations, or all; returns the exit code."""
+    """Run the named mutations, or all; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="run these mutations alone", metavar="NAME")
     parser.add_argument(

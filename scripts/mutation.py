@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Mutation:
-    """One wrong text in one file, and the pytest test that fails because of it.
+    """A wrong text in a file, and the pytest test that fails because of this text.
 
     ``old`` occurs exactly once in ``file``. A mutation belongs to a list if a person could make
     this error and no other test would show it at once.

@@ -1,6 +1,6 @@
-"""Mutations of the VHDL, and the test that must fail for each.
+"""Lists mutations of the VHDL, and the test that must fail for each.
 
-See scripts/mutate.py; other lists hold those of the C and of the diagnosis.
+See scripts/mutate.py; other lists contain the mutations of the C and of the diagnosis.
 """
 
 from __future__ import annotations

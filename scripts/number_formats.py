@@ -1,4 +1,4 @@
-"""Reads the number formats from their one source, a VHDL package."""
+"""Reads the number formats from their single source, a VHDL package."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ CONSTANT = re.compile(r"^\s*constant\s+(\w+)\s*:\s*(?:positive|natural|integer)\
 
 
 def read_number_formats(package: Path) -> dict[str, int]:
-    """The integer constants of a VHDL package, in their order.
+    """Return the integer constants of a VHDL package, in their order.
 
     Raises ValueError for a constant line of another form.
     """

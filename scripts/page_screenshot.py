@@ -1,7 +1,7 @@
 """Takes the picture of the page for README.md and docs/page.md: docs/images/page.png.
 
 Run ``python -m scripts.page_screenshot``. It generates a table with a hidden effect in the page
-itself and waits for the diagnosis. Needs Chromium.
+itself and waits for the diagnosis. It needs Chromium.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from sim.tests.page.page_server import page_server
 
 IMAGE = Path(__file__).resolve().parents[1] / "docs" / "images" / "page.png"
 SEED = 12
-"""A hub that warms: the tutorial's table."""
+"""Seed of the tutorial's table, whose hub warms."""
 PATIENCE_MS = 600_000
 WIDTH, HEIGHT = 1440, 1000
 
@@ -43,7 +43,7 @@ def take(page: Page, address: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Write the picture; without a browser the one that is there stays."""
+    """Write the picture; without a browser the existing picture stays."""
     argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     program = chromium()
     if program is None:

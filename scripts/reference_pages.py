@@ -1,4 +1,4 @@
-"""The pages of the command line and of the Python interface, from the sources themselves."""
+"""Makes the pages of the command line and of the Python interface from the sources themselves."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Made from the sources by `make docs`. How it is used: [from Python](python.md).
 
 
 def commands_page() -> str:
-    """``docs/commands.md``: usage, words and options of every command."""
+    """Return ``docs/commands.md``: usage, description and options of every command."""
     from arctrue.cli import SECTIONS, main
 
     context = click.Context(main, info_name="arctrue", **main.context_settings)
@@ -57,7 +57,7 @@ def _command(
 
 
 def _paragraphs(text: str) -> str:
-    """The words of a help text, a line a paragraph."""
+    """Return the paragraphs of a help text, one line each."""
     blocks = re.split(r"\n\s*\n", inspect.cleandoc(text))
     return "\n\n".join(" ".join(block.split()) for block in blocks)
 
@@ -73,7 +73,7 @@ def _option(param: click.Parameter, context: click.Context) -> str:
 
 
 def _default(param: click.Option) -> tuple[str, str]:
-    """The help without what it says of the default, and that."""
+    """Return the help without its statement of the default, and the default."""
     told = param.help or ""
     found = re.search(r"\s*\[default: (.*)\]$", told)
     if found:
@@ -90,7 +90,7 @@ def _cell(text: str) -> str:
 
 
 def api_page() -> str:
-    """``docs/api.md``: the public names, their arguments and what they give."""
+    """Return ``docs/api.md``: the public names, their arguments and results."""
     from arctrue import api
     from arctrue.importing import FileContent
     from arctrue.instrument import Instrument
@@ -110,12 +110,12 @@ def api_page() -> str:
 
 
 def _described(what: Any, name: str) -> str:
-    """One name: what it does, its fields or arguments, its public methods."""
+    """Describe one name: its purpose, its fields or arguments, its public methods."""
     if not inspect.isclass(what):
         return f"\n### {name}\n\n```python\n{name}{_signature(what)}\n```\n\n{_words(what)}\n"
     text = f"\n### {name}\n\n{_words(what)}\n"
     fields = list(_fields(what))
-    # A bound is told where one of the fields has one.
+    # The table has a column of bounds if any field has bounds.
     columns = 3 if any(bounds for *_, bounds in fields) else 2
     if fields:
         text += "\n| Field | Type |" + " |" * (columns - 2) + "\n|" + "---|" * columns + "\n"
@@ -131,7 +131,7 @@ def _described(what: Any, name: str) -> str:
 
 
 def _fields(kind: type) -> Iterator[tuple[str, str, str]]:
-    """Each with its plain type and, where the type has them, its bounds in words."""
+    """Yield each field with its plain type and, if the type has bounds, the bounds in words."""
     if not dataclasses.is_dataclass(kind):
         return
     for item in dataclasses.fields(kind):
@@ -146,7 +146,7 @@ def _fields(kind: type) -> Iterator[tuple[str, str, str]]:
 
 
 def _methods(kind: type) -> Iterator[tuple[str, Any]]:
-    """The public ones with a docstring of their own, in the order of the source."""
+    """Yield the public methods with a docstring of their own, in the order of the source."""
     for key, member in vars(kind).items():
         function = member.__func__ if isinstance(member, classmethod | staticmethod) else member
         callable_ = inspect.isfunction(function) or isinstance(function, property)
@@ -155,7 +155,7 @@ def _methods(kind: type) -> Iterator[tuple[str, Any]]:
 
 
 def _signature(function: Any) -> str:
-    """Arguments with their types, as the source has them."""
+    """Return the arguments with their types, as in the source."""
     shown = []
     before: Any = None
     for item in inspect.signature(function).parameters.values():
@@ -177,11 +177,11 @@ def _signature(function: Any) -> str:
 
 
 SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}$", re.MULTILINE)
-"""The heading of a part of a docstring, as numpydoc underlines it."""
+"""Pattern of the heading of a part of a docstring, as numpydoc underlines it."""
 
 
 def _words(what: Any) -> str:
-    """The docstring as Markdown: ``code`` and roles of Sphinx as code, numpydoc's as lists."""
+    """Return the docstring as Markdown: ``code`` and Sphinx roles as code, numpydoc's as lists."""
     text = inspect.cleandoc(what.__doc__ or "")
     headings = list(SECTION.finditer(text))
     ends = [*(item.start() for item in headings[1:]), len(text)][: len(headings)]
@@ -197,7 +197,7 @@ def _words(what: Any) -> str:
 
 
 def _entry(text: str) -> str:
-    """One parameter, result or exception: its line with name and type, then its words."""
+    """Format one parameter, result or exception: name and type, then its description."""
     head, _, words = text.partition("\n")
     name, colon, kind = head.partition(" : ")
     stars = name.replace("*", "\\*") if not colon and name.startswith("*") else f"`{name}`"
@@ -206,5 +206,5 @@ def _entry(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """``code`` and roles of Sphinx as code of Markdown."""
+    """Convert ``code`` and roles of Sphinx to code of Markdown."""
     return re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text).replace("``", "`")

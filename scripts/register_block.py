@@ -1,10 +1,10 @@
 """Generates the register block with a port that has one select bit per word.
 
 The generator's own block decodes the address in the clock of the access, and selects the read word
-after that decoder. Here the bits ``s_cpuif_word`` arrive decoded, and the read word
-has a register, so that only an OR of words lies between two registers. register_access.vhd makes
-these bits while it checks the access, so a read takes no additional clock. Everything else is the
-generator's.
+after that decoder. In this block the bits ``s_cpuif_word`` arrive decoded, and the read word has a
+register, so that only an OR of words lies between two registers. register_access.vhd makes these
+bits while it checks the access, so a read takes no additional clock. Everything else is as the
+generator makes it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class _Words(ReadbackMuxGenerator):  # type: ignore[misc]
         return "true"
 
     def get_readback_data_var(self, addr: str) -> str:
-        """The place of the word at ``addr``, bytes."""
+        """Return the place of the word at ``addr``, bytes."""
         return f"words(({addr}) / {self.exp.cpuif.data_width_bytes})"
 
 
@@ -43,25 +43,26 @@ class _DecodedPort(PassthroughCpuif):  # type: ignore[misc]
 
     @property
     def word_count(self) -> int:
-        """Words in the block's range of addresses."""
+        """Number of words in the block's range of addresses."""
         return int(2**self.addr_width // self.data_width_bytes)
 
     @property
     def words(self) -> str:
-        """VHDL that assigns every word that can be read."""
+        """Return VHDL that assigns every readable word."""
         return str(_Words(self.exp).get_content(self.exp.ds.top_node))
 
     @property
     def port_declaration(self) -> str:
-        """The ports: those of the generator and ``s_cpuif_word``, of the clock of the request."""
+        """Ports: those of the generator and ``s_cpuif_word``, which belongs to the clock of the
+        request."""
         chosen = f"s_cpuif_word : in std_logic_vector(0 to {self.word_count - 1});"
         return f"{chosen}\n{super().port_declaration}"
 
 
 def decoded_before(text: str) -> str:
-    """The block's VHDL with a bit of ``s_cpuif_word`` in place of each comparison of the address.
+    """Replace each comparison of the address in the block's VHDL by a bit of ``s_cpuif_word``.
 
-    The generator has no hook for this one. Raises ValueError when its text has changed.
+    The generator has no hook for this. Raises ValueError if the generator's text has changed.
     """
     text, replaced = COMPARISON.subn(r"s_cpuif_word((\1) / 4)", text)
     if not replaced or "cpuif_addr =" in text:

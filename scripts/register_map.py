@@ -1,4 +1,4 @@
-"""Compiles the register map from its one source, a SystemRDL file, and walks through it."""
+"""Compiles the register map from its single source, a SystemRDL file, and walks through it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ REGISTERS = Path("rtl/registers/arctrue_registers.rdl")
 
 
 def compile_registers(source: Path, *, block_only: bool = False) -> AddrmapNode:
-    """The elaborated register map of a SystemRDL file; ``block_only``: without what is external.
+    """Return the elaborated register map of a SystemRDL file; ``block_only``: without external
+    parts.
 
     Raises systemrdl.RDLCompileError, after the compiler has printed where and why.
     """
@@ -27,7 +28,7 @@ def compile_registers(source: Path, *, block_only: bool = False) -> AddrmapNode:
 
 
 def registers_of(node: Node) -> Iterator[RegNode]:
-    """Every register below ``node``, in address order."""
+    """Yield every register below ``node``, in address order."""
     for child in node.children(unroll=True):
         if isinstance(child, RegNode):
             yield child
@@ -36,10 +37,10 @@ def registers_of(node: Node) -> Iterator[RegNode]:
 
 
 def memories_of(top: AddrmapNode) -> list[MemNode]:
-    """The memory windows of the map."""
+    """Return the memory windows of the map."""
     return [child for child in top.children(unroll=True) if isinstance(child, MemNode)]
 
 
 def path_below(top: AddrmapNode, node: Node) -> str:
-    """The name of ``node`` below the top, as in ``snapshot.time``."""
+    """Return the name of ``node`` below the top, for example ``snapshot.time``."""
     return node.get_path().removeprefix(top.get_path() + ".")

@@ -16,7 +16,7 @@ from scripts.register_map import (
 
 
 def _words(node: FieldNode | MemNode | RegNode | RegfileNode) -> str:
-    """The description of a node in one line."""
+    """Return the description of a node in one line."""
     return " ".join((node.get_property("desc") or "").split())
 
 
@@ -36,7 +36,7 @@ def _field_row(field: FieldNode) -> str:
 
 
 def register_page(root: Path) -> str:
-    """The markdown page of the register map."""
+    """Return the register map as a page in Markdown."""
     top = compile_registers(root / REGISTERS)
     lines = [
         f"<!-- Made by scripts/register_page.py from {REGISTERS}. Do not edit: make docs -->",

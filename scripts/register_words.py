@@ -21,7 +21,7 @@ def _slice(field: FieldNode) -> str:
 
 
 def _inputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
-    """The fields that the gateware drives, each from its bits of the port."""
+    """Assign the fields that the gateware drives, each from its bits of the port."""
     lines = []
     for field in register.fields():
         if field.is_hw_writable:
@@ -33,7 +33,8 @@ def _inputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
 
 
 def _outputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
-    """The bits of the port from the fields that the gateware reads; 0 where there are none."""
+    """Assign the bits of the port from the fields that the gateware reads; 0 for bits without a
+    field."""
     lines, free = [], set(range(32))
     for field in register.fields():
         if field.is_hw_readable and not field.is_hw_writable:
@@ -46,7 +47,7 @@ def _outputs(top: AddrmapNode, register: RegNode, port: str) -> list[str]:
 
 
 def register_words(top: AddrmapNode) -> str:
-    """The VHDL of the entity."""
+    """Return the VHDL of the entity."""
     ports = [
         "clock : in std_ulogic",
         "reset : in std_ulogic",

@@ -47,7 +47,7 @@ class Resources:
 
     @staticmethod
     def of_cells(cells: Counter[str]) -> Resources:
-        """Resources of cells counted by type; types of other kinds take nothing."""
+        """Sum the resources of cells counted by type; other types need no resources."""
         return Resources(
             lut=sum(LUTS.get(kind, 0) * count for kind, count in cells.items()),
             ff=sum(count for kind, count in cells.items() if FLIP_FLOPS.fullmatch(kind)),
@@ -58,7 +58,7 @@ class Resources:
         )
 
     def __add__(self, other: Resources) -> Resources:
-        """Both together."""
+        """Return the sum of both."""
         return Resources(
             self.lut + other.lut,
             self.ff + other.ff,
@@ -71,13 +71,13 @@ class Resources:
 
 @dataclass
 class Design:
-    """Cells of every module of a netlist, by module and type."""
+    """Number of cells of a netlist, by module and type."""
 
     cells: dict[str, Counter[str]] = field(default_factory=dict)
 
     @staticmethod
     def read(path: Path) -> Design:
-        """Read a file of Yosys' ``write_json``. Raises ValueError when it holds no module."""
+        """Read a file of Yosys' ``write_json``. Raises ValueError for a file without a module."""
         design = Design()
         module = ""
         inside = False
@@ -98,7 +98,7 @@ class Design:
         return design
 
     def total(self, module: str) -> Resources:
-        """Resources of a module with everything below it."""
+        """Return the resources of a module with everything below it."""
 
         @cache
         def below(name: str) -> Resources:
@@ -112,7 +112,8 @@ class Design:
         return below(module)
 
     def units(self, top: str) -> list[tuple[str, int, int, Resources]]:
-        """Module, depth, instances below its parent, resources of one: a tree in reading order."""
+        """List module, depth, number of instances in its parent and resources of one, in reading
+        order."""
         rows: list[tuple[str, int, int, Resources]] = []
 
         def walk(name: str, depth: int, count: int) -> None:

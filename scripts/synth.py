@@ -35,8 +35,8 @@ class Budget:
     limit: float
 
 
-# For 32 lanes, register block and headers included; the XC7Z020 has 53,200 LUT, 106,400 FF,
-# 220 DSP48E1, 140 RAMB36.
+# These budgets are for 32 lanes with register block and headers; the XC7Z020 has 53,200 LUT,
+# 106,400 FF, 220 DSP48E1, 140 RAMB36.
 BUDGETS = (
     Budget("core", "lut", 38_000),
     Budget("core", "ff", 40_000),
@@ -64,7 +64,8 @@ def budgets_of(generics: Mapping[str, int | str]) -> tuple[Budget, ...]:
 
 
 def lane_of(units: Design) -> Resources | None:
-    """Resources of a lane: phase lane and the larger kind of harmonic lane; None without lanes."""
+    """Return the resources of a lane: phase lane and the larger kind of harmonic lane; None without
+    lanes."""
     parts = []
     for part in LANE_PARTS:
         kinds = [
@@ -79,7 +80,7 @@ def lane_of(units: Design) -> Resources | None:
 
 
 def exceeded(core: Resources, lane: Resources | None, budgets: tuple[Budget, ...]) -> list[str]:
-    """A sentence for every budget that is exceeded."""
+    """Return a sentence for every budget that is exceeded."""
     parts = {"core": core, "lane": lane}
     faults = []
     for budget in budgets:
@@ -101,7 +102,7 @@ def _row(name: str, count: int | str, part: Resources) -> str:
 
 
 def table(title: str, core: Resources, lane: Resources | None, units: Design, top: str) -> str:
-    """The resource table in Markdown."""
+    """Return the resource table in Markdown."""
     lines = [
         title,
         "",
@@ -126,10 +127,11 @@ def table(title: str, core: Resources, lane: Resources | None, units: Design, to
 def report(
     entity: str, generics: dict[str, int | str], folder: Path
 ) -> tuple[Resources, list[str]]:
-    """Synthesise, write and print the table; return the whole's resources and what is exceeded.
+    """Synthesise, write and print the table; return the resources of the whole, and exceeded
+    budgets.
 
-    Budgets are those of 32 lanes; they are checked for arctrue_core with 32 lanes only, the lane's
-    in any case. Raises ToolError.
+    Budgets are those of 32 lanes. They are checked for arctrue_core with 32 lanes only; the lane's
+    budget is always checked. Raises ToolError.
     """
     versions = f"{find_ghdl()[1]}, {find_yosys()[1]}"
     netlist = write_netlist(entity, folder, generics=generics)
@@ -164,7 +166,7 @@ def report(
 
 
 def fold_table(cores: dict[int, Resources], generics: Mapping[str, int | str]) -> str:
-    """A row for each FOLD, in Markdown."""
+    """Return a table in Markdown with a row for each FOLD."""
     built = "".join(f", {name} = {value}" for name, value in generics.items())
     lines = [
         f"{TOP} with {LANES} lanes{built}, folded: flattened, the whole core.",
@@ -200,8 +202,8 @@ def report_folds(
 ) -> tuple[dict[int, Resources], list[str]]:
     """Map the core for each of ``folds``; write and print a table that also has ``unfolded``.
 
-    ``generics``: other generics than FOLD, the same for all.
-    Returns the resources by fold and what is exceeded. Raises ToolError.
+    ``generics``: other generics than FOLD, the same for all. Returns the resources by fold, and
+    exceeded budgets. Raises ToolError.
     """
     cores = {1: unfolded} if unfolded else {}
     faults = []
@@ -222,7 +224,7 @@ def report_folds(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
+    """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_entity_options(parser, TOP)
     parser.add_argument(

@@ -43,7 +43,7 @@ def split_exceptions(
 
 
 def table(paths: list[LongPath], shown: int = SHOWN) -> str:
-    """The longest paths in Markdown, one a register."""
+    """Return the longest paths in Markdown, one a register."""
     head = " | ".join(f"left of {period:g} ns" for period in PERIODS_NS)
     lines = [
         f"| from | to | ns | LUT levels | CARRY4 | wires | {head} |",
@@ -92,7 +92,7 @@ def report(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
+    """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     add_entity_options(parser, TOP)
     parser.add_argument("--netlist", type=Path, help="a flat JSON netlist that is there already")

@@ -1,7 +1,7 @@
 """Finds the longest paths between registers of a flat netlist, and the adders on each.
 
-For every bit that enters a register it determines the longest path to it, and
-the largest number of wide adders and DSPs on any path to it.
+For every bit that enters a register it determines the longest path to this bit, and the largest
+number of wide adders and DSPs on any path to this bit.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ GIVEN_BY_TOOL: Final = re.compile(r"(^|\.)(n\d+(_\w)?$|\$)|\$(auto|abc|iopadmap|
 
 @dataclass(frozen=True)
 class LongPath:
-    """The longest path to one register. ``levels``: LUTs; ``carry4``: CARRY4 on it."""
+    """Longest path to one register. ``levels``: LUTs on it; ``carry4``: CARRY4 on it."""
 
     start: str
     end: str
@@ -45,7 +45,7 @@ class Crowded:
 
 @dataclass
 class _Reached:
-    """The longest path to a bit so far, and the path with the most adders."""
+    """Longest path to a bit up to now, and the path with the most adders."""
 
     delay_ns: float = 0.0
     longest: Arc | None = None
@@ -60,7 +60,7 @@ class Netlist:
     names: dict[int, str] = field(default_factory=dict)
     begins: dict[int, tuple[float, int]] = field(default_factory=dict)
     ends: list[tuple[int, float, int, str]] = field(default_factory=list)
-    """Bit, set-up time in ns, DSPs, name of the register."""
+    """End of a path: bit, set-up time in ns, DSPs, name of the register."""
     arcs_from: dict[int, list[Arc]] = field(default_factory=lambda: defaultdict(list))
     fan_out: Counter[int] = field(default_factory=Counter)
     wide_bits: set[int] = field(default_factory=set)
@@ -190,7 +190,7 @@ def _walk(found: dict[int, _Reached], bit: int, attribute: str) -> tuple[int, li
 
 
 def longest_paths(netlist: Netlist, found: dict[int, _Reached]) -> list[LongPath]:
-    """The longest path to each register, longest first; bits of one name are one register."""
+    """Return the longest path to each register, longest first; bits of a name are one register."""
     worst: dict[str, tuple[float, int, str]] = {}
     for bit, setup_ns, _, end in netlist.ends:
         if bit in found:
@@ -208,7 +208,7 @@ def longest_paths(netlist: Netlist, found: dict[int, _Reached]) -> list[LongPath
 
 
 def crowded_registers(netlist: Netlist, found: dict[int, _Reached]) -> list[Crowded]:
-    """Every register with a path through more than one wide adder or DSP, most first."""
+    """Return every register with a path through more than one wide adder or DSP, most first."""
     worst: dict[str, Crowded] = {}
     for bit, _, multipliers, end in netlist.ends:
         if bit in found:

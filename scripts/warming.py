@@ -31,7 +31,7 @@ SCALES: Final = {
     "small": (1024, 256, 4, 1200),
     "full": (16384, 1024, 32, 12000),
 }
-"""Lines, counts a line, lanes, samples a turn."""
+"""Lines, counts a line, lanes, samples a turn, by scale."""
 TURNS: Final = 3
 LAG_S: Final = 60.0
 RUNS: Final = {
@@ -65,7 +65,7 @@ def measure(scale: str) -> dict[str, Any]:
 
 
 def section(stored: dict[str, Any]) -> str:
-    """The table of the page."""
+    """Return the table of the page."""
     lines = []
     for scale in SCALES:
         if scale not in stored:
@@ -81,7 +81,7 @@ def section(stored: dict[str, Any]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure or compare; returns the exit code."""
+    """Measure or compare; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "what",

@@ -54,7 +54,7 @@ SECTION_OF = {
 }
 """Section of ``measurement.toml`` for each keyword."""
 TEXTS = ("title", "date")
-"""Keywords that stand above all sections of ``measurement.toml``."""
+"""Keywords above all sections of ``measurement.toml``."""
 
 
 class Metadata(TypedDict, total=False):
@@ -79,7 +79,7 @@ class Metadata(TypedDict, total=False):
 
 @dataclass(frozen=True, repr=False)
 class Dataset(MeasurementSet):
-    """A measurement set: what was measured with a rotary table, and what is known of the table.
+    """A measurement set: measured data of a rotary table, and the known facts about the table.
 
     Every function of ``arctrue`` that takes a set takes this one. It is made by :meth:`read_set`,
     :meth:`from_pandas`, :meth:`from_xarray`, :meth:`from_hdf5` or :meth:`from_arrays`.
@@ -99,11 +99,11 @@ class Dataset(MeasurementSet):
     other : mapping, optional
         Keys of ``measurement.toml`` that ArcTrue does not know, by dotted name.
     warnings : tuple of str, optional
-        What a person should know of the data, one sentence each.
+        Remarks on the data for people, one sentence each.
     folder : Path, optional
-        The folder that it was read from.
+        The folder from which it was read.
     date : datetime, optional
-        When it was measured, with its time zone.
+        Time of the measurement, with its time zone.
     """
 
     @classmethod
@@ -160,17 +160,17 @@ class Dataset(MeasurementSet):
         Parameters
         ----------
         capture : mapping of str to array, shape (rows,), optional
-            Columns of all heads over time: time, head1, head2, and run, temperature, u, mask,
-            head3, head4 where they are there. Further columns of numbers are conditions.
+            Columns of all heads over time: time, head1, head2 and, if present, run, temperature, u,
+            mask, head3, head4. Further columns of numbers are conditions.
         reference : mapping of str to array, shape (rows,), optional
-            Columns of head 1 against a reference: target, error (reading less true angle), and
-            time, run, cycle, direction, head1, temperature, u, mask where they are there.
+            Columns of head 1 against a reference: target, error (reading minus true angle) and, if
+            present, time, run, cycle, direction, head1, temperature, u, mask.
         columns : mapping of str to str, optional
             The name of a column for a quantity: ``{"head1": "enc_a"}``. Columns with the name of
             the quantity or of the set's own column need no entry.
         units : mapping of str to str or astropy unit, optional
-            The unit of a quantity or column: ``{"head1": "deg"}``. Needed where neither the
-            column (astropy, xarray, HDF5) nor the end of its name (``az_deg``) says it.
+            The unit of a quantity or column: ``{"head1": "deg"}``. Needed if neither the column
+            (astropy, xarray, HDF5) nor the end of its name (``az_deg``) states it.
         **metadata
             Keys of ``measurement.toml``: ``counts_per_rev`` (counts a turn),
             ``head_separation_deg`` or ``head_places_deg`` (degrees), ``grating_lines``,
@@ -186,8 +186,8 @@ class Dataset(MeasurementSet):
         Raises
         ------
         MeasurementError
-            A column is missing, has no unit, or holds what it must not: the column, what was
-            expected, what to do.
+            A column is missing, has no unit, or has a wrong value; the text names the column, the
+            expected content and the remedy.
         TypeError
             A keyword is not known.
 
@@ -233,21 +233,22 @@ class Dataset(MeasurementSet):
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
-            As in :meth:`from_arrays`; ``frame.attrs["units"]`` counts where it has an entry.
+            As in :meth:`from_arrays`; otherwise a unit in ``frame.attrs["units"]`` is used.
         **metadata
             As in :meth:`from_arrays`.
 
         Returns
         -------
         Dataset
-            As in :meth:`from_arrays`; rows stand as in the frame, its index is not used.
+            As in :meth:`from_arrays`; the rows keep the order of the frame, and its index is not
+            used.
 
         Raises
         ------
         MeasurementError
             As in :meth:`from_arrays`.
         TypeError
-            What is given is no data frame, or a keyword is not known.
+            An argument is not a data frame, or a keyword is unknown.
         """
         frames = []
         for name, table in zip(CHANNELS, (capture, reference), strict=True):
@@ -292,8 +293,8 @@ class Dataset(MeasurementSet):
         units : mapping of str to str or astropy unit, optional
             As in :meth:`from_arrays`; it takes precedence over ``attrs``.
         **metadata
-            As in :meth:`from_arrays`. Attributes of the datasets with these names count where no
-            keyword is given.
+            As in :meth:`from_arrays`. Attributes of the datasets with these names are used if a
+            keyword is not given.
 
         Returns
         -------
@@ -305,7 +306,7 @@ class Dataset(MeasurementSet):
         MeasurementError
             The variables have several dimensions, or as in :meth:`from_arrays`.
         TypeError
-            What is given is no xarray dataset, or a keyword is not known.
+            An argument is not an xarray dataset, or a keyword is unknown.
         """
         frames: list[Frame] = []
         stated: dict[str, Any] = {}
@@ -359,10 +360,10 @@ class Dataset(MeasurementSet):
         columns : mapping of str to str, optional
             As in :meth:`from_arrays`.
         units : mapping of str to str or astropy unit, optional
-            As in :meth:`from_arrays`; else the attribute ``units`` of a dataset counts.
+            As in :meth:`from_arrays`; otherwise the attribute ``units`` of a dataset is used.
         **metadata
-            As in :meth:`from_arrays`. Attributes of the file and the groups with these names count
-            where no keyword is given.
+            As in :meth:`from_arrays`. Attributes of the file and the groups with these names are
+            used if a keyword is not given.
 
         Returns
         -------
@@ -483,7 +484,7 @@ def label_of(measurement: MeasurementSet) -> str:
 def sha256_of(measurement: MeasurementSet) -> str:
     """Return the digest of :func:`set_digest` for a set in memory, see :attr:`Dataset.sha256`.
 
-    Raises OSError where no temporary folder can be written.
+    Raises OSError if no temporary folder can be written.
     """
     folder = measurement.folder
     if folder is not None:
@@ -597,7 +598,7 @@ def _require_name(name: str, frames: list[Frame], columns: Mapping[str, str]) ->
 
 
 def _of_frame(columns: Mapping[str, str], frame: Frame, frames: list[Frame]) -> dict[str, str]:
-    """Return the entries for this frame: of two frames, each has those whose column it has."""
+    """Return the entries for this frame: those whose column it has, or no other frame has."""
     if len(frames) == 1:
         return dict(columns)
     others = [other for other in frames if other is not frame]

@@ -18,8 +18,8 @@ PARAMETERS = ("model", "fix", "bounds", "tie")
 class FitEstimator:
     """The arguments of :func:`fit`, kept as parameters: ``sklearn.base.clone`` copies them.
 
-    The parameters are stored as they are given and checked by :meth:`fit`. What a fit found has a
-    name that ends in ``_``: ``result_``.
+    The parameters are stored as they are given and checked by :meth:`fit`. Results of a fit have
+    names that end in ``_``: ``result_``.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class FitEstimator:
         measurement : MeasurementSet, Path or str
             The set, or the name of its folder.
         y : None, optional
-            Is not used: a set holds what was measured.
+            Not used: the set contains the measured values.
 
         Returns
         -------

@@ -37,7 +37,7 @@ from arctrue.workbench.model.predicted import table_rows, term_values
 
 Float = NDArray[np.float64]
 Tied = str | tuple[str, float] | Callable[[Mapping[str, float]], float]
-"""Value that a parameter is tied to: another parameter, a multiple of it, or a function of all."""
+"""Value of a tied parameter: another parameter, a multiple of another one, or a function of all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class FitParameter:
     name : str
         Effect and parameter: ``thermal_eccentricity.amplitude``.
     value : float
-        The likeliest value, in ``unit``.
+        Maximum-likelihood estimate, in ``unit``.
     stderr : float
         Standard uncertainty of the linearised fit; 0 if fixed, NaN if the data do not determine it.
     unit : str
@@ -63,11 +63,12 @@ class FitParameter:
     _profile: Callable[[], Profile] = field(repr=False)
 
     def interval(self, level: float = 0.95) -> tuple[float, float]:
-        """Work out an interval by profile likelihood.
+        """Compute a confidence interval by profile likelihood.
 
-        All other parameters and the noise take their likeliest values at each value of this one.
-        The interval is wider than ``value ± 1.96·stderr`` where slow noise may have absorbed part
-        of the parameter, for instance of a drift, and asymmetric where the likelihood is.
+        At each value of this parameter, all other parameters and the noise take the values of
+        maximum likelihood. The interval is wider than ``value ± 1.96·stderr`` where slow noise may
+        have absorbed part of the parameter, for instance of a drift, and asymmetric where the
+        likelihood is.
 
         Parameters
         ----------
@@ -225,7 +226,7 @@ class FitResult:
         *,
         return_std: bool = False,
     ) -> Any:
-        """Predict the error of head 1: its reading less the true angle.
+        """Predict the error of head 1: its reading minus the true angle.
 
         Errors of the reference are left out, because they are no errors of the table, and so is the
         constant, because it depends on the place of the zero.
@@ -233,7 +234,7 @@ class FitResult:
         Parameters
         ----------
         angle : array_like, shape (n,)
-            Angle of the table, degrees; may go on past a turn.
+            Angle of the table, degrees; it may exceed a turn.
         conditions : mapping of str to array_like, shape (n,) or (), optional
             ``temperature_c`` (°C), ``time_s`` (s), ``direction`` (+1, −1), ``speed_deg_s`` (°/s,
             signed), and the set's own conditions.
@@ -294,7 +295,7 @@ class FitResult:
         return found
 
     def fit_report(self, *, min_correl: float = 0.5) -> str:
-        """Write the fit as text: rows, what is left, every parameter, correlations.
+        """Write the fit as text: rows, residual errors, every parameter, correlations.
 
         Parameters
         ----------
@@ -360,14 +361,16 @@ class FitResult:
 
 @dataclass(frozen=True, eq=False)
 class ModelTest:
-    """Two models of one set side by side.
+    """Comparison of two models of one set.
 
     Parameters
     ----------
     bic_difference : float
-        BIC of the first minus BIC of the second: above 0 the second is better, above 10 much so.
+        BIC of the first minus BIC of the second: above 0 the second model is better, above 10 much
+        better.
     ratio : ModelRatio or None
-        Likelihood ratio, parameters between the models, p; None where no model contains the other.
+        Likelihood ratio, parameters between the models, p; None if neither model contains the
+        other.
     held_out_fall_arcsec : dict of str to (float, float)
         Decrease of the error on held-out rows from the first model to the second, by channel, and
         its standard error.
@@ -568,7 +571,7 @@ def _fixed_values(
 ) -> Mapping[str, float]:
     """Return the fixed values by name.
 
-    Raises ValueError for a name without a value, if the model has no fitted value of it.
+    Raises ValueError for a name for which neither ``fix`` nor the model has a value.
     """
     if fix is None or isinstance(fix, Mapping):
         return fix or {}
@@ -588,7 +591,7 @@ def _fixed_values(
 
 
 def _is_whole(solution: Solution, name: str) -> bool:
-    """True for a search parameter that is a whole number: an order, a run."""
+    """Tell whether a search parameter is a whole number: an order, a run."""
     label, _, own = name.rpartition(".")
     term = solution.terms[labels(solution.terms).index(label)]
     return any(item.name == own and item.integer for item in term.effect.search)
@@ -626,8 +629,8 @@ def compare_models(one: FitResult, other: FitResult) -> ModelTest:
     Returns
     -------
     ModelTest
-        Difference of BIC; likelihood ratio with p where one contains the other; error on rows that
-        were left out of the fit.
+        Difference of BIC; likelihood ratio with p if one contains the other; error on held-out
+        rows.
 
     Raises
     ------

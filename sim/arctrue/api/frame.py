@@ -1,4 +1,4 @@
-"""Named columns of other libraries' tables, brought to the columns and units of a measurement set.
+"""Converts named columns of other libraries' tables to the columns and units of a measurement set.
 
 A column is found by the name that the caller gives, by the name that a measurement set has for it,
 or by a common name (``arctrue.importing.known_names``); its unit by what the caller says, by the
@@ -77,7 +77,7 @@ class Found:
     conditions: dict[str, NDArray[np.float64]]
     warnings: list[str]
     time_ns: NDArray[np.int64] | None = None
-    """Dates of the rows in nanoseconds since 1970, where time is a date."""
+    """Dates of the rows in nanoseconds since 1970, if the time is a date."""
 
 
 def columns_of(
@@ -175,8 +175,7 @@ def _means(column: str, quantity: str) -> bool:
 
 
 def _unit(frame: Frame, quantity: str, column: str, units: Mapping[str, Any]) -> Any:
-    """Return the unit that the caller states, else that of the column itself, else that in its
-    name."""
+    """Return the unit: that of the caller, else of the column itself, else in the column's name."""
     kind = QUANTITIES[quantity]
     for name in (quantity, SET_COLUMNS[frame.name][quantity], column):
         if name in units:
@@ -263,7 +262,7 @@ def _of_astropy(frame: Frame, quantity: str, column: str, unit: Any) -> tuple[st
 
 
 def _dates(values: Any) -> NDArray[np.int64] | None:
-    """Return nanoseconds since 1970, or those of a duration; None where the values are neither."""
+    """Return nanoseconds since 1970, or of a duration; None for values that are neither."""
     array = values.to_numpy() if hasattr(values, "to_numpy") else np.asarray(values)
     if array.dtype.kind == "O" and array.size and hasattr(array[0], "timestamp"):
         array = np.array([item.timestamp() for item in array], dtype=np.float64)

@@ -65,7 +65,7 @@ class Model:
         Parameters
         ----------
         file : Path or str
-            The file; one that is there is replaced.
+            The file; an existing one is replaced.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class Model:
 
     @property
     def history(self) -> list[HistoryStep]:
-        """Steps by which the error fell, each with date, program and hash of the set."""
+        """Steps of the fits, each with errors, date, program and hash of the set."""
         return list(self.content.history)
 
     def having(self, *effects: str, **settings: dict[str, object]) -> Model:
@@ -121,7 +121,7 @@ class Model:
         return Model(replace(self.content, effects=entries), self.folders)
 
     def add(self, effect: str, measurement: SetOrFolder, **settings: object) -> Model:
-        """Add an effect and fit the model anew.
+        """Add an effect and fit the model again.
 
         Parameters
         ----------
@@ -135,7 +135,7 @@ class Model:
         Returns
         -------
         Model
-            The model with the effect; a new step of its history shows what the effect brought.
+            The model with the effect; a new step of its history shows the errors before and after.
 
         Raises
         ------
@@ -153,7 +153,7 @@ class Model:
         return self.grown(content, data)
 
     def drop(self, effect: str, measurement: SetOrFolder) -> Model:
-        """Drop the last effect of a name and fit the others anew.
+        """Drop the last effect of a name and fit the others again.
 
         Parameters
         ----------
@@ -165,7 +165,8 @@ class Model:
         Returns
         -------
         Model
-            The model without the effect; a new step of its history shows what that cost.
+            The model without the effect; a new step of its history shows the errors before and
+            after.
 
         Raises
         ------
@@ -188,7 +189,7 @@ class Model:
         content : arctrue.workbench.model.Model
             Content whose history continues that of this model.
         measurement : MeasurementSet, Path or str
-            The set that was fitted to.
+            The fitted set.
 
         Returns
         -------
@@ -231,7 +232,7 @@ class Model:
         )
 
     def plot(self) -> Pictures:
-        """Draw how the error fell.
+        """Draw the error after each step of the history.
 
         Returns
         -------
@@ -273,7 +274,7 @@ ModelLike = Model | Path | str | Iterable[str] | None
 
 
 def model_of(model: ModelLike) -> Model:
-    """Return the model that is meant.
+    """Return the model that the argument describes.
 
     Raises ModelFileError, EffectNotFoundError, TypeError.
     """
@@ -314,7 +315,7 @@ def add(
     Returns
     -------
     Model
-        The model with the effect; a new step of its history shows what the effect brought.
+        The model with the effect; a new step of its history shows the errors before and after.
 
     Raises
     ------
@@ -341,7 +342,7 @@ def drop(effect: str, measurement: SetOrFolder, model: ModelLike) -> Model:
     Returns
     -------
     Model
-        The model without the effect; a new step of its history shows what that cost.
+        The model without the effect; a new step of its history shows the errors before and after.
 
     Raises
     ------

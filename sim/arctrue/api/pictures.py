@@ -35,7 +35,7 @@ class Pictures:
         Parameters
         ----------
         folder : Path or str
-            The folder; it is made if it is not there.
+            The folder; it is made if it does not exist.
 
         Returns
         -------
@@ -64,7 +64,7 @@ class Pictures:
 def pictures(charts: Callable[[], Mapping[str, Chart]]) -> Pictures:
     """Draw each chart as the PNG file of its name; ``charts`` imports what draws them.
 
-    Raises MissingExtraError where matplotlib is not installed.
+    Raises MissingExtraError if matplotlib is not installed.
     """
     with needs_extras():
         from arctrue.report.charts.matplotlib_chart import save_charts

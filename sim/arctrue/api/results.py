@@ -23,7 +23,7 @@ from arctrue.workbench.model.growth import as_stored, fitted, settle
 
 @dataclass(frozen=True)
 class Comparison:
-    """Where a model fails.
+    """Result of a comparison: where a model fails.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def comparison_pictures(solution: Solution, result: ModelComparison) -> Pictures
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Which effect is missing.
+    """Result of a diagnosis: the missing effect.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Every effect that the diagnosis named, one after the other, and what is left.
+    """Result of ``explain``: the effects that were added one by one, and the final diagnosis.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class Explanation:
         Held-out error that each added effect removes, in the channel where it removes most; the
         largest first.
     verdict : Diagnosis
-        Diagnosis of what the final model leaves.
+        Diagnosis of the final model.
     result : arctrue.workbench.model.explain.Explanation
         The same results as objects of the workbench.
     """
@@ -150,7 +150,7 @@ class Explanation:
     result: _Explanation = field(repr=False)
 
     def plot(self) -> Pictures:
-        """Draw how the error fell.
+        """Draw the error after each step of the history.
 
         Returns
         -------
@@ -172,7 +172,7 @@ class Explanation:
 def compare(
     measurement: SetOrFolder, model: ModelLike = None, *, fit: bool = True, seed: int = 1
 ) -> Comparison:
-    """Compare a model with a set: how far it is off, and where.
+    """Compare a model with a set: the size of the misfit, and where it lies.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def explain(
     Returns
     -------
     Explanation
-        The grown model, the size of each cause, and the verdict on what is left.
+        The grown model, the size of each cause, and the verdict on the final model.
 
     Raises
     ------

@@ -39,9 +39,9 @@ def write_set(folder: Path | str, measurement: MeasurementSet) -> None:
     Parameters
     ----------
     folder : Path or str
-        The folder; it is made if it is not there.
+        The folder; it is made if it does not exist.
     measurement : MeasurementSet
-        What is written. Times have 1 µs, targets 10⁻⁹ °, errors 10⁻⁶ ″, temperatures 1 mK.
+        The set to write. Times have 1 µs, targets 10⁻⁹ °, errors 10⁻⁶ ″, temperatures 1 mK.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def simulate(
     sizes : sequence of float, optional
         Their sizes, in the order and unit of the effects; they are drawn if none are given.
     experiment : {"full", "short", "lean"}, optional
-        How much is measured.
+        Extent of the measurement.
     seed : int, optional
         Seed of all random numbers.
 
@@ -95,7 +95,7 @@ def simulate(
     Raises
     ------
     ValueError
-        An effect or experiment of that name is not there.
+        There is no effect or experiment of that name.
     """
     from arctrue.studies.simulate.experiment import EXPERIMENTS
     from arctrue.studies.simulate.simulated_set import Wanted, simulate_set

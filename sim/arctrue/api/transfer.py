@@ -59,11 +59,11 @@ def import_files(
     sign : {"reading-true", "true-reading"}, optional
         Meaning of the error column.
     zero : {"shift", "keep"}, optional
-        Whether the reference's zero is turned to that of the reading.
+        Whether the reference's zero is shifted to that of the reading.
     missing : {"drop"}, optional
-        Leave rows without a value out.
+        Leave out rows without a value.
     order : str, optional
-        What to do with rows whose time goes back, as ``--order`` has it.
+        Treatment of rows whose time decreases, as for ``--order``.
     **metadata
         Keys of ``measurement.toml``, as in :meth:`Dataset.from_arrays`.
 
@@ -125,7 +125,7 @@ def export(
     Parameters
     ----------
     measurement : MeasurementSet, Path or str
-        The set, or the name of its folder; what is written is judged on it.
+        The set, or the name of its folder; the written correction is tested on it.
     model : Model, Path, str or iterable of str
         The model, its file, or names of effects; effects without values are fitted first.
     file : Path or str
@@ -139,19 +139,20 @@ def export(
     lanes : int, optional
         Number of lanes of the gateware; by default as many as it is built with.
     temperature_c : float, optional
-        Temperature that the coefficients are for, °C; by default they follow that of the table.
+        Temperature for which the coefficients hold, °C; by default they follow the table's
+        temperature.
     force : bool, optional
-        Write the file even where the set speaks against it.
+        Write the file even if it makes the error larger on the set.
 
     Returns
     -------
     list of str
-        Parts of the model that are not corrected, and other things to know, one sentence each.
+        Parts of the model that are not corrected, and further remarks, one sentence each.
 
     Raises
     ------
     ExportRefusedError
-        The set says that the file would make the error larger; nothing was written.
+        The file would make the error larger on the set; nothing was written.
     ValueError
         The format is not known, or the set does not say the counts of a turn.
     OSError
@@ -199,6 +200,6 @@ def export(
 
 
 def _refuse(path: Path, refused: list[str], *, force: bool) -> None:
-    """Raise ExportRefusedError where the set speaks against the file, unless it is forced."""
+    """Raise ExportRefusedError if the set contradicts the file, unless it is forced."""
     if refused and not force:
         raise ExportRefusedError(f"{path} was not written: {' '.join(refused)}")

@@ -1,4 +1,4 @@
-"""Packages that only an extra of the installation brings, and what is said where one is missing."""
+"""Imports packages that only an extra of the installation provides; says how to install them."""
 
 from __future__ import annotations
 
@@ -58,13 +58,13 @@ def needs_extras() -> Iterator[None]:
 
 
 def optional(package: str) -> ModuleType:
-    """The module ``package`` of an extra. Raises MissingExtraError where it is not installed."""
+    """Return the module ``package`` of an extra. Raises MissingExtraError if it is missing."""
     with needs_extras():
         return importlib.import_module(package)
 
 
 def installed(package: str) -> bool:
-    """True where the package can be imported; nothing is imported."""
+    """Tell whether the package can be imported; nothing is imported."""
     return find_spec(package) is not None
 
 
@@ -72,9 +72,9 @@ class LazyModule:
     """Imports a module of an extra when one of its names is first used."""
 
     def __init__(self, name: str) -> None:
-        """``name``: as an import statement has it."""
+        """Take the ``name`` of the module, as in an import statement."""
         self._name = name
 
     def __getattr__(self, name: str) -> Any:
-        """Raises MissingExtraError where the package is not installed."""
+        """Return a name of the module. Raises MissingExtraError if the package is not installed."""
         return getattr(optional(self._name), name)

@@ -23,7 +23,7 @@ def true_minus(text: str) -> str:
 
 
 def unit_for_people(unit: str) -> str:
-    """Format ``arcsec/K`` as ``″/K``, with a space in front where one belongs; "1" gives ""."""
+    """Format ``arcsec/K`` as ``″/K``, with a space in front if the unit needs one; "1" gives ""."""
     if unit == "1":
         return ""
     first, slash, rest = unit.partition("/")
@@ -33,7 +33,7 @@ def unit_for_people(unit: str) -> str:
 
 
 def with_uncertainty(value: float, sigma: float, unit: str) -> str:
-    """``0.9541″/K ± 0.0013″/K``: two digits of the standard uncertainty (GUM 7.2.6).
+    """Format ``0.9541″/K ± 0.0013″/K``: two digits of the standard uncertainty (GUM 7.2.6).
 
     If the uncertainty is unknown, the value has six significant digits.
     """

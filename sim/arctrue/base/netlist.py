@@ -86,7 +86,7 @@ def _run(command: Sequence[str], output: Path | None, log: Path, what: str) -> N
 
 
 def _generic(value: int | str | bool) -> str:
-    """GHDL's text of a generic's value; VHDL writes a boolean in lower case."""
+    """Return a generic's value as text for GHDL; VHDL writes a boolean in lower case."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -12,7 +12,7 @@ _UNPRINTABLE = frozenset({"Cc", "Cs", "Zl", "Zp"})
 
 
 def is_printable(text: str) -> bool:
-    """True if ``text`` is one line without control or reordering characters."""
+    """Tell whether ``text`` is one line without control or reordering characters."""
     return not any(map(_harmful, text))
 
 

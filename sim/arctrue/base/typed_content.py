@@ -53,7 +53,7 @@ class ContentError(ValueError):
     """Content does not fit its declaration; the text begins with the key."""
 
     def __init__(self, text: str, *, missing: bool = False) -> None:
-        """``missing``: a required key is absent."""
+        """Take the text; ``missing``: a required key is absent."""
         super().__init__(text)
         self.missing = missing
 

@@ -22,7 +22,7 @@ EXIT_INTERRUPTED = 130
 
 
 class _Shard(click.ParamType[tuple[int, int]]):
-    """``i/n``."""
+    """Accepts a shard, ``i/n``."""
 
     name = "i/n"
 

@@ -13,7 +13,7 @@ from arctrue.base.similar import did_you_mean
 from arctrue.cli._terminal import note, tell_error
 
 EXIT_INTERRUPTED = 130
-"""128 + SIGINT, the exit code that a shell gives an interrupted program."""
+"""Exit code that a shell gives an interrupted program: 128 + SIGINT."""
 EXIT_BAD_INPUT = 2
 
 

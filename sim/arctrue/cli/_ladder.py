@@ -1,4 +1,4 @@
-"""The table of a model's history on the terminal."""
+"""Prints the table of a model's history on the terminal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from arctrue.workbench.model.noise_floor import with_one_floor
 
 
 def ladder_table(history: Sequence[HistoryStep]) -> Table:
-    """One row per step: RMS and peak residual of each channel, held-out RMS, and the noise."""
+    """Make a row per step: RMS and peak residual of each channel, held-out RMS, and the noise."""
     ladder = table(
         "Residual of the model after each step",
         *(words(heading) for heading in ("step", "effect", "channel")),

@@ -16,7 +16,7 @@ SECONDS_BETWEEN_LINES = 10.0
 MOST_SHARE = 0.99
 """Share that is shown when a command takes more steps than expected."""
 LONG_FILE_BYTES = 64 << 20
-"""Shorter files are read before a person could read the progress line."""
+"""Length from which a file gets a progress line; shorter files are read faster than the line."""
 
 
 class Progress:

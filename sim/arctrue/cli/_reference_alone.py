@@ -24,7 +24,7 @@ from arctrue.workbench.observations.build import observations_of
 
 @dataclass(frozen=True)
 class ReferenceCalibration:
-    """Coefficients from a reference run, and their test against the same run."""
+    """Coefficients from a reference run, tested against the same run."""
 
     coefficients: Coefficients
     comparison: ReferenceComparison

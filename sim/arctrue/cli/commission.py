@@ -21,7 +21,7 @@ from arctrue.device.heads_readings import read_heads
 WRONG = 1
 NO_DEVICE = 2
 ORDERS = 32
-"""As the device fits them."""
+"""Number of orders that the fit has, as in the device."""
 PLACE_PARAMETERS = ("separation_deg", "head3_deg", "head4_deg")
 CONNECTION = (("cable", 6), ("moved turns", 12), ("index", 7), ("place °", 10), ("is at head", 11))
 TURNED = (
@@ -107,7 +107,7 @@ def _parameters(console: Console) -> dict[str, float]:
 
 
 def _planned(device: dict[str, float]) -> tuple[float, ...]:
-    """Places in the device's parameters; a head without a place ends them."""
+    """Return the places in the device's parameters; a head without a place ends the list."""
     places = [0.0]
     for name in PLACE_PARAMETERS:
         if not device.get(name):
@@ -146,7 +146,7 @@ def _show_connection(found: Connection) -> None:
 def _turn(
     console: Console, device: dict[str, float], plan: tuple[float, ...], seconds: float
 ) -> tuple[OnDevice, float, int]:
-    """One captured turn: its fit, its speed in rad/s, and its samples."""
+    """Capture a turn; return its fit, its speed in rad/s, and its number of samples."""
     counts = int(device["counts_per_rev"])
     taken = console.dump(seconds)
     assert taken.capture is not None

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FULL_LINES = 16384
 USUAL_LINES = 1024
 LEAST_COUNTS = 1 << 18
-"""Fewest counts a turn; with fewer, a turn ends before the firmware has judged the previous one."""
+"""Least counts a turn; with fewer, a turn ends before the firmware has judged the previous one."""
 FOLLOWED_TURNS = 4
 _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 

@@ -212,7 +212,7 @@ def calibrate_load_verify(
     file : Path
         Where the coefficients are written.
     limit_arcsec : float
-        Largest permitted RMS of what the loaded orders leave, arcseconds.
+        Largest permitted RMS of the remaining error after the loaded orders, arcseconds.
     settings : CalibrationSettings, optional
         Settings of the calibration, for example the lanes of the gateware; None: those of
         ``arctrue calibrate``.
@@ -225,7 +225,7 @@ def calibrate_load_verify(
     Returns
     -------
     float
-        RMS of what the loaded orders leave after loading, arcseconds.
+        RMS of the remaining error after loading, arcseconds.
 
     Raises
     ------

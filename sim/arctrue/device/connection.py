@@ -25,7 +25,7 @@ class DaemonTransport:
     """The device's bytes through its daemon."""
 
     def __init__(self, connection: socket.socket, timeout_s: float, begun: bytes = b"") -> None:
-        """``begun``: bytes that were already read."""
+        """Take an open connection; ``begun``: bytes that were already read."""
         connection.settimeout(timeout_s)
         self._connection, self._timeout_s, self._begun = connection, timeout_s, begun
 

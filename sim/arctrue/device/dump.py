@@ -30,7 +30,7 @@ _HEAD = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class DumpHead:
-    """Values that are valid for all rows."""
+    """Head of a dump: values that are valid for all rows."""
 
     sequence: int
     samples: int

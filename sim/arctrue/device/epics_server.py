@@ -55,7 +55,7 @@ def confine_to_loopback() -> None:
                 continue
             copy = os.dup(int(name))
         except OSError:
-            continue  # it has been closed meanwhile
+            continue  # the socket was closed
         with socket.socket(fileno=copy) as found:
             if found.type == socket.SOCK_DGRAM and found.family in _INTERNET:
                 found.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"lo\0")

@@ -31,7 +31,7 @@ ERASED = b"\xff"
 HEADER_BYTES = 0x8C0
 SIGNATURE_AT, SIGNATURE = 0x24, b"XNLX"
 CHECKED_LAST = 4 * LINE_WORDS * WORD_BYTES
-"""The lines below this address have the width detection word, the signature and, last, the check
+"""Address below which lines contain the width detection word, the signature and, last, the check
 sum."""
 ATTEMPTS = 3
 """Number of attempts to send a line that was damaged during transmission."""

@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 from arctrue.device.console import Console, ConsoleError
 
 TURNS_WANTED = 2.1
-"""In the first turn every head finds its index; the second one shows the places."""
+"""Number of turns to read: in the first turn every head finds its index; the second one shows the
+places."""
 READINGS_LEAST = 24
 
 
 @dataclass(frozen=True)
 class HeadsReadings:
-    """What all heads read, each row at one clock.
+    """Readings of all heads, each row at one clock.
 
     ``positions`` (n, heads) modulo 2³²; ``angles`` (m, heads) after the index, from the moment when
-    all heads of ``indexed`` (heads,) had seen it.
+    all heads of ``indexed`` (heads,) have passed it.
     """
 
     positions: NDArray[np.int64]
@@ -37,7 +38,7 @@ def read_heads(
 ) -> HeadsReadings:
     """Read until a head has moved by 2.1 turns, at least 24 times, at most ``seconds``.
 
-    ``tell`` gets the turns so far. Raises ConsoleError if the device does not know the command.
+    ``tell`` gets the turns up to now. Raises ConsoleError if the device does not know the command.
     """
     positions, angles, indexed = [], [], []
     end = time.monotonic() + seconds

@@ -15,7 +15,7 @@ LONGEST_LINE = 65_536
 
 
 _Count = Annotated[int, Meta(ge=0, le=2**53)]
-"""A damaged digit must not make a number that a record cannot hold."""
+"""Whole number in the range of a record, so that a damaged digit gives no number beyond it."""
 
 
 class _TelemetryFields(Struct):
@@ -53,7 +53,7 @@ class TelemetryLine:
 
 
 def is_telemetry(text: str) -> bool:
-    """True for a line that is telemetry or was telemetry before it was damaged."""
+    """Tell whether a line is telemetry, or was telemetry before it was damaged."""
     return text.startswith("{")
 
 

@@ -245,25 +245,25 @@ def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
 
 @dataclass(frozen=True)
 class SentSet:
-    """The sent set: the CRC of all frames, by which the device identifies it, and its orders."""
+    """The sent set: its orders, and the CRC of all frames, by which the device identifies it."""
 
     crc: int
     orders: tuple[int, ...]
     followed: int = 0
-    """Lanes that follow a condition."""
+    """Number of lanes that follow a condition."""
     real: int = 0
-    """Lanes of real orders, which are off until their phase is sent or found."""
+    """Number of lanes of real orders, which are off until their phase is sent or found."""
     sought: int = 0
-    """Those whose phase the device finds from the heads or the probe."""
+    """Number of lanes of real orders whose phase the device finds from the heads or the probe."""
     unseen_followed: int = 0
     """Number of lanes that follow a condition and that no turn of two heads shows: order 0, and
     words of the processor."""
     has_table: bool = False
-    """The set has a local table."""
+    """Whether the set has a local table."""
     has_sets: bool = False
-    """The device accepted sets for a missing head."""
+    """Whether the device accepted sets for a missing head."""
     lacks_failover: bool = False
-    """The file has such sets, and the gateware is built without FAILOVER."""
+    """Whether the file has such sets, but the gateware is built without FAILOVER."""
 
     @property
     def is_empty(self) -> bool:

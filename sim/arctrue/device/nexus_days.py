@@ -26,7 +26,7 @@ h5py: Any = LazyModule("h5py")
 _STEP = timedelta(hours=1)
 """Part of the day that is read at once: the turns of a day need not fit into the memory."""
 _BLOCK = 4096
-"""Turns of an earlier file that are copied at once."""
+"""Number of turns of an earlier file that are copied at once."""
 _RECORD, _LAST_ID = "arctrue_record", "arctrue_last_id"
 """Attributes of the entry: the record from which the file was written, and the id of the file's
 last turn."""
@@ -271,7 +271,7 @@ def _orders(record: Path, day: date) -> list[int]:
 
 
 def _has(path: Path, identity: str, last: int) -> bool:
-    """True if the file was written from this record and has its turns up to ``last``."""
+    """Tell whether the file was written from this record and has its turns up to ``last``."""
     with _opened(path) as file:
         if file is None:
             return False

@@ -39,7 +39,7 @@ class Transport(Protocol):
 
 
 class SerialTransport:
-    """A serial port that no other program can use meanwhile."""
+    """A serial port that no other program can use while it is open."""
 
     def __init__(self, port: str, timeout_s: float, baud: int = BAUD) -> None:
         """Open ``port``, a device or a URL of pyserial.

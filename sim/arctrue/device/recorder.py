@@ -74,7 +74,8 @@ CREATE TABLE IF NOT EXISTS event (
 );
 """
 CLOCK_STEP_S = 1.0
-"""The system's clock was set if it moved by this much more or less than the monotonic clock."""
+"""Largest difference between the steps of system clock and monotonic clock; more means that the
+system clock was set."""
 _DELETED_AT_ONCE = 500
 _BETWEEN_RETENTIONS = 100
 """Number of turns between two checks of the limits."""
@@ -94,8 +95,8 @@ class Recorder:
     """Appends turns and events to ``file``; a turn is on the disk when ``add`` returns.
 
     The rows' ``id`` gives their order, also after the system's clock was set back. The file is in
-    SQLite's WAL mode: others can read it meanwhile, and a program that is killed loses at most the
-    turn that it was writing. All methods raise sqlite3.Error.
+    SQLite's WAL mode: others can read it at the same time, and a program that is killed loses at
+    most the turn that it was writing. All methods raise sqlite3.Error.
     """
 
     def __init__(
@@ -115,7 +116,7 @@ class Recorder:
         if self._one("SELECT count(*) FROM identity") == 0:
             self._connection.execute("INSERT INTO identity VALUES (?)", (uuid.uuid4().hex,))
         self.deletable: int | None = None
-        """Retention deletes no turn with a greater id; None: it deletes any."""
+        """Greatest id that retention may delete; None: any."""
         self._add_what_older_files_lack()
         self._last_id = self._one("SELECT coalesce(max(id), 0) FROM turn")
         self._since_retention = 0

@@ -6,7 +6,7 @@ from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 
 SAVE_S = 15.0
-"""Erasing takes up to 3 s; the device gives up after 8 s."""
+"""Longest time for an answer, s: erasing takes up to 3 s, and the device gives up after 8 s."""
 
 
 class SaveRefusedError(Exception):

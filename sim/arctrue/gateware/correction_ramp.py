@@ -14,14 +14,15 @@ from arctrue.generated.number_formats import CLOCK_HZ, PAIR_FRACTION
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
 TICK_BITS = 8
-"""The velocity changes once in 2⁸ clocks; in that time r moves by its whole part, in 2⁻ᶠ count."""
+"""Binary logarithm of the clocks between two changes of the velocity; r moves by its whole part in
+2⁻ᶠ count."""
 VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
 TOTAL_MOST = 2**19
-"""Limit in counts: the total s19.F is below it."""
+"""Limit of the total, s19.F, in counts; the total is below it."""
 HOLD = 3
-"""Clocks for which a marker holds the total."""
+"""Number of clocks for which a marker holds the total."""
 CATCH_AGE = 1
 # Clocks from a marker to the last total for which r cannot have decreased by a unit.
 DECAY_START = 5

@@ -29,14 +29,14 @@ class EdgeCounterTrace:
     """The outputs in every clock, shape (clocks + 1,): element t is the output during clock t."""
 
     position: Ints
-    """Counts."""
+    """Position, counts."""
     phase_of_zero: Ints
     """Place of (A, B) in 00, 10, 11, 01 at position 0 modulo 4."""
     direction: Ints
     step: Ints
     step_up: Ints
     last_edge_time: NDArray[np.uint64]
-    """Clocks."""
+    """Time of the last edge, clocks."""
 
 
 def counted_edges(a: Ints, b: Ints, preload: Bools, reset: Bools) -> CountedEdges:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 OWN_WORDS: Final = 7
-"""``heads_status.set`` while the processor's own words are active."""
+"""Value of ``heads_status.set`` while the processor's own words are active."""
 REARM_CLOCKS: Final = 8
-"""Clocks for which the index of a head that is left out is cleared."""
+"""Number of clocks for which the index of a left-out head is cleared."""
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 SETTLE_CLOCKS: Final = 16
-"""Clocks without a search for steps after readings jumped."""
+"""Number of clocks without a search for steps after a jump of the readings."""
 STORED: Final = 8
-"""Stored readings: a step is compared over 7 to 8 intervals."""
+"""Number of stored readings: a step is compared over 7 to 8 intervals."""
 MISSING_MOST: Final = 255
 STEP_COUNTS: Final = 32
 """Step limit for heads on a radius of 100 mm at 2²⁴ counts: an axis that moves by 0.5 µm changes a

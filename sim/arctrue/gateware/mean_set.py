@@ -9,12 +9,12 @@ from arctrue.gateware.capability import HEADS_MOST
 from arctrue.generated.number_formats import COSINE_FRACTION, COSINE_WIDTH
 
 WEIGHT_FRACTION: Final = COSINE_FRACTION
-"""Weights are s1.16, as cosines."""
+"""Fraction bits of a weight, s1.16 like a cosine."""
 WEIGHT_WIDTH: Final = COSINE_WIDTH
 WEIGHT_ONE: Final = 1 << WEIGHT_FRACTION
 WEIGHT_LIMIT: Final = 1 << (WEIGHT_WIDTH - 1)
 OFFSET_FRACTION: Final = 4
-"""Offsets are u24.4 counts."""
+"""Fraction bits of an offset, u24.4 counts."""
 OFFSET_ONE: Final = 1 << OFFSET_FRACTION
 DELAY_MOST_CLOCKS: Final = 255
 

@@ -1,4 +1,4 @@
-"""Model of the entity ``parity_sum``: Σ cᵢ·rᵢ of the heads' readings, and weights for it."""
+"""Model of the entity ``parity_sum``: Σ cᵢ·rᵢ of the heads' readings, and its weights."""
 
 from __future__ import annotations
 

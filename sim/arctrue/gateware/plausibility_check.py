@@ -34,7 +34,7 @@ class PlausibilityTrace:
     overspeed: Ints
     overspeed_count: Ints
     swallowed: Ints
-    """The filter suppressed counts."""
+    """Whether the filter suppressed counts."""
 
 
 def _edges_lost(

@@ -32,15 +32,15 @@ class DecoderInputs:
     b: ArrayLike
     z: ArrayLike = 0
     counts_per_rev: ArrayLike = 2**24
-    """Counts, 4 to 2**24."""
+    """Counts per turn, 4 to 2**24."""
     filter_length: ArrayLike = 1
-    """Clocks; 1 switches the filter off."""
+    """Length of the filter, clocks; 1 switches the filter off."""
     minimum_edge_spacing: ArrayLike = 0
-    """Clocks; 0 switches the check off."""
+    """Least permitted spacing of edges, clocks; 0 switches the check off."""
     index_tolerance: ArrayLike = 0
-    """Counts."""
+    """Tolerance of the index position, counts."""
     timestamp: ArrayLike = 0
-    """Clocks, 0 to 2**64 - 1."""
+    """Present time, clocks, 0 to 2**64 - 1."""
     clear: ArrayLike = False
     rearm: ArrayLike = False
     zero_again: ArrayLike = False
@@ -64,7 +64,7 @@ def quadrature_decoder(
 
     ``reset_position`` in counts is the position of the disc in the first clock after a reset.
 
-    Raises ValueError when the shapes of the inputs do not fit, when there is no clock, or for a
+    Raises ValueError if the shapes of the inputs do not fit, if there is no clock, or for a
     ``counts_per_rev`` outside 4 to 2**24 that is taken over.
     """
     columns = {field.name: np.atleast_1d(getattr(inputs, field.name)) for field in fields(inputs)}

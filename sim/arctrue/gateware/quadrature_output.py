@@ -28,13 +28,13 @@ class OutputInputs:
     """Inputs of the quadrature output, one value per clock or one for all clocks."""
 
     corrected_position: ArrayLike
-    """Counts, multi-turn, signed, 32 bits."""
+    """Corrected position, counts, multi-turn, signed, 32 bits."""
     corrected_angle: ArrayLike
-    """Counts, 0 to counts_per_rev - 1."""
+    """Corrected angle, counts, 0 to counts_per_rev - 1."""
     counts_per_rev: ArrayLike
-    """Counts."""
+    """Counts per turn."""
     minimum_spacing: ArrayLike = 1
-    """Clocks."""
+    """Least spacing of output edges, clocks."""
     referenced: ArrayLike = True
     """Whether corrected_angle counts from an index mark."""
     phase_of_zero: ArrayLike = 0
@@ -43,9 +43,9 @@ class OutputInputs:
     z_state: ArrayLike = 0
     """Place of (A, B) in 00, 10, 11, 01."""
     z_width: ArrayLike = 0
-    """0: 1 count, 1: 2 counts, 2: 4 counts."""
+    """Width of Z; 0: 1 count, 1: 2 counts, 2: 4 counts."""
     following_limit: ArrayLike = 2**16 - 1
-    """Counts."""
+    """Limit of the following error, counts."""
     enable: ArrayLike = True
     clear: ArrayLike = False
     reset: ArrayLike = False
@@ -62,7 +62,7 @@ class OutputTrace:
     b: NDArray[np.int64]
     z: NDArray[np.int64]
     following_error: NDArray[np.int64]
-    """Counts."""
+    """Following error, counts."""
     cannot_keep_up: NDArray[np.int64]
 
 
@@ -175,7 +175,7 @@ def quadrature_output(inputs: OutputInputs, held_phase: int = 0) -> OutputTrace:
 
     ``held_phase``: place of (A, B) in 00, 10, 11, 01 before it, which a reset does not change; 0 at
     power-up.
-    Raises ValueError when the shapes of the inputs do not fit.
+    Raises ValueError if the shapes of the inputs do not fit.
     """
     names = [field.name for field in fields(inputs)]
     columns = np.broadcast_arrays(*(np.atleast_1d(getattr(inputs, name)) for name in names))

@@ -47,27 +47,27 @@ class CoefficientSet(Protocol):
 
     @property
     def phase_steps(self) -> NDArray[np.uint64]:
-        """(lanes,), u0.48 turn a count."""
+        """Phase steps, (lanes,), u0.48 turn a count."""
 
     @property
     def phase_offsets(self) -> NDArray[np.uint32]:
-        """(lanes,), u0.24 turn."""
+        """Phase offsets, (lanes,), u0.24 turn."""
 
     @property
     def amplitudes(self) -> NDArray[np.int32]:
-        """(lanes,), 2^-11 count."""
+        """Amplitudes, (lanes,), 2^-11 count."""
 
     @property
     def offset(self) -> int:
-        """2^-11 count."""
+        """Offset, 2^-11 count."""
 
     @property
     def modulator_numbers(self) -> NDArray[np.int64]:
-        """(lanes,), numbers of the amplitudes' modulators; 0: no modulator."""
+        """Numbers of the amplitudes' modulators, (lanes,); 0: no modulator."""
 
     @property
     def turn_steps(self) -> NDArray[np.uint64]:
-        """(lanes,), u0.48 turn a turn; 0 for whole orders."""
+        """Turn steps, (lanes,), u0.48 turn a turn; 0 for whole orders."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,25 +34,25 @@ class SamplerInputs:
     """Inputs of the sampler, one value per clock or one for all clocks."""
 
     turn_position1: ArrayLike
-    """Counts from the index, head 1, signed, 32 bits."""
+    """Position of head 1 from the index, counts, signed, 32 bits."""
     turn_position2: ArrayLike
     """Position of head 2 in the same clock."""
     counts_per_rev: ArrayLike
-    """Counts."""
+    """Counts per turn."""
     reset: ArrayLike = False
     enable: ArrayLike = True
     mode: ArrayLike = 0
-    """0 equal time, 1 equal angle."""
+    """Mode of sampling: 0 equal time, 1 equal angle."""
     sample_period: ArrayLike = 100_000
-    """Clocks."""
+    """Period of samples at equal time, clocks."""
     angle_step: ArrayLike = 0
-    """Counts."""
+    """Step of samples at equal angle, counts."""
     timestamp: ArrayLike | None = None
-    """Clocks; None counts from 0."""
+    """Present time, clocks; None counts from 0."""
     flags: ArrayLike = _INDEX_SEEN
     """Levels of the decoders: the first eight of FLAG_NAMES."""
     zero_moved1: ArrayLike = 0
-    """Toggles with the first ``turn_position1`` from another zero."""
+    """Level that toggles with the first ``turn_position1`` from another zero."""
     release_bank: ArrayLike = False
 
 
@@ -69,7 +69,7 @@ class SampledBank:
     sample_clocks: NDArray[np.int64]
     """The clock of every sample, shape (samples,)."""
     samples: NDArray[np.int32]
-    """Counts, shape (samples, 2): head 1, head 2."""
+    """Positions of head 1 and head 2, counts, shape (samples, 2)."""
     flags: int
 
 
@@ -167,7 +167,7 @@ def sampler(
 ) -> SamplerTrace:
     """Run the sampler with banks of ``depth`` sample pairs over all clocks of ``inputs``.
 
-    Raises ValueError when the shapes of the inputs do not fit.
+    Raises ValueError if the shapes of the inputs do not fit.
     """
     names = [field.name for field in fields(inputs)]
     values = [np.atleast_1d(getattr(inputs, name)) for name in names if name != "timestamp"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 STOP_FRACTION: Final = 4
-"""Width and place are in 1/16 count."""
+"""Fraction bits of width and place, which are in 1/16 count."""
 STOP_LATENCY: Final = 7
 """Clocks from a position to the place."""
 MOST_STEP: Final = 8

@@ -7,9 +7,9 @@ from typing import Final, NamedTuple
 from arctrue.generated.number_formats import CORRECTION_FRACTION
 
 WINDOW_BITS: Final = 14
-"""A window has 2^14 clocks."""
+"""Binary logarithm of the clocks in a window: 2^14 clocks."""
 LONGEST_BITS: Final = 24
-"""After 2^24 - 1 clocks without the end of a window the table counts as standing."""
+"""Bits of the clocks without the end of a window after which the table counts as standing."""
 SPEED_LATENCY: Final = 3
 """Clocks from a position to the speed that is measured with it."""
 _ONE = 1 << CORRECTION_FRACTION
@@ -21,7 +21,7 @@ class Measured(NamedTuple):
     """The measurement at the end of a window, or a bound."""
 
     travel: int
-    """Travel in 2⁻¹¹ count, without its sign; one unit less if the angle fell."""
+    """Travel in 2⁻¹¹ count, without its sign; smaller by one unit if the angle fell."""
     is_down: bool
     is_bound: bool
     nominal_travel: int

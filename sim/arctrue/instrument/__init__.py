@@ -1,6 +1,7 @@
 """The virtual instrument: the gateware as a compiled netlist, the firmware's C on its bus.
 
-The VHDL of arctrue_core becomes a netlist and that a library; a table turns before its heads.
+GHDL makes a netlist of arctrue_core, and Verilator a library of the netlist; the signals at its
+heads are those of a simulated table.
 """
 
 from arctrue.instrument.build import build

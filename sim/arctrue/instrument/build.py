@@ -91,7 +91,7 @@ def tool_versions() -> dict[str, str]:
 
 @cache
 def verilator_include() -> Path:
-    """The folder of Verilator's own C++."""
+    """Return the folder of Verilator's own C++."""
     done = subprocess.run(
         ["verilator", "--getenv", "VERILATOR_ROOT"], capture_output=True, text=True, check=False
     )
@@ -102,7 +102,7 @@ def verilator_include() -> Path:
 
 
 def digest(texts: Iterable[str], files: Iterable[Path]) -> str:
-    """Digest with sixteen digits of all inputs."""
+    """Return the digest of all inputs, sixteen digits."""
     made = hashlib.sha256()
     for text in texts:
         made.update(f"{text}\0".encode())
@@ -113,7 +113,7 @@ def digest(texts: Iterable[str], files: Iterable[Path]) -> str:
 
 
 def run_tool(command: Sequence[str], log: Path, what: str) -> None:
-    """Run a tool; raises InstrumentError with the end of its ``log`` when it fails."""
+    """Run a tool. Raises InstrumentError with the end of its ``log`` if it fails."""
     with log.open("a", encoding="utf-8") as text:
         text.write(f"$ {' '.join(command)}\n")
         text.flush()
@@ -150,7 +150,7 @@ def building(target: Path, log: Path) -> Iterator[Path | None]:
 def compile_all(
     sources: Sequence[Path], folder: Path, options: Sequence[str], log: Path, jobs: int = 2
 ) -> list[Path]:
-    """Object files of C++ and C sources, in ``folder``."""
+    """Compile C++ and C sources to object files in ``folder``."""
 
     def one(source: Path) -> Path:
         made = folder / f"{source.name}.o"
@@ -171,7 +171,7 @@ def compile_all(
 
 
 def runtime() -> list[Path]:
-    """The compiled runtime of Verilator, from build/instrument."""
+    """Return the object files of Verilator's runtime, from build/instrument."""
     key = digest([tool_versions()["verilator"], tool_versions()["g++"], *CXX_FLAGS], [])
     target = BUILT / f"runtime-{key}"
     log = BUILT / f"runtime-{key}.log"
@@ -184,7 +184,7 @@ def runtime() -> list[Path]:
 
 
 def verilate(netlist: Path, folder: Path, log: Path) -> None:
-    """C++ of a netlist in ``folder``, with the class V<entity>."""
+    """Convert a netlist to C++ in ``folder``, with the class V<entity>."""
     top = netlist.stem
     command = ["verilator", *VERILATOR_FLAGS, "--top-module", top, "--prefix", f"V{top}"]
     run_tool([*command, "--Mdir", str(folder), str(netlist)], log, f"Verilating {top}")
@@ -193,7 +193,7 @@ def verilate(netlist: Path, folder: Path, log: Path) -> None:
 def _model(
     lanes: int, capture_depth: int, generics: Mapping[str, int | str], report_step: ReportStep
 ) -> Path:
-    """The folder of the compiled core: objects, headers and the netlist that they are made of."""
+    """Return the folder of the compiled core: objects, headers and the netlist behind them."""
     versions = tool_versions()
     values = {"LANES": lanes, "CAPTURE_DEPTH": capture_depth, **generics}
     try:
@@ -234,7 +234,7 @@ def _interrupt_port(model: Path) -> str:
 
 
 def firmware_sources() -> list[Path]:
-    """Every C file of the firmware that needs no hardware."""
+    """List the C files of the firmware that need no hardware."""
     return sorted(path for folder in FIRMWARE_FOLDERS for path in (FIRMWARE / folder).glob("*.c"))
 
 
@@ -252,7 +252,7 @@ def _include_options() -> list[str]:
 
 
 def _of_every_core() -> list[Path]:
-    """The compiled firmware and the parts of the harness that do not include the core's model.
+    """Return the object files of the firmware and of the harness without the core's model.
 
     They are the same for every configuration and are compiled once, into build/instrument.
     """

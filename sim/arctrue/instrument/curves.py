@@ -26,9 +26,9 @@ class Curves(Protocol):
     counts_per_rev: int
     index_width_counts: int
     rounding_counts: float
-    """Added before a reading is rounded down: 0 or 0.5."""
+    """Value added before a reading is rounded down: 0 or 0.5."""
     clocks: int
-    """Length in clocks; afterwards the pins hold their levels."""
+    """Length in clocks; after it the pins hold their levels."""
 
     def piece(self, first_clock: int, clocks: int) -> tuple[int, *tuple[Curve, ...]]:
         """Give the knots of a piece.
@@ -36,7 +36,7 @@ class Curves(Protocol):
         Parameters
         ----------
         first_clock : int
-            Clocks from the start of the curves to the begin of the piece.
+            Clocks from the start of the curves to the beginning of the piece.
         clocks : int
             Length of the piece, clocks; n intervals of knots need not fill it.
 
@@ -51,10 +51,10 @@ class Curves(Protocol):
 class TableCurves:
     """The exact geometry of a moving table, evaluated at knots.
 
-    ``clock_hz`` is the number of clocks in a second of the table's time. Between knots the
-    instrument interpolates with a cubic; where that misses the geometry by more than
-    INTERPOLATION_TOLERANCE_COUNTS, the knots come nearer, down to one in every clock, which is
-    exact.
+    ``clock_hz`` is the number of clocks in a second of the table's time. The instrument
+    interpolates between knots with a cubic. If the cubic deviates from the geometry by more than
+    INTERPOLATION_TOLERANCE_COUNTS, the distance of the knots is reduced, down to one clock, where
+    the result is exact.
     """
 
     def __init__(
@@ -64,10 +64,11 @@ class TableCurves:
         clock_hz: float,
         knot_clocks: int | None = None,
     ) -> None:
-        """``knot_clocks``: clocks between two knots; without it some counts of travel.
+        """Take a table and its motion; ``knot_clocks``: clocks between two knots, default: some
+        counts of travel.
 
         Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals:
-        counts are lost by faults of the pins.
+        a loss of counts is a fault of the pins.
         """
         refuse_unhonoured(table.causes, SIGNALS, "the virtual instrument")
         self.table, self.motion, self.clock_hz = table, motion, clock_hz
@@ -103,7 +104,7 @@ class TableCurves:
         Parameters
         ----------
         first_clock : int
-            Clocks from the start of the motion to the begin of the piece.
+            Clocks from the start of the motion to the beginning of the piece.
         clocks : int
             Length of the piece, clocks.
 
@@ -140,7 +141,8 @@ class TableCurves:
 
 
 def _extended(values: Curve, before: int, number: int) -> Curve:
-    """``values`` after ``before`` further ones and filled up to ``number``, on straight lines."""
+    """Extrapolate ``values`` on straight lines: by ``before`` at the start, and up to ``number`` in
+    total."""
     made = np.empty(number)
     end = before + values.size
     made[before:end] = values
@@ -152,7 +154,7 @@ def _extended(values: Curve, before: int, number: int) -> Curve:
 
 
 def _cubic(curve: Curve, interval: NDArray[np.int64], share: Curve) -> Curve:
-    """Lagrange's cubic through four knots, in a form independent of the harness."""
+    """Evaluate Lagrange's cubic through four knots, in a form independent of the harness."""
     result = np.zeros_like(share)
     places = (-1, 0, 1, 2)
     for place in places:

@@ -1,4 +1,4 @@
-"""Errors of the instrument, in words for people."""
+"""Defines the errors of the instrument, with messages for people."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class Core(Protocol):
 
     @property
     def clock(self) -> int:
-        """Clocks since power-on."""
+        """Number of clocks since power-on."""
 
     @property
     def ended(self) -> bool:
@@ -51,18 +51,18 @@ class Firmware:
     """
 
     def __init__(self, instrument: Core) -> None:
-        """The processor after its start: parameters at their presets."""
+        """Start the processor with its parameters at their presets."""
         self._instrument = instrument
         self._library = instrument.library
         self._bus = self._library.firmware_bus_new(instrument.handle)
         self._processor = self._library.firmware_new(self._bus)
         self._view = ctypes.cast(self._bus, ctypes.POINTER(FirmwareBus)).contents
         self.telemetry: list[dict[str, Any]] = []
-        """Telemetry of all turns so far."""
+        """Telemetry of all turns up to now."""
         self.listener: Callable[[str], None] | None = None
-        """Function that gets everything that the console prints, telemetry included."""
+        """Function that receives everything that the console prints, telemetry included."""
         self.thermometer: Callable[[], float | None] | None = None
-        """Function that gives the thermometer's present value, °C; None as a value: no answer."""
+        """Function that returns the thermometer's present value, °C, or None for no answer."""
         self.send("telemetry on")
 
     def close(self) -> None:
@@ -74,12 +74,12 @@ class Firmware:
 
     @property
     def accesses(self) -> int:
-        """Number of bus accesses so far."""
+        """Number of bus accesses up to now."""
         return int(self._view.accesses)
 
     @property
     def calculation_clocks(self) -> int:
-        """Clocks of one calibration."""
+        """Number of clocks of one calibration."""
         return int(self._view.calculation_clocks)
 
     @calculation_clocks.setter
@@ -127,7 +127,7 @@ class Firmware:
 
     @property
     def flash(self) -> bytes:
-        """Memory that ``save`` writes and power-off keeps."""
+        """Content of the memory that ``save`` writes and that keeps it without power."""
         size = int(self._library.firmware_flash_bytes())
         return ctypes.string_at(self._library.firmware_flash(self._processor), size)
 
@@ -250,7 +250,7 @@ class Firmware:
 
     @property
     def phase(self) -> str:
-        """``no_core``, ``wait_for_index``, ``capture`` or ``swap``."""
+        """State of the device: ``no_core``, ``wait_for_index``, ``capture`` or ``swap``."""
         return str(self._library.firmware_phase(self._processor).decode())
 
     @property

@@ -54,7 +54,7 @@ class RunProgress:
     stage: str
     """Name of the present part of the run."""
     clock: int
-    """Clocks since power-on."""
+    """Number of clocks since power-on."""
     clocks_per_s: float
     """Simulated clocks per second of wall time, since the last report."""
     true_angle_rad: float
@@ -94,9 +94,9 @@ class PinFault:
     """
 
     first_clock: int
-    """Clock of its begin."""
+    """Clock at which the fault begins."""
     clocks: int
-    """Its length."""
+    """Length of the fault in clocks."""
     invert: int = 0
     """Pins that are inverted."""
     low: int = 0
@@ -104,11 +104,11 @@ class PinFault:
     high: int = 0
     """Pins that are held high."""
     probability: float = 1.0
-    """Share of the clocks in which it acts."""
+    """Share of the clocks in which the fault acts."""
 
 
 def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: float = 1.1) -> float:
-    """Work out the clock at which a count lasts so many clocks.
+    """Calculate the clock frequency at which a count lasts so many clocks.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ class Instrument:
         progress_every_s: float = 5.0,
         report_step: ReportStep | None = None,
     ) -> None:
-        """``generics``: further ones of arctrue_core. Raises InstrumentError."""
+        """Build and load it. ``generics``: further ones of arctrue_core. Raises InstrumentError."""
         self.library = load(build(lanes, capture_depth, generics=generics, report_step=report_step))
         self.clock_hz = clock_hz
         self._progress, self._progress_every_s = report_run, progress_every_s
@@ -204,7 +204,7 @@ class Instrument:
         self._recorded_counts_per_rev = 0
         self._firmware: Firmware | None = None
         self.registers = RegisterMap(self._read_async, self._write_async)
-        """The registers by name, for ``await``; this class has the same methods without it."""
+        """Registers by name, for ``await``; this class has the same methods without it."""
         self.handle = self.library.instrument_new()
         self._bare_latency_clocks = self._measure_latency()
         self.library.instrument_delete(self.handle)
@@ -212,7 +212,7 @@ class Instrument:
         self.reset()
 
     def __enter__(self) -> Self:
-        """The instrument itself."""
+        """Return the instrument itself."""
         return self
 
     def __exit__(
@@ -221,7 +221,7 @@ class Instrument:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close it."""
+        """Close the instrument."""
         self.close()
 
     def close(self) -> None:
@@ -240,7 +240,7 @@ class Instrument:
 
     @property
     def clock(self) -> int:
-        """Clocks since power-on."""
+        """Number of clocks since power-on."""
         return int(self.library.instrument_clock(self.handle))
 
     @property
@@ -491,7 +491,7 @@ class Instrument:
 
     @property
     def interrupt(self) -> bool:
-        """The interrupt line."""
+        """Level of the interrupt line."""
         return bool(self.library.instrument_interrupt(self.handle))
 
     def stall_bus(self, most_clocks: int, seed: int = 1) -> None:
@@ -664,7 +664,7 @@ class Instrument:
         _now(self.registers.write_coefficients(coefficients))
 
     def write_conditions(self, conditions: Conditions, counts_per_rev: int) -> None:
-        """Write what direction and speed are worked out with, for this instrument's clock.
+        """Write the parameters of direction and speed, for this instrument's clock.
 
         Parameters
         ----------
@@ -705,13 +705,13 @@ class Instrument:
         Parameters
         ----------
         bins : int
-            Every edge is counted in one of so many equal parts of the true angle; 0: in none.
+            Number of equal parts of the true angle in which every edge is counted; 0: none.
         every : int
-            Every so many edges one is kept; 1: all, 0: none.
+            Number of edges of which one is kept; 1: all, 0: none.
         most : int
-            Most edges that are kept.
+            Largest number of kept edges.
         turns : float
-            The recording ends exactly when the table has turned so far; 0: :meth:`stop_recording`
+            Rotation of the table after which the recording ends exactly; 0: :meth:`stop_recording`
             ends it.
         """
         self._recorded_counts_per_rev = self.read("counts_per_rev_active")

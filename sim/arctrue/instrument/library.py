@@ -21,7 +21,8 @@ from pathlib import Path
 from typing import Any
 
 NEED_PIECE = ctypes.CFUNCTYPE(c_int, c_void_p, c_int64)
-"""Called during a run: provide the curves from this clock on. 0: done."""
+"""Function that the harness calls during a run: it provides the curves from this clock on. 0: done.
+"""
 
 
 class Disturbance(ctypes.Structure):
@@ -109,7 +110,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 class FirmwareBus(ctypes.Structure):
-    """The beginning of FirmwareBus in native/abi.cpp."""
+    """Beginning of FirmwareBus in native/abi.cpp."""
 
     _fields_ = (
         ("harness", c_void_p),
@@ -122,7 +123,7 @@ class FirmwareBus(ctypes.Structure):
 
 @cache
 def load(path: Path) -> Any:
-    """The library with the types of its functions."""
+    """Load the library, with the types of its functions."""
     library = ctypes.CDLL(str(path), mode=ctypes.RTLD_LOCAL)
     for name, (result, arguments) in _FUNCTIONS.items():
         function = getattr(library, name)

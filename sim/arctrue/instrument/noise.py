@@ -13,18 +13,18 @@ Float = NDArray[np.float64]
 
 HEADS_MOST = 4
 _KNOTS = 1 << 18
-"""Knots of a block."""
+"""Number of knots in a block."""
 _KEPT_BLOCKS = 4
 
 
 @dataclass(frozen=True)
 class ReadingNoise(Cause):
-    """Smooth random noise of each head: what an interpolator of limited bandwidth lets through.
+    """Smooth random noise of each head, limited to the bandwidth of an interpolator.
 
-    Gaussian with the standard deviation ``rms_rad``; readings more than 4 × ``correlation_s`` apart
-    are independent of each other, which makes the noise of captured samples white. It is a uniform
-    cubic B-spline of normal numbers in the table's time, and begins anew after 262,144 of them.
-    Effects of a table are taken in their order: put it last.
+    The noise is Gaussian with the standard deviation ``rms_rad``. Readings more than 4 ×
+    ``correlation_s`` apart are independent, so that the noise of captured samples is white. It is a
+    uniform cubic B-spline of normal numbers in the table's time, with new numbers after 262,144 of
+    them. A table applies its effects in their order: put this one last.
     """
 
     rms_rad: float
@@ -36,7 +36,7 @@ class ReadingNoise(Cause):
     _blocks: dict[int, Float] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what is no noise: ValueError."""
+        """Raise ValueError for values that define no noise."""
         if self.rms_rad < 0 or not self.correlation_s > 0:
             raise ValueError(
                 f"noise needs an rms of 0 or more and a correlation time above 0, "
@@ -44,7 +44,8 @@ class ReadingNoise(Cause):
             )
 
     def _block(self, number: int) -> Float:
-        """Numbers of four heads, shape ``(4, _KNOTS)``; those of the last blocks are kept."""
+        """Return the numbers of a block for four heads, shape ``(4, _KNOTS)``; keep those of the
+        last blocks."""
         if number not in self._blocks:
             while len(self._blocks) >= _KEPT_BLOCKS:
                 del self._blocks[next(iter(self._blocks))]
@@ -57,7 +58,7 @@ class ReadingNoise(Cause):
         return self._blocks[number]
 
     def _numbers(self, head: int, knot: NDArray[np.int64]) -> Float:
-        """The normal number at each knot, shape ``(n,)``."""
+        """Return the normal number at each knot, shape ``(n,)``."""
         if not knot.size:
             return np.zeros(0)
         first, last = int(knot.min()) // _KNOTS, int(knot.max()) // _KNOTS
@@ -82,7 +83,7 @@ class ReadingNoise(Cause):
         disc_reading_rad : ndarray
             Angle of the lines, which has no influence, shape (n,).
         state : TableState
-            Instants at which the quantity is asked for, shape (n,).
+            Instants of the requested values, shape (n,).
 
         Returns
         -------

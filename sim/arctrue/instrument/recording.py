@@ -10,22 +10,22 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class EdgeTrack:
-    """The edges of one encoder signal while it was recorded.
+    """The recorded edges of one encoder signal.
 
-    The kept edges, shape ``(n,)``, are every K-th one; the bins, shape ``(bins,)``, hold every
-    edge. Positions and errors have an arbitrary zero, the same for a whole track.
+    Every K-th edge is kept, shape ``(n,)``; the bins, shape ``(bins,)``, contain every edge.
+    Positions and errors have an arbitrary zero, the same for a whole track.
     """
 
     counts_per_rev: int
-    """Counts a turn."""
+    """Counts per turn."""
     clock: NDArray[np.int64]
     """Clock of each kept edge."""
     position: NDArray[np.int64]
-    """Counts, of the level that the reading passed."""
+    """Position of the level that the reading passed, counts."""
     true_angle_rad: NDArray[np.float64]
     """True angle of the table in the middle of the clock in which it made the edge; not wrapped."""
     bin_edges: NDArray[np.int64]
-    """Edges in each equal part of the turn."""
+    """Number of edges in each equal part of the turn."""
     bin_mean_counts: NDArray[np.float64]
     """Mean of position − true angle; NaN in an empty bin."""
     bin_lowest_counts: NDArray[np.float64]
@@ -35,7 +35,7 @@ class EdgeTrack:
     edges: int
     """Number of all edges."""
     dropped: int
-    """Edges that were to be kept, beyond the most that may be kept."""
+    """Number of edges that were not kept because the limit of kept edges was reached."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +47,9 @@ class Recording:
     head1: EdgeTrack
     """The incoming signal of head 1."""
     illegal: int
-    """Clocks in which A and B of the output changed together."""
+    """Number of clocks in which A and B of the output changed together."""
     index_clock: NDArray[np.int64]
     """Clocks in which Z of the output rose."""
     index_position: NDArray[np.int64]
-    """Counts of the output in those clocks, in each of which Z is high; the zero is the track's."""
+    """Counts of the output in those clocks, in each of which Z is high; the zero is that of the
+    track."""

@@ -13,7 +13,7 @@ from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.recording import EdgeTrack
 
 BINS = 720
-"""Half a degree."""
+"""Number of bins of a turn, half a degree each."""
 FINE_BINS = 7200
 MOST_ORDER = 64
 TURN_RAD = 2 * np.pi
@@ -23,18 +23,19 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class TurnScore:
-    """Error of one signal over one turn, the turn's own mean removed; seconds of arc."""
+    """Error of one signal over one turn in seconds of arc, its own mean over the turn removed."""
 
     error_arcsec: Float
-    """Mean of each half a degree of the true angle, shape ``(720,)``; NaN where no edge was."""
+    """Mean error in each half degree of the true angle, shape ``(720,)``; NaN if it contains no
+    edge."""
     lowest_edge_arcsec: Float
     """Lowest error of all edges in each half degree, same shape."""
     highest_edge_arcsec: Float
     mean_arcsec: float
-    """The mean itself, which two heads cannot see; against that of the recording's first turn."""
+    """Removed mean, which two heads cannot see; relative to that of the recording's first turn."""
     edges_rms_arcsec: float
-    """Root mean square of single edges: with what is finer than half a degree, with the noise of
-    the readings and the steps of the counts. NaN where no single edge was kept."""
+    """Root mean square of single edges: it includes what is finer than half a degree, the noise of
+    the readings and the steps of the counts. NaN if no single edge was kept."""
     amplitude_arcsec: Float
     """Amplitudes of orders 1, 2, …, shape ``(64,)`` unless more are requested; NaN if the turn is
     not whole."""
@@ -66,10 +67,12 @@ class TurnScore:
 
     @classmethod
     def of_even_readings(cls, error_arcsec: Float, most_order: int = MOST_ORDER) -> Self:
-        """From readings at n even true angles (k + ½)/n of a turn, each in the place of an edge.
+        """Return the score of readings at n even true angles (k + ½)/n of a turn, each in place of
+        an edge.
 
         ``error_arcsec`` (n,) belongs to k = 0 … n − 1; n is a multiple of 720 and above twice
-        ``most_order``. The amplitudes are those of the readings: no mean over a part lowers them.
+        ``most_order``. The amplitudes are those of the readings: no averaging over a part reduces
+        them.
         """
         parts = error_arcsec.reshape(BINS, -1)
         mean = float(error_arcsec.mean())
@@ -99,48 +102,48 @@ class TurnScore:
 
     @property
     def angle_rad(self) -> Float:
-        """Middle of each half a degree, shape ``(720,)``."""
+        """Middle of each half degree, shape ``(720,)``."""
         return np.asarray((np.arange(BINS) + 0.5) * (TURN_RAD / BINS))
 
     @property
     def lowest_arcsec(self) -> float:
-        """Lowest mean of half a degree."""
+        """Smallest mean of a half degree."""
         return float(np.nanmin(self.error_arcsec))
 
     @property
     def highest_arcsec(self) -> float:
-        """Highest mean of half a degree."""
+        """Largest mean of a half degree."""
         return float(np.nanmax(self.error_arcsec))
 
     @property
     def reach_arcsec(self) -> float:
-        """Largest mean of half a degree, of either sign."""
+        """Largest absolute mean of a half degree."""
         return max(-self.lowest_arcsec, self.highest_arcsec)
 
     @property
     def rms_arcsec(self) -> float:
-        """Root mean square of the means of half a degree."""
+        """Root mean square of the means of the half degrees."""
         return float(np.sqrt(np.nanmean(self.error_arcsec**2)))
 
     @property
     def every_edge_arcsec(self) -> tuple[float, float]:
-        """Lowest and highest of the edges."""
+        """Smallest and largest error of an edge."""
         lowest, highest = self.lowest_edge_arcsec, self.highest_edge_arcsec
         return float(np.nanmin(lowest)), float(np.nanmax(highest))
 
     @property
     def edges_reach_arcsec(self) -> float:
-        """Largest error of an edge, of either sign."""
+        """Largest absolute error of an edge."""
         lowest, highest = self.every_edge_arcsec
         return max(-lowest, highest)
 
     @property
     def largest_order(self) -> int:
-        """The order with the largest amplitude."""
+        """Order with the largest amplitude."""
         return int(np.argmax(self.amplitude_arcsec)) + 1
 
     def as_json(self) -> dict[str, Any]:
-        """The figures as plain values; null where there is none."""
+        """Return the figures as plain values; null for a missing one."""
         single = self.edges_rms_arcsec
         return {
             "lowest_arcsec": self.lowest_arcsec,
@@ -154,7 +157,7 @@ class TurnScore:
         }
 
     def curve_as_json(self) -> dict[str, list[float]]:
-        """Give the mean of each half degree: a long list, kept apart from the figures."""
+        """Return the mean of each half degree: a long list, stored apart from the figures."""
         return {
             "angle_deg": np.rad2deg(self.angle_rad).tolist(),
             "error_arcsec": self.error_arcsec.tolist(),
@@ -162,9 +165,10 @@ class TurnScore:
 
 
 def amplitudes(means: Float) -> Float:
-    """Amplitude of orders 1 to 64, from the means of equal parts of a turn; NaN where one is NaN.
+    """Return the amplitudes of orders 1 to 64 from means of equal parts of a turn; NaN if a mean is
+    NaN.
 
-    The mean over a part lowers order n by sinc(n / parts), which is taken back.
+    The mean over a part reduces order n by sinc(n / parts); the function divides by this factor.
     """
     if np.isnan(means).any():
         return np.full(MOST_ORDER, np.nan)
@@ -174,9 +178,9 @@ def amplitudes(means: Float) -> Float:
 
 
 def score_turn(track: EdgeTrack) -> TurnScore:
-    """The score of a turn recorded in parts of half a degree or finer ones; edges may be kept.
+    """Score a turn that was recorded in parts of half a degree or less; edges may be kept.
 
-    Raises InstrumentError where a part holds no edge.
+    Raises InstrumentError if a part contains no edge.
     """
     parts = track.bin_edges.size
     if not parts or parts % BINS or not track.bin_edges.all():
@@ -204,10 +208,10 @@ def score_turn(track: EdgeTrack) -> TurnScore:
 
 
 def score_turns(track: EdgeTrack, travel_turns: Float, turns: int) -> list[TurnScore | None]:
-    """The score of each turn of travel from the kept edges; None where a turn holds no edge.
+    """Score each turn of travel from the kept edges; None for a turn without an edge.
 
-    ``travel_turns`` (n,) is the travel at each kept edge, which never falls: 0 to 1 is the first
-    turn.
+    ``travel_turns`` (n,) is the travel at each kept edge, which never decreases: 0 to 1 is the
+    first turn.
     """
     position_counts = track.position - track.true_angle_rad * (track.counts_per_rev / TURN_RAD)
     error_arcsec = position_counts * (ARCSEC_PER_TURN / track.counts_per_rev)

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 def overlapping_allan_deviation(
     values: ArrayLike, averaged: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Overlapping Allan deviation, σ²(m) = ½⟨(ȳ_{k+m} − ȳ_k)²⟩ with ȳ the mean of m readings.
+    """Compute the overlapping Allan deviation, σ²(m) = ½⟨(ȳ_{k+m} − ȳ_k)²⟩; ȳ: mean of m readings.
 
-    ``values`` (n,): readings at even steps, NaN where one is missing; a pair of means with a
-    missing reading is left out. ``averaged`` (k,): numbers m of readings in a mean.
+    ``values`` (n,): readings at even steps, NaN for a missing one; a pair of means with a missing
+    reading is left out. ``averaged`` (k,): numbers m of readings in a mean.
 
-    Returns deviation (k,) in the unit of the values, NaN where no pair is whole, and the number of
+    Returns deviation (k,) in the unit of the values, NaN if no pair is complete, and the number of
     pairs (k,). Raises ValueError for an m that is not a whole number from 1 on.
     """
     readings = np.asarray(values, dtype=np.float64)

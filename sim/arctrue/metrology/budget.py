@@ -105,18 +105,18 @@ class Budget:
 
     @property
     def expanded_arcsec(self) -> float:
-        """U with k = 2."""
+        """Expanded uncertainty U with k = 2."""
         return COVERAGE * self.u_arcsec
 
     @property
     def coverage_factor(self) -> float:
-        """k that 95.45 % needs with the effective degrees of freedom."""
+        """Coverage factor k for 95.45 % with the effective degrees of freedom."""
         free = self.degrees_of_freedom
         return COVERAGE if math.isinf(free) else float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, free))
 
 
 def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> Budget:
-    """Budget of a calibration from two heads; its covariance is divided by causes."""
+    """Make the budget of a calibration from two heads; its covariance is split by cause."""
     table = measurement.table
     assert table.counts_per_rev is not None
     estimate = calibration.estimate
@@ -184,7 +184,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
 
 
 def separation_slope(calibration: Calibration) -> float:
-    """RMS change of the correction over the turn per arcsecond of α, in arcseconds.
+    """Return the RMS change of the correction over the turn per arcsecond of α, in arcseconds.
 
     E_n = D_n / (e^{jnα} − 1) gives dE_n/dα = −E_n · j n e^{jnα} / (e^{jnα} − 1).
     """
@@ -196,7 +196,7 @@ def separation_slope(calibration: Calibration) -> float:
 
 
 def reference_budget(measurement: MeasurementSet, correction: Correction) -> Budget:
-    """Budget of a correction that was fitted to the set's own reference run.
+    """Make the budget of a correction that was fitted to the set's own reference run.
 
     Raises ValueError for a set without a reference run, or fewer rows than the correction has
     coefficients.
@@ -339,7 +339,7 @@ def _separation_lines(
 
 
 def reversal_lines(reference: Reference, error: Float) -> list[Contribution]:
-    """Half the reversal error of remaining errors (rows,), if the run has both directions."""
+    """Return half the reversal error of errors (rows,); empty for a run in one direction."""
     if reference.direction is None:
         return []
     up, down = (error[reference.direction == way] for way in (1, -1))
@@ -376,7 +376,7 @@ def _check(lines: Sequence[Contribution], reference: Reference, error: Float) ->
 
 
 def count_lines(table: Table) -> list[Contribution]:
-    """Resolution and rounding of the reading; empty if the table does not state its counts."""
+    """Return resolution and rounding of the reading; empty if the table states no counts."""
     if table.counts_per_rev is None:
         return []
     half = 0.5 * arcsec_per_count(table.counts_per_rev)

@@ -42,22 +42,23 @@ rounding."""
 
 @dataclass(frozen=True, eq=False)
 class CertifiedError:
-    """ε of head 1, reading less angle, without its mean over the turn, at stated angles."""
+    """Error function of head 1 at stated angles: ε, reading minus true angle, its mean over the
+    turn removed."""
 
     angle_deg: Float
-    """(angles,)."""
+    """Angles, (angles,)."""
     error_arcsec: Float
-    """(angles,)."""
+    """ε at each angle, (angles,)."""
     u_fit_arcsec: Float
-    """(angles,), from the covariance of the fit."""
+    """Standard uncertainty from the covariance of the fit, (angles,)."""
     u_separation_arcsec: Float
-    """(angles,), from the head separation; 0 for a reference run alone."""
+    """Standard uncertainty from the head separation, (angles,); 0 for a reference run alone."""
     contributions: tuple[Contribution, ...]
     """Contributions that are the same at every angle."""
     solution: Solution
     effects: tuple[str, ...]
     conditions: Mapping[str, float]
-    """Under which the error function holds, as ``direction``."""
+    """Conditions under which the error function holds, for example ``direction``."""
 
     @property
     def u_arcsec(self) -> Float:
@@ -72,7 +73,7 @@ class CertifiedError:
 
     @property
     def coverage_probability(self) -> float:
-        """Probability of a normal distribution within k = 2."""
+        """Probability that a normal distribution gives to ± k standard deviations, k = 2."""
         return CONFIDENCE
 
 
@@ -86,7 +87,7 @@ def certified_error(
     """Fit ``model`` to the set and state its error at angles (n,), with uncertainty.
 
     ``conditions``: ``direction``, ``temperature_c`` and others that the model's effects need.
-    Raises ValueError where the set does not state what U needs, or a condition is missing.
+    Raises ValueError if the set does not state what U needs, or a condition is missing.
     """
     reference = measurement.reference
     if reference is not None and reference.standard_uncertainty_arcsec is None:
@@ -131,9 +132,9 @@ def _fit(
 def _error_at(
     solution: Solution, angle_deg: Float, conditions: Mapping[str, float]
 ) -> tuple[Float, Float]:
-    """ε and its standard uncertainty from the covariance, (angles,) each.
+    """Return ε and its standard uncertainty from the covariance, (angles,) each.
 
-    Raises ValueError where an effect needs a condition that is not given.
+    Raises ValueError if an effect needs a condition that is not given.
     """
     rows = table_rows(solution.observations, angle_deg, conditions)
     columns = np.zeros((angle_deg.size, sum(solution.widths)))
@@ -147,7 +148,7 @@ def _error_at(
 
 
 def _shifted(table: Table) -> Table:
-    """The table with head 2 farther from head 1 by ``SHIFT_ARCSEC``."""
+    """Return the table with head 2 moved away from head 1 by ``SHIFT_ARCSEC``."""
     shift_deg = SHIFT_ARCSEC / 3600.0
     if table.head_places_deg is not None:
         first, second, *further = table.head_places_deg

@@ -61,10 +61,10 @@ class CertificateDetails(Struct, frozen=True):
         "laboratory"
     )
     temperature_c: Number | None = None
-    """Ambient temperature; where the set records none."""
+    """Ambient temperature, used if the set records none."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError for a text of more than one printable line, or of blanks."""
+        """Raise ValueError for a text of more than one printable line, or of blanks only."""
         line_of_text(self.number, "number")
         named = (("item", self.item), ("laboratory", self.laboratory), ("customer", self.customer))
         for key, part in (*named, *(("person", one) for one in self.person)):
@@ -77,7 +77,7 @@ class CertificateDetails(Struct, frozen=True):
 
 
 def read_details(path: Path) -> CertificateDetails:
-    """Read the file. Raises ValueError, which names file and key, for what is missing or wrong."""
+    """Read the file. Raises ValueError, which names file and key, for a missing or wrong value."""
     try:
         content = read_toml(path)
         found = typed(content, CertificateDetails)

@@ -26,10 +26,11 @@ REVERSAL = "reversal_error"
 
 @dataclass(frozen=True)
 class Correction:
-    """g(R) + d·B/2, arcseconds: the error of indication at reading R, reached from direction d."""
+    """Correction g(R) + d·B/2, arcseconds: the error of indication at reading R, approached from
+    direction d."""
 
     orders: Integer
-    """(orders,)."""
+    """Orders, (orders,)."""
     components_arcsec: Components
     """Cosine and sine of every order, (orders, 2)."""
     reversal_arcsec: float
@@ -77,7 +78,8 @@ class Correction:
         return np.asarray(np.cos(phase) @ cosine + np.sin(phase) @ sine)
 
     def error_arcsec(self, reading_rad: Float, direction: Integer | int | None) -> Float:
-        """g(R) + d·B/2, arcseconds; ``direction``: 1 from below, −1 from above, None unknown."""
+        """Return g(R) + d·B/2, arcseconds; ``direction``: 1 from below, −1 from above, None
+        unknown."""
         values = self.by_reading(reading_rad)
         return values if direction is None else values + 0.5 * self.reversal_arcsec * direction
 
@@ -93,7 +95,7 @@ def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
 def table_objections(
     reference: Reference | None, correction: Correction, counts_per_rev: int | None
 ) -> list[str]:
-    """Why a table should not be used: the set's own reference run gets worse by it."""
+    """Give the reason not to use a table: it increases the error of the set's own reference run."""
     if reference is None:
         return []
     if reference.mask is not None:

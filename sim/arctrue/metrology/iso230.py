@@ -26,7 +26,7 @@ SAME_TARGET_DEG = 1e-6
 
 @dataclass(frozen=True)
 class Direction:
-    """The approaches from one direction; arrays (targets,), NaN where a target has none."""
+    """The approaches from one direction; arrays (targets,), NaN for a target without any."""
 
     approaches: Integer
     mean_arcsec: Float
@@ -41,7 +41,7 @@ class Direction:
 
     @property
     def accuracy(self) -> float:
-        """A: largest x̄ᵢ + 2 sᵢ less smallest x̄ᵢ − 2 sᵢ."""
+        """A: largest x̄ᵢ + 2 sᵢ minus smallest x̄ᵢ − 2 sᵢ."""
         return _span(self.mean_arcsec + 2.0 * self.s_arcsec, self.mean_arcsec - 2.0 * self.s_arcsec)
 
     @property
@@ -64,7 +64,7 @@ class Positioning:
     """
 
     target_deg: Float
-    """(targets,), ascending, within a turn."""
+    """Targets, (targets,), ascending, within a turn."""
     up: Direction
     down: Direction
     objections: tuple[str, ...]
@@ -89,12 +89,12 @@ class Positioning:
 
     @property
     def approaches(self) -> int:
-        """Least number of approaches to a target from a direction of the run."""
+        """Least number of approaches to any target from one direction of the run."""
         fewest = [int(d.approaches.min()) for d in (self.up, self.down) if d.approaches.any()]
         return min(fewest)
 
     def figures(self) -> dict[str, float]:
-        """The figures over the turn by their symbols."""
+        """Return the figures over the turn by their symbols."""
         up, down = self.up, self.down
         high = np.stack([d.mean_arcsec + 2.0 * d.s_arcsec for d in (up, down)])
         low = np.stack([d.mean_arcsec - 2.0 * d.s_arcsec for d in (up, down)])
@@ -169,12 +169,13 @@ class Contributions:
 
     @classmethod
     def from_drift(cls, device_arcsec: float | None, drift_arcsec: float | None) -> Contributions:
-        """``drift_arcsec``: range of readings at rest, of rectangular distribution."""
+        """Take the drift as ``environment``; ``drift_arcsec``: range of readings at rest, of
+        rectangular distribution."""
         environment = None if drift_arcsec is None else drift_arcsec / (2.0 * math.sqrt(3.0))
         return cls(device_arcsec, environment)
 
     def expanded(self, approaches: int) -> dict[str, float]:
-        """U with k = 2 of every figure, arcseconds; NaN if a contribution is unknown.
+        """Return U with k = 2 of every figure, arcseconds; NaN if a contribution is unknown.
 
         The contributors are those of ISO/TR 230-9; the law of propagation (JCGM 100:2008,
         equation 10) is applied to the definitions above. A range of means is a difference at two

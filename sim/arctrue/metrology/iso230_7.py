@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 BINS = 180
-"""Angles of the polar plot; a bin of two degrees holds some 66 of 12,000 samples a turn."""
+"""Number of angles of the polar plot; a bin of two degrees holds some 66 of 12,000 samples a turn.
+"""
 
 
 @dataclass(frozen=True)
 class ErrorMotion:
-    """Radial error motion in a fixed sensitive direction, in the unit of what was given.
+    """Radial error motion in a fixed sensitive direction, in the unit of the displacements.
 
-    ``total``, ``synchronous``: difference of the radii of the two circles about the least-squares
-    circle's centre that hold the polar plot, of all turns and of their mean; ``asynchronous``: the
-    largest width at one angle. Noise of the reading is in ``total`` and ``asynchronous``.
+    Two circles about the least-squares circle's centre enclose the polar plot. ``total`` and
+    ``synchronous`` are the difference of their radii, for the plot of all turns and for that of
+    their mean; ``asynchronous`` is the largest width of the plot at one angle. ``total`` and
+    ``asynchronous`` include the noise of the reading.
     """
 
     total: float
@@ -31,10 +33,11 @@ class ErrorMotion:
 
 
 def error_motion(angle_rad: Float, displacement: Float) -> ErrorMotion:
-    """Figures of displacements (n,) at angles (n,) over two turns or more, or over one.
+    """Compute the error motion from displacements (n,) at angles (n,) over one turn or more.
 
-    The least-squares circle's centre is the component once a turn (ISO 230-7, 3.4). With one turn
-    there is nothing that does not repeat, and ``asynchronous`` is the width within a bin.
+    The least-squares circle's centre is the component once a turn (ISO 230-7, 3.4). One turn alone
+    does not separate the synchronous part from the asynchronous part: ``asynchronous`` is then the
+    width within a bin.
     """
     columns = np.stack([np.ones_like(angle_rad), np.cos(angle_rad), np.sin(angle_rad)], axis=1)
     centre, *_ = np.linalg.lstsq(columns, displacement, rcond=None)

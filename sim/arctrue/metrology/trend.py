@@ -21,7 +21,7 @@ FALSE_ALARMS = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """One order that moves."""
+    """One order with a trend."""
 
     order: int
     cosine_arcsec: float
@@ -63,7 +63,8 @@ class TrendWatch:
         blocks: int = BLOCKS,
         false_alarms: float = FALSE_ALARMS,
     ) -> None:
-        """Raises ValueError for fewer than three blocks: a line through two has no scatter."""
+        """Create the test. Raises ValueError for fewer than three blocks: a line through two has no
+        scatter."""
         if blocks < 3 or block_turns < 1:
             raise ValueError("expected three blocks or more, of one turn or more")
         self._matters_arcsec, self._false_alarms = matters_arcsec, false_alarms

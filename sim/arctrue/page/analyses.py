@@ -93,7 +93,7 @@ class Analyses:
         )
 
     def load(self, session: Session, number: int, model: Model) -> Step:
-        """Fit a model from a file in a new step. Raises ValueError if it is of another table."""
+        """Fit a model from a file in a new step. Raises ValueError for a model of another table."""
         start = time.perf_counter()
         opened = session.opened
         for entry in model.effects:

@@ -40,7 +40,7 @@ def analysis_pages(
     sessions = analyses.sessions
 
     def page(name: str, number: int, status: int = 200, **messages: str) -> tuple[str, int]:
-        """``messages``: a sentence per button, shown next to it."""
+        """Render the page; ``messages``: a sentence per button, shown next to it."""
         session = sessions[name]
         step, opened = session.step(number), session.opened
         display = DisplaySettings.of_query(request.args)
@@ -208,7 +208,7 @@ def analysis_pages(
 
 
 def _there(figure: str, ranking: dict[str, Any] | None) -> bool:
-    """True if this figure can be drawn now."""
+    """Tell whether this figure can be drawn now."""
     if figure == "finding":
         return bool(ranking and ranking["finding"] and ranking["finding"]["best"])
     if figure == "lanes":

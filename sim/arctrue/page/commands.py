@@ -17,7 +17,7 @@ class Commands:
     """Composes command lines with the folders of own effects that ``arctrue serve`` got."""
 
     def __init__(self, effect_folders: Sequence[Path]) -> None:
-        """Each folder becomes ``--effects FOLDER``."""
+        """Take folders of effects; each one becomes ``--effects FOLDER``."""
         self._folders = [word for folder in effect_folders for word in ("--effects", str(folder))]
 
     def _line(self, *words: str) -> str:
@@ -44,7 +44,7 @@ class Commands:
         return self._line(*words, *self._folders)
 
     def history(self) -> str:
-        """``arctrue history``."""
+        """Give ``arctrue history``."""
         return self._line("history", "--model", MODEL)
 
     def serve(self, folder: Path, state: Path, port: str) -> str:
@@ -54,15 +54,15 @@ class Commands:
         return self._line(*words, *self._folders)
 
     def load(self, port: str) -> str:
-        """``arctrue load``."""
+        """Give ``arctrue load``."""
         return self._line("load", port, COEFFICIENTS)
 
     def simulate(self, out: str, experiment: str, seed: int, *, hidden: bool) -> str:
-        """``arctrue simulate``."""
+        """Give ``arctrue simulate``."""
         drawn = ["--hidden"] if hidden else []
         return self._line("simulate", out, *drawn, "--experiment", experiment, "--seed", str(seed))
 
     def imported(self, files: Sequence[str], answers: Sequence[tuple[str, str]], out: str) -> str:
-        """``arctrue import``."""
+        """Give ``arctrue import``."""
         said = [word for option, answer in answers for word in (option, answer)]
         return self._line("import", *said, *files, out)

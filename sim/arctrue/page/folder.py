@@ -22,7 +22,7 @@ class FoundSet:
     name: str
     title: str
     fault: str
-    """Why the set cannot be opened; empty if it can."""
+    """Reason why the set cannot be opened; empty if it can."""
 
 
 class ChosenFolder:

@@ -18,7 +18,8 @@ _POLICY = (
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
 )
-"""plotly.js writes inline styles; only the server's own scripts run."""
+"""Security policy of an answer: plotly.js writes inline styles; only the server's own scripts run.
+"""
 
 
 def guard(app: Flask, hosts: Collection[str], token: str) -> None:

@@ -32,7 +32,7 @@ class Jobs:
         self._lock = threading.Lock()
 
     def start(self, session: Session, number: int) -> None:
-        """Start the ranking unless it runs or is done; a cancelled ranking starts anew."""
+        """Start the ranking unless it runs or is done; a cancelled ranking starts again."""
         key = (session.name, number)
         with self._lock:
             if key in self._running or session.ranking_is_whole(number):
@@ -61,7 +61,7 @@ class Jobs:
             job.end()
 
     def state(self, session: Session, number: int) -> dict[str, Any]:
-        """``state``: done, running, cancelled, failed or none; ``doing`` and ``seconds``."""
+        """Return ``state`` (done, running, cancelled, failed, none), ``doing`` and ``seconds``."""
         folder = session.step_folder(number)
         with self._lock:
             job = self._running.get((session.name, number))

@@ -23,9 +23,9 @@ from arctrue.metrology.iso230_7 import error_motion
 
 _MOST_TURNS = 2_000
 _MOST_POINTS = 400
-"""Largest number of turns in a chart; of more, every second, third, … is drawn."""
+"""Largest number of turns in a chart; if there are more, every second, third, … is drawn."""
 _MOST_ORDERS = 6
-"""Number of orders in their chart: those that changed most in units of u."""
+"""Number of orders in their chart: those with the largest change in units of u."""
 _MOST_EVENTS = 20
 _MOST_SAMPLES = 1_500
 """Largest number of samples in the chart of the axis orbit."""
@@ -40,7 +40,7 @@ class LiveDevice:
     """The latest turns and events of a device. ``port``: its serial port, or HOST:PORT."""
 
     def __init__(self, port: str) -> None:
-        """Begin to follow the daemon; while there is none, look for it each second."""
+        """Begin to follow the daemon; search for it each second while none runs."""
         self.port = port
         self._turns: deque[dict[str, Any]] = deque(maxlen=_MOST_TURNS)
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
@@ -63,7 +63,7 @@ class LiveDevice:
         return path
 
     def shown(self) -> dict[str, Any]:
-        """All that the page shows, for JSON."""
+        """Return everything that the page shows, for JSON."""
         with self._lock:
             turns, events = list(self._turns), list(self._events)
             found = {
@@ -144,7 +144,7 @@ class LiveDevice:
 
 
 def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
-    """The latest turn, what changed since the calibration, and the columns of the charts."""
+    """Return the latest turn, the changes since the calibration, and the columns of the charts."""
     # A refused turn has no orders.
     estimated = [turn for turn in turns if turn.get("harmonics")] or turns
     before, now = estimated[calibration_turn(estimated)], estimated[-1]
@@ -175,7 +175,7 @@ def _history(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
-    """What the latest turn that calibrated a mean says of each head and of the axis."""
+    """Return what the latest turn that calibrated a mean states of each head and of the axis."""
     now = next((turn for turn in reversed(turns) if turn.get("places_deg")), None)
     if now is None:
         return {"rows": [], "axis": []}
@@ -197,10 +197,10 @@ def _heads(turns: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Radii of the axis' circles at each drawn turn, of the circles that any turn has.
+    """Return the radii of the axis' circles at each drawn turn, for the circles that any turn has.
 
-    A device that calibrates the mean of its heads sends them; with three heads it cannot tell some
-    from the disc's error and sends 0.
+    A device that calibrates the mean of its heads sends them. Three heads cannot separate some
+    circles from the disc's error: the device sends 0 for these.
     """
     columns = []
     for sense in ("forward", "backward"):
@@ -213,7 +213,7 @@ def _axis_columns(drawn: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
-    """Return every sample, or of many every second, third, …, and the mean of the turns."""
+    """Return the samples (every second, third, … of many samples) and the mean of the turns."""
     every = -(-orbit.angle_rad.size // _MOST_SAMPLES)
     samples = {"x": orbit.x_arcsec, "y": orbit.y_arcsec}
     columns: dict[str, Any] = {"u": list(orbit.u_arcsec)}
@@ -230,7 +230,7 @@ def _orbit_columns(orbit: AxisOrbit) -> dict[str, Any]:
 def _comparison(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return what changed from turn ``before`` to ``now``, and the orders of the drawn turns."""
+    """Return the changes from turn ``before`` to ``now``, and the orders of the drawn turns."""
     return {
         "turn": before["turn"],
         "recorded": _utc(before["recorded_s"]),
@@ -247,7 +247,7 @@ def _comparison(
 def _order_columns(
     drawn: list[dict[str, Any]], before: dict[str, Any], now: dict[str, Any]
 ) -> list[dict[str, Any]]:
-    """The change of the orders that changed most, with u, at each drawn turn."""
+    """Return the change, with u, of the orders that changed most, at each drawn turn."""
     earlier = {row[0]: row for row in before.get("harmonics", [])}
 
     def in_units_of_u(row: list[float]) -> float:

@@ -1,4 +1,4 @@
-"""Digest of everything that a ranking depends on: equal keys mean equal rankings."""
+"""Computes a digest of everything that a ranking depends on: equal keys mean equal rankings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ _MASK = "mask.csv"
 
 
 def ranking_key(folder: Path, title: str, model: Model, effects: Mapping[str, type[Effect]]) -> str:
-    """SHA-256 of set, mask, model, title (written into the device's file), effects and program.
+    """Return SHA-256 of set, mask, model, title (written into the device's file), effects and
+    program.
 
     Fitted values are left out: a fit starts from the settings and search parameters alone. Raises
     OSError, MeasurementError.
@@ -43,7 +44,7 @@ def _of_file(path: Path) -> str:
 
 @functools.cache
 def _of_effect(kind: type[Effect]) -> list[str]:
-    """Digests of the files that define the effect, as they were at its first use."""
+    """Return the digests of the files that define the effect, as they were at its first use."""
     methods = [item for part in kind.__mro__ for item in vars(part).values()]
     files = {
         inspect.unwrap(item).__code__.co_filename for item in filter(inspect.isfunction, methods)
@@ -53,6 +54,6 @@ def _of_effect(kind: type[Effect]) -> list[str]:
 
 @functools.cache
 def _program() -> str:
-    """Digest of the package's files: one version has several states during development."""
+    """Return the digest of the package's files: a version has several states in development."""
     files = sorted(Path(arctrue.__file__).parent.rglob("*.py"))
     return hashlib.sha256("".join(_of_file(path) for path in files).encode()).hexdigest()

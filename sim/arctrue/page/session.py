@@ -106,7 +106,7 @@ class Session:
         return read_json(path, dict[str, Any]) if path.is_file() else None
 
     def ranking_is_whole(self, number: int) -> bool:
-        """True once the ranking is complete."""
+        """Tell whether the ranking is complete."""
         found = self.ranking(number)
         return found is not None and bool(found["whole"])
 

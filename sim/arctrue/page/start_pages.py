@@ -44,7 +44,8 @@ def start_pages(
     pages = Blueprint("start", __name__)
 
     def start(status: int = 200, **messages: Any) -> tuple[str, int]:
-        """``messages``: a sentence per part of the page; also the open questions of an import."""
+        """Render the page; ``messages``: a sentence per part of it; also the open questions of an
+        import."""
         sessions = [(session, session.opened) for session in analyses.sessions.all()[:20]]
         shown: dict[str, Any] = {
             "open": "",

@@ -52,7 +52,7 @@ class Received:
 
 
 class OpenQuestionsError(ValueError):
-    """Files leave open questions ``asked``; holds the ``answers`` so far and the previews."""
+    """Files leave questions ``asked`` open; the error has ``answers`` and previews."""
 
     def __init__(
         self, asked: Sequence[Ambiguous], answers: Mapping[str, str], previews: Sequence[Preview]

@@ -1,4 +1,4 @@
-"""A set with a fitted model, in the form that the page and the report use."""
+"""Combines a set with a fitted model, in the form that the page and the report use."""
 
 from __future__ import annotations
 
@@ -61,17 +61,17 @@ class Analysis:
 
     @cached_property
     def residuals(self) -> Residuals:
-        """The residuals of the model."""
+        """Residuals of the model."""
         return Residuals(self.solution)
 
     def rows(self, channel: str) -> CaptureRows | ReferenceRows:
-        """Conditions of the rows of a measured channel."""
+        """Return the conditions of the rows of a measured channel."""
         found = self.observations.capture if channel == "capture" else self.observations.reference
         assert found is not None
         return found
 
     def left(self, channel: str, *, whitened: bool = False) -> Float:
-        """Residual of every row in arcseconds, or whitened to a standard deviation of 1."""
+        """Return every row's residual in arcseconds, or whitened to a standard deviation of 1."""
         residuals = self.residuals
         found = {
             ("capture", False): lambda: residuals.capture_arcsec,
@@ -83,12 +83,12 @@ class Analysis:
         return found
 
     def measured(self, channel: str) -> Float:
-        """R₂ − R₁ − α of every capture row, or ε of every reference row, in arcseconds."""
+        """Return R₂ − R₁ − α of every capture row, or ε of every reference row, in arcseconds."""
         rows = self.rows(channel)
         return rows.difference_arcsec if isinstance(rows, CaptureRows) else rows.error_arcsec
 
     def angle_rad(self, channel: str) -> Float:
-        """Angle of the table of every row; for a reference row that of its target."""
+        """Return the table's angle of every row; for a reference row that of its target."""
         rows = self.rows(channel)
         return rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
 

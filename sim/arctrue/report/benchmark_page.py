@@ -359,7 +359,7 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    """Give for each effect the number of sets, and the largest size that was not put first."""
+    """Give for each effect the number of sets, and the largest size that no answer put first."""
     text = []
     for name, item in found["found_by_effect"].items():
         largest = item["largest_not_put_first"]

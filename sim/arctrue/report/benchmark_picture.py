@@ -16,7 +16,7 @@ from arctrue.report.svg import AFTER, INK, LIMIT, house_style
 
 PICTURE = "benchmark.svg"
 CLASSES_LAST = ("one of them", "adequate", "cannot_tell", "unknown", "bad_data", "error")
-"""Answers without a name are the last columns; unresolved classes come before them."""
+"""Last columns: answers without a name, after the unresolved classes."""
 
 
 def plot_benchmark(found: Mapping[str, Any], folder: Path) -> Path:

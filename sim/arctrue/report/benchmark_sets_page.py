@@ -115,7 +115,8 @@ INDEPENDENCE = {
         "searched; the bracket is turned about the axis and the ray is exact."
     ),
 }
-"""What an agreement proves, for every cause of the catalogue and every product of parts."""
+"""Explanation of what an agreement proves, for every cause of the catalogue and every product of
+parts."""
 NOISE_TOLD = """The strangers have no formula in the workbench. Noise is for the most part of the
 form that a diagnosis fits, which is white noise and up to seven relaxations (Ornstein–Uhlenbeck) of
 given time constants, with a scale a run and 36 scales around the turn: *ornstein_uhlenbeck* and

@@ -16,7 +16,7 @@ from arctrue.report.svg import AFTER, house_style
 def certificate_page(
     found: CertifiedError, details: CertificateDetails, facts: CertificateFacts
 ) -> str:
-    """HTML that stands alone, with the content of the XML file."""
+    """Return a self-contained HTML page with the content of the XML file."""
     item = details.item
     stated = [
         ("certificate", details.number),

@@ -41,7 +41,7 @@ class CertificateFacts:
 def certificate_xml(
     found: CertifiedError, details: CertificateDetails, facts: CertificateFacts
 ) -> bytes:
-    """The whole file."""
+    """Return the whole XML file."""
     ET.register_namespace("dcc", DCC)
     ET.register_namespace("si", SI)
     ET.register_namespace("xsi", XSI)
@@ -164,7 +164,7 @@ def _results(parent: ET.Element, found: CertifiedError, facts: CertificateFacts)
 
 
 def described_method(found: CertifiedError) -> str:
-    """Model, conditions and contributions in one text."""
+    """Combine model, conditions and contributions in one text."""
     lines = [f"Model: {', '.join(found.effects)}."]
     if found.conditions:
         named = ", ".join(f"{name} {value:g}" for name, value in found.conditions.items())

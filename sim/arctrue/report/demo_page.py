@@ -16,7 +16,7 @@ from arctrue.studies.demo.result import DemoResult
 
 
 def page_templates() -> Environment:
-    """The templates of the demo's pages, with their filters."""
+    """Return the templates of the demo's pages, with their filters."""
     environment = html_environment()
     environment.filters["signed"] = _signed
     environment.filters["thousands"] = _thousands

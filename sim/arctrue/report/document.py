@@ -1,4 +1,4 @@
-"""A report of text, tables and pictures, as Markdown, HTML and PDF; each file stands alone."""
+"""Writes a self-contained report of text, tables and pictures as Markdown, HTML and PDF."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _as_text(text: str) -> str:
 
 
 def document_html(document: Document) -> str:
-    """The document as one HTML file that stands alone."""
+    """Return the document as one self-contained HTML file."""
     blocks: list[dict[str, object]] = []
     for block in document.blocks:
         if isinstance(block, Picture):

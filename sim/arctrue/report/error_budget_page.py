@@ -20,7 +20,7 @@ TITLES = {"least_squares": "least squares (`arctrue calibrate`)", "paper": "the 
 
 
 def error_budget_page(found: Mapping[str, Any]) -> str:
-    """Markdown."""
+    """Compose the page in Markdown."""
     return "\n".join(
         [
             "# Budget of the calibration",
@@ -118,7 +118,7 @@ def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
 
 
 def _effective(found: Mapping[str, Any]) -> float:
-    """Effective degrees of freedom of the rows that have any, GUM (G.2b)."""
+    """Return the effective degrees of freedom of the rows that have any, GUM (G.2b)."""
     fourth = sum(
         one["u_arcsec"] ** 4 / one["degrees_of_freedom"]
         for one in found["rows"]
@@ -160,7 +160,7 @@ def _command_of_drawn(found: Mapping[str, Any]) -> list[str]:
 
 
 def _drawn(found: Mapping[str, Any]) -> list[str]:
-    """The covariance against the drawn calibrations of ``arctrue monte-carlo``."""
+    """Compare the covariance with the drawn calibrations of ``arctrue monte-carlo``."""
     if "monte_carlo" not in found:
         return []
     plan, cases = found["monte_carlo"]["plan"], found["monte_carlo"]["cases"]

@@ -12,8 +12,8 @@ HTML_OPTIONS: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
 }
-"""All text is escaped, whatever the template's name: titles, names and sentences contain no
-markup. Only a ``Markup`` value is inserted as it is."""
+"""Options of all templates. All text is escaped, independent of the template's name: titles, names
+and sentences contain no markup. Only a ``Markup`` value is inserted as it is."""
 
 
 def html_environment() -> Environment:

@@ -1,4 +1,4 @@
-"""One machine's history as sentences, tables and an HTML page."""
+"""Describes one machine's history in sentences, tables and an HTML page."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def change_sentence(change: Change) -> str:
 
 
 def forecast_sentence(found: Forecast, horizon_days: float) -> str:
-    """When the limit is passed."""
+    """Return one sentence: when the limit is passed."""
     name, limit = found.series.name, with_uncertainty(found.limit, 0.0, found.series.unit)
     if found.passed:
         return f"ALARM: {name} has passed its limit of {limit}."
@@ -49,7 +49,7 @@ def forecast_sentence(found: Forecast, horizon_days: float) -> str:
 
 
 def calibration_sentence(history: LifeHistory) -> str:
-    """Which calibrations no longer hold, and since when."""
+    """Return one sentence: which calibrations no longer hold, and since when."""
     broken = [one for one in history.calibrations if one.broken_by]
     if len(history.machine.sets) < FEWEST_SETS:
         return (
@@ -69,7 +69,7 @@ def calibration_sentence(history: LifeHistory) -> str:
 
 
 def life_sentences(history: LifeHistory) -> list[str]:
-    """All findings, the most urgent first."""
+    """List all findings as sentences, the most urgent first."""
     forecasts = sorted(history.forecasts, key=lambda one: one.earliest_day)
     return [
         *(forecast_sentence(one, history.horizon_days) for one in forecasts),
@@ -82,7 +82,7 @@ def life_sentences(history: LifeHistory) -> list[str]:
 
 
 def life_data(history: LifeHistory) -> dict[str, Any]:
-    """The content of ``--json``."""
+    """Return the content of ``--json``."""
     return {
         "schema": 1,
         "program": f"arctrue {version('arctrue')}",
@@ -152,7 +152,8 @@ def _date_or_none(day: float) -> str | None:
 
 
 def write_life_page(history: LifeHistory, folder: Path, *, command: str) -> Path:
-    """Write life.html, which needs no other file; ``command`` repeats it. Raises OSError."""
+    """Write life.html, which needs no other file. ``command``: the command line that repeats it.
+    Raises OSError."""
     rows = [
         (
             one.name,

@@ -30,7 +30,7 @@ SHOWN_LENGTHS = (1, 4, 16, 64, 256)
 
 
 def long_run_page(found: Mapping[str, Any]) -> str:
-    """Markdown."""
+    """Compose the page in Markdown."""
     hours = found["turns"] * found["turn_s"] / 3600.0
     count = arcsec_per_count(found["counts_per_rev"])
     rounding = count / np.sqrt(12.0)

@@ -1,4 +1,4 @@
-"""Makes the page of the coverage study: where the stated uncertainty holds and where not."""
+"""Makes the page of the coverage study: in which cases the stated uncertainty holds."""
 
 from __future__ import annotations
 

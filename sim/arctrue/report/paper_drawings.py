@@ -309,7 +309,7 @@ DRAWINGS: dict[str, tuple[str, tuple[float, float], Callable[[Axes], None]]] = {
     "A1": ("Fig. A.1: bound of the approximation error", (7.0, 3.6), _figure_a1),
     "A2": ("Fig. A.2: bound of the rounding error", (7.0, 3.6), _figure_a2),
 }
-"""Number of the figure: title, size in inches, drawing."""
+"""Title, size in inches and drawing function, by the number of the figure."""
 
 
 def drawing_name(number: str) -> str:

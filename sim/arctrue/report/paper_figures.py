@@ -82,7 +82,8 @@ def _errors(errors: Mapping[str, Any], colour: str, name: str, scale: float) -> 
 
 
 def expected_order_arcsec(published: Mapping[str, Any]) -> float:
-    """RMS amplitude of an order that results from independent errors u₁, u₂ of the faces."""
+    """Return the RMS amplitude of an order that results from independent errors u₁, u₂ of the
+    faces."""
     budget = published["budget"]
     face_arcsec = np.hypot(budget["polygon_arcsec"], budget["autocollimator_arcsec"])
     return float(2.0 * face_arcsec / np.sqrt(published["faces"]))

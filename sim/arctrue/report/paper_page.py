@@ -140,7 +140,7 @@ def _lanes_option(one: Mapping[str, Any]) -> str:
 
 
 def _minutes(runs: list[Mapping[str, Any]]) -> str:
-    """Give the time from the clocks of the runs: the wall time depends on other work."""
+    """Compute the time from the clocks of the runs: the wall time depends on other work."""
     seconds = sum(
         one["clocks"]
         / CLOCKS_A_SECOND.get(

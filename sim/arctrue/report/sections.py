@@ -28,13 +28,14 @@ Float = NDArray[np.float64]
 MOST_RUNS = 24
 MOST_MASKED = 5
 CARDS, LEAST_CARDS = 6, 2
-"""Greatest and least number of candidates drawn as cards; the others are in a table."""
+"""Largest and smallest number of candidates drawn as cards; the others are in a table."""
 LEAST_SHARE = 0.005
-"""A candidate of at least this probability has a card."""
+"""Least probability of a candidate with a card."""
 _SHOWN_SHARE = 0.005
-"""Shares of 1 % and more are printed next to the name of a condition."""
+"""Least share that is printed next to the name of a condition, as 1 %."""
 NAMED_P = 0.01
-"""No effect is named above this p value, as in :mod:`arctrue.workbench.diagnose.diagnosis`."""
+"""Largest p value at which an effect is named, as in :mod:`arctrue.workbench.diagnose.diagnosis`.
+"""
 
 
 def words(name: str) -> str:
@@ -78,7 +79,7 @@ def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
 
 
 def _run_of(rows: CaptureRows | ReferenceRows, run: int) -> int | str:
-    """Number of a run, with the head where each head's rows are a run."""
+    """Format the number of a run, with the head if each head's rows are a run."""
     if isinstance(rows, ReferenceRows) or rows.channel is None:
         return run
     return rows.run_words(run).removeprefix("run ")
@@ -344,7 +345,7 @@ def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[st
 
 
 def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[str, Any] | None:
-    """Give lanes, what they leave uncorrected, and objections; None before they are known."""
+    """Give lanes, remaining error, and objections; None before they are known."""
     device = None if ranking is None else ranking["device"]
     if device is None or "refused" in device:
         return device
@@ -360,7 +361,7 @@ def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[st
 def report_sections(
     analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any]:
-    """All sections."""
+    """Make all sections."""
     return {
         "title": analysis.title,
         "set": set_section(analysis, ranking),

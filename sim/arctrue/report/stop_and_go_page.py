@@ -1,4 +1,4 @@
-"""The page and the picture of ``arctrue stop-and-go``, from its result as plain values."""
+"""Makes the page and the picture of ``arctrue stop-and-go`` from its result."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PICTURE = "stop_and_go.svg"
 
 
 def stop_and_go_page(found: Mapping[str, Any]) -> str:
-    """Markdown."""
+    """Compose the page in Markdown."""
     raw, corrected = found["raw"], found["corrected"]
     printed, given = found["published"], found["settings"]
     axis, controller = given["axis"], given["controller"]
@@ -91,7 +91,7 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
 
 
 def plot_stop_and_go(found: Mapping[str, Any], folder: Path) -> Path:
-    """Errors at the faces, by the instruments and true."""
+    """Draw the errors at the faces, as the instruments show them and as they are."""
     path = folder / PICTURE
     faces = np.arange(len(found["raw"]["mean_arcsec"])) * 15.0
     with house_style():

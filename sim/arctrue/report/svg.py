@@ -1,4 +1,4 @@
-"""Matplotlib figures as SVG text that stands inside an HTML page."""
+"""Draws matplotlib figures as SVG text for an HTML page."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ _STYLE: dict[Any, Any] = {
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Figures made inside look alike."""
+    """Give all figures made inside the block the same style."""
     with mpl.rc_context(_STYLE):
         yield
 
 
 def to_svg(figure: Figure) -> str:
-    """The figure as an ``<svg>`` element that scales with the page."""
+    """Return the figure as an ``<svg>`` element that scales with the page."""
     text = io.StringIO()
     with house_style():
         figure.savefig(text, format="svg", metadata={"Date": None}, dpi=200)

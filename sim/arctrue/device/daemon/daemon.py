@@ -33,7 +33,7 @@ from arctrue.device.recorder import RecordedTurn, Recorder, last_turn, read_turn
 from arctrue.measurement import MeasurementError
 
 SILENCE_S = 30.0
-"""After so long without a line the daemon switches telemetry on again: a board that was switched
+"""Time without a line after which the daemon switches telemetry on again: a board that was switched
 off may have telemetry off."""
 RETRY_RECORD_S = 5.0
 """Time between two attempts to open the record after a failure."""
@@ -237,7 +237,7 @@ class Daemon:
             await self._capture("schedule")
 
     async def _write_files(self) -> None:
-        """Bring the files of the days up to the record, now and after each interval."""
+        """Update the files of the days from the record, now and after each interval."""
         settings = self._settings
         while settings.files is not None:
             try:

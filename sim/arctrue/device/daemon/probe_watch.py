@@ -36,7 +36,7 @@ class ProbeWatch:
         self._send_events()
         self._asks_queue = False
         self._has_queue = True
-        """False after the device has refused the command."""
+        """Whether the device may have a queue; False after it has refused the command."""
 
     def look(self, now_s: float) -> None:
         """Ask for missing values, else for events, unless an answer is still open."""

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from arctrue.device.port import ConsoleError, SerialTransport
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 10.0
-"""Between attempts to open the port again; the wait doubles with each attempt."""
+"""Shortest and longest wait between attempts to open the port again; each wait is twice the
+previous one."""
 MOST_UNSENT_BYTES = 65_536
 _BLOCK = 65_536
 
@@ -24,7 +25,7 @@ class SerialLink:
         received: Callable[[bytes], None],
         changed: Callable[[bool, str], None],
     ) -> None:
-        """``changed`` is called with whether the port is open, and a sentence."""
+        """Take the callbacks; ``changed`` gets whether the port is open, and a sentence."""
         self._port, self._baud = port, baud
         self._received, self._changed = received, changed
         self._transport: SerialTransport | None = None

@@ -192,7 +192,7 @@ class Server:
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
                 last = turn.id
             await asyncio.wait_for(writer.drain(), _LATEST_S)
-            for turn in self._turns(MOST_LATEST, last):  # turns that came meanwhile
+            for turn in self._turns(MOST_LATEST, last):  # turns of the meantime
                 writer.write(_line(turn_event(turn.recorded_s, turn.id, turn.fields)))
         self._watchers.add(writer)
         self._state.watchers = len(self._watchers)

@@ -1,4 +1,4 @@
-"""Tells systemd that the service is ready, what it does and that it is alive (sd_notify)."""
+"""Notifies systemd that the service is ready, what it does and that it is alive (sd_notify)."""
 
 from __future__ import annotations
 

@@ -15,10 +15,10 @@ class DaemonState:
     reconnections: int = 0
     turns: int = 0
     damaged_lines: int = 0
-    """Lines that began as telemetry and could not be read."""
+    """Number of lines that began as telemetry and could not be read."""
     too_long_lines: int = 0
     unrecorded_turns: int = 0
-    """Turns that the record could not take, for example because the disk was full."""
+    """Number of turns that the record could not store, for example because the disk was full."""
     recording: bool = True
     dropped_clients: int = 0
     captures: int = 0
@@ -26,9 +26,9 @@ class DaemonState:
     """Folder of the latest capture since the start."""
     failed_captures: int = 0
     probe_edges: int = 0
-    """Edges at probe_in whose positions are recorded."""
+    """Number of edges at probe_in whose positions are recorded."""
     probe_missed: int = 0
-    """Edges between them whose positions nobody read."""
+    """Number of missed edges at probe_in, whose positions nobody read."""
     watchers: int = 0
     console_in_use: bool = False
     alarms: list[str] = field(default_factory=list)

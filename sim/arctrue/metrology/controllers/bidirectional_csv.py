@@ -12,7 +12,8 @@ Float = NDArray[np.float64]
 
 
 class Bidirectional(TableOfReading):
-    """CSV: reading, and what to take off it from below and from above; linear in between."""
+    """CSV: reading, and the value subtracted from it after an approach from below and from above;
+    the program interpolates linearly."""
 
     name = "csv"
     file_name = "correction.csv"

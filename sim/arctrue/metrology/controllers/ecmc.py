@@ -12,7 +12,7 @@ Float = NDArray[np.float64]
 
 
 class Ecmc(TableOfReading):
-    """Encoder correction of EPICS ecmc: position and what is subtracted, linear between rows."""
+    """Encoder correction of EPICS ecmc: position and subtracted value, linear between rows."""
 
     name = "ecmc"
     file_name = "correction.lut"

@@ -13,7 +13,8 @@ Float = NDArray[np.float64]
 
 
 class LinuxCnc(TableOfCommand):
-    """COMP_FILE of type 0: commanded position, actual position moving up, the same moving down.
+    """COMP_FILE of type 0: commanded position, actual position moving up, actual position moving
+    down.
 
     The controller commands the servo nominal + (nominal − actual), linear between rows.
     """

@@ -19,9 +19,11 @@ class _Moteus(TableOfReading):
     key = "motor_position.sources.0.compensation_"
 
     def taken_off_arcsec(self, text: str, reading_deg: Float, direction: int) -> Float:
-        """The firmware's arithmetic: entry i holds at i/size of a turn; the last meets the first.
+        """Calculate as the firmware does: entry i holds at i/size of a turn; the last meets the
+        first.
 
-        It counts in single precision; here the table's own rounding is the whole of the loss.
+        The firmware calculates in single precision; this model contains only the table's own
+        rounding.
         """
         entries: dict[int, float] = {}
         scale = 1.0
@@ -45,7 +47,7 @@ class _Moteus(TableOfReading):
 
 
 class Moteus32(_Moteus):
-    """32 numbers: firmware with a configuration version up to 0x0108."""
+    """Table of 32 numbers, for firmware with a configuration version up to 0x0108."""
 
     name = "moteus"
     file_name = "moteus.cfg"
@@ -59,7 +61,8 @@ class Moteus32(_Moteus):
 
 
 class Moteus256(_Moteus):
-    """256 whole numbers of ±127 and their scale: configuration version 0x0109 and later."""
+    """Table of 256 whole numbers within ±127 and their scale, for configuration version 0x0109 and
+    later."""
 
     name = "moteus-256"
     file_name = "moteus.cfg"

@@ -16,13 +16,13 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 SECONDS_A_TURN = 86_400
-"""Sidereal seconds in which a mount that tracks turns once."""
+"""Sidereal seconds in which a tracking mount makes one turn."""
 LEAST_WORM_S = 61
-"""OnStepX refuses a worm that turns faster."""
+"""Shortest turn of a worm that OnStepX accepts, sidereal seconds."""
 MOST_STEPS = 127
-"""A table entry is a signed byte."""
+"""Largest table entry: OnStepX stores an entry as a signed byte."""
 PLAYED_LATER_S = 1
-"""OnStepX plays entry n during second n + 1 of the worm's turn."""
+"""Delay of the playback: OnStepX plays entry n during second n + 1 of the worm's turn."""
 
 ENTRY = re.compile(r":WR(\d+),([+-]\d+)#")
 
@@ -31,8 +31,8 @@ ENTRY = re.compile(r":WR(\d+),([+-]\d+)#")
 class OnStep(TableFormat):
     """Commands ``:WRn,s#``: motor steps added to the tracking in each sidereal second of the worm.
 
-    Only a rate is corrected: a constant of the error stays, and the mount's alignment absorbs it.
-    Steps are rounded as a running sum, so that the table never drifts from the error by more than
+    The table corrects a rate only: a constant error remains, and the mount's alignment absorbs it.
+    Steps are rounded as a running sum, so that the table never differs from the error by more than
     half a step.
     """
 

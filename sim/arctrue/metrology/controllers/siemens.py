@@ -22,7 +22,8 @@ class Siemens(TableOfReading):
     file_name = "AX1_EEC.INI"
     points = 360
     most_points = 4999
-    """MD38000 holds up to 5,000 interpolation points, and 360° has one of its own."""
+    """Largest number of rows: MD38000 permits 5,000 interpolation points, and 360° takes one of
+    them."""
     knows_direction = False
 
     def text(self, correction: Correction, points: int, title: str) -> str:

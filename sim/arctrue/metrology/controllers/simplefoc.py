@@ -13,10 +13,11 @@ Float = NDArray[np.float64]
 
 
 class SimpleFoc(TableOfReading):
-    """A C array of radians that the sensor's angle is reduced by, on straight lines.
+    """C array of radians that the library subtracts from the sensor's angle, linear between
+    entries.
 
-    The library counts in single precision: its own rounding is 0.1″ near a full turn, and is not
-    part of what the command says is left.
+    The library calculates in single precision; its own rounding, 0.1″ near a full turn, is not part
+    of the remaining error that the command states.
     """
 
     name = "simplefoc"

@@ -1,4 +1,4 @@
-"""Defines the interface of every controller's table: its text, and the error left with it."""
+"""Defines the interface of every controller's table: its text, and the remaining error."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 GRID = 36_000
-"""Angles at which a table is judged: 36″ apart, between the rows of every table."""
+"""Number of angles at which a table is judged: 36″ apart, also between the rows of every table."""
 
 
 @dataclass(frozen=True)
 class Left:
-    """What the controller leaves of the model's correction.
+    """Remaining error after the controller's correction.
 
     Parameters
     ----------
@@ -40,11 +40,11 @@ class TableFormat(ABC):
     file_name: ClassVar[str]
     """Default name of the file."""
     points: ClassVar[int]
-    """Rows over a turn, where no other number is asked for."""
+    """Default number of rows over a turn."""
     least_points: ClassVar[int] = 3
     most_points: ClassVar[int] = 100_000
     knows_direction: ClassVar[bool]
-    """Does the table tell an approach from below from one from above?"""
+    """Whether the table distinguishes an approach from below from one from above."""
 
     def for_axis(self, teeth: float | None, steps_per_second: float | None) -> TableFormat:
         """Return the format for one axis; most formats need to know nothing about it.
@@ -71,7 +71,7 @@ class TableFormat(ABC):
         return self
 
     def part_of(self, correction: Correction) -> Correction:
-        """Return the part of a correction that the table can hold: all of it, in most formats.
+        """Return the part of a correction that the table can hold; most formats hold all parts.
 
         Parameters
         ----------
@@ -108,7 +108,7 @@ class TableFormat(ABC):
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
     ) -> Float:
-        """Calculate the error that is left with the table.
+        """Calculate the remaining error with the table.
 
         Parameters
         ----------
@@ -124,11 +124,11 @@ class TableFormat(ABC):
         Returns
         -------
         ndarray, shape (n,)
-            Angle less true angle, arcseconds.
+            Angle minus true angle, arcseconds.
         """
 
     def left(self, text: str, correction: Correction) -> Left:
-        """Find the error that is left on a fine grid, from below and from above.
+        """Find the remaining error on a fine grid, from below and from above.
 
         Parameters
         ----------
@@ -150,7 +150,8 @@ class TableFormat(ABC):
 
 
 class TableOfReading(TableFormat):
-    """A table of what is taken off the reading, by the reading."""
+    """A table of values that the controller subtracts from the reading, as a function of the
+    reading."""
 
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
@@ -164,10 +165,10 @@ class TableOfReading(TableFormat):
 
 
 def turn_deg(points: int) -> Float:
-    """0° to 360°, both included: ``points`` equal steps."""
+    """Return the angles 0° to 360°, both included, in ``points`` equal steps."""
     return np.asarray(np.arange(points + 1) * (360.0 / points), dtype=np.float64)
 
 
 def columns(text: str) -> Float:
-    """Columns of numbers, (columns, rows)."""
+    """Read lines of numbers; return their columns, (columns, rows)."""
     return np.array([[float(cell) for cell in line.split()] for line in text.splitlines()]).T

@@ -14,11 +14,12 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 ROUNDS = 20
-"""g(θ + e) = e settles by a factor of g′, below 0.01, each round."""
+"""Number of iterations of e ← g(θ + e); each one reduces the remainder by a factor g′, below 0.01.
+"""
 
 
 class TableOfCommand(TableFormat):
-    """A table of what is added to the command; the servo then brings the reading to the sum."""
+    """A table of values added to the command; the servo then brings the reading to the sum."""
 
     def angle_error_arcsec(
         self, text: str, correction: Correction, angle_rad: Float, direction: int
@@ -29,11 +30,11 @@ class TableOfCommand(TableFormat):
 
     @abstractmethod
     def added_deg(self, text: str, command_deg: Float, direction: int) -> Float:
-        """Degrees that the controller adds to commands in [0°, 360°)."""
+        """Return the degrees that the controller adds to commands in [0°, 360°)."""
 
 
 def wanted_deg(correction: Correction, nominal_deg: Float, direction: int) -> Float:
-    """ε(θ): so much farther the reading has to go for the table to stand at ``nominal_deg``."""
+    """Return ε(θ): the reading exceeds ``nominal_deg`` by ε if the table is at ``nominal_deg``."""
     angle = np.radians(nominal_deg)
     error = np.zeros_like(angle)
     for _ in range(ROUNDS):

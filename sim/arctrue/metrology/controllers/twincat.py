@@ -12,21 +12,21 @@ from arctrue.metrology.correction import Correction
 Float = NDArray[np.float64]
 
 UNITS_PER_DEG = 10_000
-"""The file counts rotary axes in whole 0.0001° (0.36″)."""
+"""Units in a degree: the file states angles of rotary axes in whole 0.0001° (0.36″)."""
 
 
 class TwinCat(TableOfCommand):
-    """Compensation value list of a modulo axis: actual less nominal position, up and down.
+    """Compensation value list of a modulo axis: actual minus nominal position, up and down.
 
-    The controller takes the value off the command, on a straight line between rows; the row at
-    360° is the row at 0°. Whole units of 0.0001° are the largest part of what is left.
+    The controller subtracts the value from the command, linearly interpolated between rows; the row
+    at 360° equals the row at 0°. The rounding to 0.0001° causes most of the remaining error.
     """
 
     name = "twincat"
     file_name = "achskw1.lis"
     points = 360
     most_points = 1500
-    """Most entries of a table where P-COMP-00059 does not ask for more."""
+    """Largest number of entries, unless P-COMP-00059 is set to a larger one."""
     knows_direction = True
 
     def text(self, correction: Correction, points: int, title: str) -> str:

@@ -29,24 +29,25 @@ Shape = tuple[Kind, int, float]
 Random = np.random.Generator
 
 FEWEST_SETS = 7
-"""Two sets on either side of a change, and three degrees of freedom for the scatter."""
+"""Least number of sets: two on either side of a change, and three degrees of freedom for the
+scatter."""
 ON_A_SIDE = 2
-"""Sets on each side of a change, so that a single odd set is none."""
+"""Least number of sets on each side of a change, so that a single outlying set is not a change."""
 MOST_CHANGES = 4
 """Largest number of changes that are searched in one series."""
 FEWEST_DRAWS, MOST_DRAWS = 199, 19_999
 DRAWS_OF_ALPHA = 10.0
-"""Draws times α, for each series: the smallest adjusted p-value is then a tenth of α."""
+"""Number of draws times α, for each series: the smallest adjusted p-value is then a tenth of α."""
 EXPONENTS = (0.5, 1.0, 2.0)
-"""Courses of a drift after its begin, time to this power: it slows down, keeps its rate, speeds up.
-The search for changes uses 1; date, size and forecast are averaged over all."""
+"""Exponents of the time since a drift began: it slows down, keeps its rate, or speeds up. The
+search for changes uses 1; date, size and forecast are averaged over all."""
 LEVEL = 0.95
-"""Probability that the stated interval of the date holds the change."""
+"""Probability that the stated interval of the date contains the change."""
 DAYS_A_YEAR = 365.25
 LARGEST_ALPHA = 0.05
-"""Largest false-alarm probability of one evaluation, however rare the sets are."""
+"""Largest false-alarm probability of one evaluation, also if sets are rare."""
 BISECTIONS = 40
-"""Bisections of the scatter, after which its square is exact to 10⁻¹²."""
+"""Number of bisections in the search for the scatter; its square is then exact to 10⁻¹²."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,19 +75,19 @@ class Change:
     kind: Kind
     earliest_day: float
     day: float
-    """Likeliest day: the middle between two sets of a step, the begin of a drift."""
+    """Most probable day: the middle between the two sets of a step, or the beginning of a drift."""
     latest_day: float
     p_value: float
-    """Probability that any series of an unchanged machine shows as much in one look."""
+    """Probability that any series of an unchanged machine shows as large a change in one look."""
     size: float
-    """Length of the change until the last set, in the unit of the series."""
+    """Size of the change until the last set, in the unit of the series."""
     u: float
     """Standard uncertainty of ``size``."""
     places: tuple[Place, ...]
 
 
 def basis(days: Float, kind: Kind, index: int, exponent: float = 1.0) -> Float:
-    """The shape of a change, (sets,): 0 before it, and 1 at the last set."""
+    """Return the shape of a change, (sets,): 0 before it, and 1 at the last set."""
     if kind == "step":
         return (np.arange(days.size) >= index).astype(np.float64)
     begin = days[index]
@@ -94,7 +95,7 @@ def basis(days: Float, kind: Kind, index: int, exponent: float = 1.0) -> Float:
 
 
 def places(sets: int) -> list[tuple[Kind, int]]:
-    """Kinds and places of all changes that are tried, (kind, index)."""
+    """List kind and place of every change that is tried, (kind, index)."""
     steps: list[tuple[Kind, int]] = [
         ("step", index) for index in range(ON_A_SIDE, sets - ON_A_SIDE + 1)
     ]
@@ -102,9 +103,11 @@ def places(sets: int) -> list[tuple[Kind, int]]:
 
 
 def weights(values: Float, u: Float, design: Float) -> Float:
-    """1/(u² + s²), (sets,), s by Paule and Mandel: the residuals then have their expected square.
+    """Return the weights 1/(u² + s²), (sets,).
 
-    ``values`` (sets, components); ``design`` (sets, columns) of the model whose residuals count.
+    The scatter s is that of Paule and Mandel: with it the weighted sum of squared residuals equals
+    its degrees of freedom. ``values`` (sets, components); ``design`` (sets, columns): design matrix
+    of the model whose residuals count.
     """
     freedom = int((values.shape[0] - design.shape[1]) * values.shape[1])
     if freedom <= 0:
@@ -126,17 +129,17 @@ def weights(values: Float, u: Float, design: Float) -> Float:
 
 
 def weighted_rss(values: Float, weight: Float, design: Float) -> float:
-    """Weighted sum of squares about the fit of ``design``, of all components."""
+    """Return the weighted sum of squared residuals of a fit of ``design``, over all components."""
     root = np.sqrt(weight)[:, None]
     solution, *_ = np.linalg.lstsq(root * design, root * values, rcond=None)
     return float(np.sum((root * (values - design @ solution)) ** 2))
 
 
 def ratios(days: Float, weight: Float, values: Float) -> Float:
-    """The likelihood ratio of each row of values, (rows,).
+    """Return the likelihood ratio of each row of values, (rows,).
 
-    ``weight`` (rows, sets) or (1, sets), ``values`` (rows, sets, components); ``days`` (sets,).
-    A change takes (Σw·h·r)²/(Σw·h² − (Σw·h)²/Σw) of RSS₀, where r are the residuals about the mean.
+    ``weight`` (rows, sets) or (1, sets), ``values`` (rows, sets, components); ``days`` (sets,). A
+    change reduces RSS₀ by (Σw·h·r)²/(Σw·h² − (Σw·h)²/Σw), where r are the residuals about the mean.
     """
     sets = days.size
     total = weight.sum(axis=1)
@@ -153,7 +156,7 @@ def ratios(days: Float, weight: Float, values: Float) -> Float:
 
 
 def look_probability(days: Float, false_alarms_a_year: float) -> float:
-    """Probability of a false alarm in one look that gives this rate, a look after each set."""
+    """Return the permitted false-alarm probability of one look, if a look follows every set."""
     between = float(np.median(np.diff(days))) if days.size > 1 else DAYS_A_YEAR
     return float(min(false_alarms_a_year * between / DAYS_A_YEAR, LARGEST_ALPHA))
 
@@ -181,9 +184,9 @@ def adjusted_p_values(
 def find_changes(
     series: Sequence[Series], false_alarms_a_year: float, random: Random
 ) -> list[Change]:
-    """Changes of all series, earliest first; none for fewer than ``FEWEST_SETS`` sets.
+    """Find the changes of all series, earliest first; none for fewer than ``FEWEST_SETS`` sets.
 
-    All series have the same days. After a change is found it is subtracted, and the rest is tested
+    All series have the same days. A change that is found is subtracted, and the remainder is tested
     again, at most ``MOST_CHANGES`` times.
     """
     if not series or series[0].days.size < FEWEST_SETS:
@@ -211,7 +214,7 @@ def find_changes(
 
 
 def design_of(days: Float, known: Sequence[Shape]) -> Float:
-    """A constant and the shapes of changes, (sets, 1 + changes)."""
+    """Return the design matrix of a constant and the shapes of changes, (sets, 1 + changes)."""
     return np.stack([np.ones(days.size), *(basis(days, *place) for place in known)], axis=1)
 
 
@@ -254,14 +257,15 @@ def _located(series: Series, known: Sequence[Shape], p_value: float) -> Change:
 
 
 def _between(days: Float, place: Place) -> tuple[float, float]:
-    """The days between which a change of this place lies."""
+    """Return the two days between which a change at this place lies."""
     if place.kind == "step":
         return float(days[place.index - 1]), float(days[place.index])
     return float(days[max(place.index - 1, 0)]), float(days[place.index + 1])
 
 
 def posterior(series: Series, known: Sequence[Shape]) -> list[Place]:
-    """Probability of every kind and place of one more change; each is as probable beforehand.
+    """Return the probability of every kind and place of a further change, with equal prior
+    probabilities.
 
     Coefficients and the variance are integrated out under Jeffreys' prior: the integrated
     likelihood is |X'WX|^(−d/2) · RSS^(−(n − p)·d/2). The shapes reach 1 at the last set, so that

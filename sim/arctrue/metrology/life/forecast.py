@@ -1,9 +1,9 @@
 """The day on which the size of an effect passes its limit, with an interval.
 
-The values follow a constant and the changes that were found; the last one goes on as it is: a
-step stays, a drift slows down, keeps its rate or speeds up. Draws of the posterior (kind, place
-and course of the last change, all coefficients, the variance) each give a day; it is infinite
-where the limit is never passed.
+The values follow a constant and the changes that were found; the last one continues: a step stays,
+a drift slows down, keeps its rate or speeds up. Draws of the posterior (kind, place and course of
+the last change, all coefficients, the variance) each give a day; it is infinite where the limit is
+never passed.
 """
 
 from __future__ import annotations
@@ -28,54 +28,56 @@ from arctrue.metrology.life.series import Series
 Float = NDArray[np.float64]
 
 DRAWS = 1_000
-"""The ends of the interval lie at the 25th draw from either side."""
+"""Number of draws of the posterior; the ends of the interval are the 25th draws from either side.
+"""
 GRID = 160
-"""Days ahead at which a course is looked at: each 6 % farther than the one before."""
+"""Number of days ahead at which a course is evaluated; each is 6 % farther away than the previous
+one."""
 NEAREST_DAYS = 1.0
 LEVEL = 0.95
 FARTHEST_DAYS = 36_525.0
-"""A hundred years: a later day is never."""
+"""Greatest number of days ahead, a hundred years; a later day counts as never."""
 
 
 @dataclass(frozen=True, eq=False)
 class Forecast:
-    """When a limit is passed; days since 1970, infinite: never."""
+    """Forecast of the day on which a limit is passed; days since 1970, infinite: never."""
 
     series: Series
     limit: float
     changed: bool
-    """A change was found; without one the size stays as it is."""
+    """Whether a change was found; without a change the size stays constant."""
     earliest_day: float
-    """2.5 % of the draws pass the limit before."""
+    """Day before which 2.5 % of the draws pass the limit."""
     day: float
     """Median of the draws."""
     latest_day: float
-    """97.5 % of the draws pass the limit before."""
+    """Day before which 97.5 % of the draws pass the limit."""
     passing_days: Float
-    """(draws,), ascending."""
+    """Day of each draw, (draws,), ascending."""
 
     def probability(self, day: float) -> float:
-        """Probability that the limit is passed until ``day``."""
+        """Return the probability that the limit is passed on or before ``day``."""
         return float(np.searchsorted(self.passing_days, day, side="right")) / DRAWS
 
     @property
     def passed(self) -> bool:
-        """More probable than not, the limit is passed already."""
+        """Whether the limit is already passed with a probability above one half."""
         return self.probability(float(self.series.days[-1])) > 0.5
 
     def alarm(self, horizon_days: float) -> bool:
-        """True if the limit is passed, or a change leads to it within ``horizon_days``.
+        """Tell whether the limit is passed, or a change may lead to it within ``horizon_days``.
 
-        That is where the interval's earlier end lies within the horizon.
+        A change may lead to it if the interval's earlier end lies within the horizon.
         """
         within = self.earliest_day <= float(self.series.days[-1]) + horizon_days
         return self.passed or (self.changed and within)
 
 
 def forecast(series: Series, changes: Sequence[Change], limit: float, random: Random) -> Forecast:
-    """Day on which the size of ``series`` passes ``limit``, in the unit of the series.
+    """Forecast the day on which the size of ``series`` passes ``limit``, in the unit of the series.
 
-    ``changes`` of this series in the order in which they were found.
+    ``changes``: the changes of this series in the order in which they were found.
     """
     known: list[Shape] = []
     likely: tuple[Place, ...] = ()
@@ -102,7 +104,7 @@ def forecast(series: Series, changes: Sequence[Change], limit: float, random: Ra
 def _days_of(
     series: Series, known: Sequence[Shape], limit: float, number: int, random: Random
 ) -> Float:
-    """Days of ``number`` draws under one course of changes, (number,)."""
+    """Return the days of ``number`` draws under one course of changes, (number,)."""
     days, values = series.days, series.values
     design = design_of(days, known)
     weight = weights(values, series.u, design)
@@ -134,7 +136,8 @@ def _days_of(
 def _first_passing(ahead: Float, size: Float, limit: float) -> Float:
     """Return the time at which each course, (draws, grid), first reaches the limit.
 
-    Linear between points; 0 if it starts above the limit, infinite if it never reaches it.
+    Courses are linear between points. The time is 0 for a course that starts above the limit, and
+    infinite for one that never reaches it.
     """
     above = size >= limit
     first = above.argmax(axis=1)

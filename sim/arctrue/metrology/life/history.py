@@ -15,22 +15,24 @@ from arctrue.metrology.life.machine import FittedSet, Machine
 from arctrue.metrology.life.series import Series, series_of
 
 FALSE_ALARMS_A_YEAR = 0.5
-"""Expected false findings of a change, if a machine is looked at after every set."""
+"""Expected number of false changes a year, if a machine is evaluated after every set."""
 HORIZON_DAYS = 30.0
 """An alarm is raised if a change may lead to the limit within this time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A set that a calibration was made from, and the first change after it."""
+    """A set from which a calibration was made, and the changes that outdate this calibration."""
 
     of: FittedSet
     broken_by: tuple[Change, ...]
-    """Changes after it, and drifts that went on after it, earliest first; empty: it holds."""
+    """Changes after the set, and drifts that continued after it, earliest first; empty: the
+    calibration holds."""
 
     @property
     def broken_since_day(self) -> float:
-        """Begin of the first of them, but not before the set; infinite: it holds."""
+        """Beginning of the first of these changes, but not before the set; infinite: the
+        calibration holds."""
         return max(min((one.day for one in self.broken_by), default=np.inf), self.of.day)
 
 
@@ -48,7 +50,7 @@ class LifeHistory:
 
     @property
     def look_probability(self) -> float:
-        """Probability of any false finding in this look."""
+        """Probability of any false finding in this evaluation."""
         return look_probability(self.machine.days, self.false_alarms_a_year)
 
     @property
@@ -57,7 +59,7 @@ class LifeHistory:
         return tuple(one for one in self.forecasts if one.alarm(self.horizon_days))
 
     def changes_of(self, series: Series) -> list[Change]:
-        """Changes of one series, earliest first."""
+        """List the changes of one series, earliest first."""
         return [one for one in self.changes if one.series.name == series.name]
 
 
@@ -69,7 +71,7 @@ def history_of(
     horizon_days: float = HORIZON_DAYS,
     seed: int = 1,
 ) -> LifeHistory:
-    """Changes of every parameter, and for ``limits`` the day on which they are passed.
+    """Find the changes of every parameter, and forecast when each limit of ``limits`` is passed.
 
     ``limits``: by effect (each of its amplitudes in arcseconds) or by effect and parameter, in the
     parameter's unit. ``seed`` of the random draws. Raises ValueError for an unknown name.
@@ -99,9 +101,9 @@ def history_of(
 
 
 def _breaks(change: Change, number: int) -> bool:
-    """True if the calibration from set ``number`` differs from the last set by this change.
+    """Tell whether this change makes the calibration from set ``number`` differ from the last set.
 
-    That is if the change may be later than the set, or if a drift has gone on since by more than
+    It does if it may be later than the set, or if a drift has continued since then by more than
     ``COVERAGE`` standard uncertainties of the two fits.
     """
     series = change.series
@@ -115,7 +117,7 @@ def _breaks(change: Change, number: int) -> bool:
 
 
 def limits_of(series: list[Series], limits: Mapping[str, float]) -> dict[str, float]:
-    """The limit of each series that has one. Raises ValueError for an unknown name."""
+    """Return the limit of each series that has one. Raises ValueError for an unknown name."""
     found: dict[str, float] = {}
     effects = {one.name.rpartition(".")[0] for one in series}
     for name, limit in limits.items():

@@ -26,7 +26,7 @@ DAY_S = 86_400.0
 
 @dataclass(frozen=True, eq=False)
 class FittedSet:
-    """A set of the machine and what its fit found."""
+    """A set of the machine and the fitted parameters."""
 
     name: str
     """Folder of the set, relative to that of the machine."""
@@ -36,13 +36,13 @@ class FittedSet:
 
     @property
     def day(self) -> float:
-        """Days since 1970."""
+        """Time of the set in days since 1970."""
         return self.date.timestamp() / DAY_S
 
 
 @dataclass(frozen=True)
 class RefusedSet:
-    """A set that the history does not use, and why."""
+    """A set that the history does not use, and the reason."""
 
     name: str
     reason: str
@@ -58,12 +58,12 @@ class Machine:
 
     @property
     def days(self) -> Float:
-        """(sets,), days since 1970."""
+        """Times of the fitted sets in days since 1970, (sets,)."""
         return np.array([one.day for one in self.sets])
 
 
 def set_folders(folder: Path) -> list[Path]:
-    """Folders of measurement sets below ``folder``, by name. Raises ValueError if there is none."""
+    """List the folders of sets below ``folder``, by name. Raises ValueError if there is none."""
     if not folder.is_dir():
         raise ValueError(f"{folder}: no such folder; expected a folder of measurement sets")
     found = sorted(path.parent for path in folder.rglob(FILE_NAME) if path.parent != folder)
@@ -80,9 +80,9 @@ def fit_machine(
     effects: Mapping[str, type[Effect]],
     report_step: Callable[[str], None] = lambda _: None,
 ) -> Machine:
-    """Fit ``model`` to each set below ``folder``; a set that cannot be used is listed with why.
+    """Fit ``model`` to each set below ``folder``; list a set that cannot be used with the reason.
 
-    Raises ValueError where no set can be used.
+    Raises ValueError if no set can be used.
     """
     found: list[FittedSet] = []
     refused: list[RefusedSet] = []

@@ -26,15 +26,15 @@ class Series:
     """Effect and parameter, such as ``hysteresis.reversal_error``."""
     unit: str
     days: Float
-    """(sets,), days since 1970, ascending."""
+    """Times of the sets, (sets,), days since 1970, ascending."""
     values: Float
-    """(sets, 1), or (sets, 2): cosine and sine of an amplitude with a phase."""
+    """Values, (sets, 1); for an amplitude with a phase cosine and sine, (sets, 2)."""
     u: Float
-    """(sets,), standard uncertainty of each component, from the fit of the set."""
+    """Standard uncertainty of each component, (sets,), from the fit of the set."""
 
     @property
     def size(self) -> Float:
-        """(sets,): the amplitude, or the value without its sign."""
+        """Amplitude, or absolute value, (sets,)."""
         return np.asarray(np.linalg.norm(self.values, axis=1))
 
     def until(self, sets: int) -> Series:
@@ -43,7 +43,7 @@ class Series:
 
 
 def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Series]:
-    """Series of every parameter that all sets determine.
+    """Make the series of every parameter that all sets determine.
 
     ``days`` (sets,) ascending; ``found``: the parameters of each set by name. A phase without an
     amplitude, and a parameter without uncertainty in any set, have no series.
@@ -67,10 +67,12 @@ def series_of(days: Float, found: Sequence[Mapping[str, Parameter]]) -> list[Ser
 
 
 def _plane(amplitudes: Sequence[Parameter], phases: Sequence[Parameter]) -> tuple[Float, Float]:
-    """Cosine and sine of each, (sets, 2), and the mean uncertainty of a component, (sets,).
+    """Return cosine and sine of each amplitude, (sets, 2), and a component's mean uncertainty,
+    (sets,).
 
-    Along the amplitude u is that of the amplitude, across it amplitude · u(phase); the stated
-    phase has at most the uncertainty of a uniform one, where the amplitude is below its own u.
+    The uncertainty along the amplitude is that of the amplitude, the one across it is amplitude ·
+    u(phase). The stated u(phase) is at most that of a uniform phase; if the amplitude is below its
+    own u, the uncertainty along the amplitude is therefore used for both.
     """
     size = np.array([item.value for item in amplitudes])
     angle = np.radians([item.value for item in phases])

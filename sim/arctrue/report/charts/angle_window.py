@@ -14,11 +14,13 @@ Float = NDArray[np.float64]
 
 WHOLE_DEG = 360.0
 _PLACES = 3600
-"""The gaps between the rows are looked for in steps of 0.1°."""
+"""Number of places of the turn among which gaps between the rows are searched: steps of 0.1°."""
 _ARC_DEG = 180.0
-"""Rows with a larger gap between them cover an arc, which is drawn over its own ends."""
+"""Largest gap of a whole turn; rows with a larger gap cover an arc, and the axis shows this arc
+only."""
 _EDGE, _LEAST_SPAN_DEG = 0.03, 0.1
-"""Margin at each end of an arc, as a share of the arc; and the axis of a single place."""
+"""Margin at each end of an arc, as a share of the arc; and the span of the axis for a single place.
+"""
 
 
 @dataclass(frozen=True)
@@ -31,8 +33,8 @@ class AngleWindow:
 
     @classmethod
     def over(cls, angle_rad: Float) -> AngleWindow:
-        """Return the window of angles, shape (rows,): the turn without its largest gap, if they
-        form an arc."""
+        """Return the window of angles, shape (rows,): the arc that the rows cover, or the whole
+        turn."""
         if not angle_rad.size:
             return cls()
         places = np.unique(turn_group(angle_rad, _PLACES))
@@ -41,7 +43,7 @@ class AngleWindow:
         step = WHOLE_DEG / _PLACES
         if gaps[largest] * step <= _ARC_DEG:
             return cls()
-        # In the middle of the gap, where no row is.
+        # Cut the turn in the middle of the gap, where no row is.
         cut = (places[largest] + 0.5 * gaps[largest]) * step
         past = np.mod(np.degrees(angle_rad) - cut, WHOLE_DEG)
         low, high = cut + float(past.min()), cut + float(past.max())
@@ -59,14 +61,14 @@ class AngleWindow:
         return self.start_deg + self.span_deg
 
     def degrees(self, angle_rad: Float) -> Float:
-        """Angles as places on the axis."""
+        """Convert angles to places on the axis, degrees."""
         if self.is_whole:
             return np.asarray(np.mod(np.degrees(angle_rad), WHOLE_DEG))
         middle = self.start_deg + 0.5 * self.span_deg - 0.5 * WHOLE_DEG
         return np.asarray(middle + np.mod(np.degrees(angle_rad) - middle, WHOLE_DEG))
 
     def group(self, angle_rad: Float, bins: int) -> Integer:
-        """Number of the bin of each angle."""
+        """Return the number of the bin of each angle."""
         if self.is_whole:
             return turn_group(angle_rad, bins)
         part = (self.degrees(angle_rad) - self.start_deg) / max(self.span_deg, 1e-12)
@@ -77,7 +79,7 @@ class AngleWindow:
         return np.asarray(self.start_deg + (np.arange(bins) + 0.5) * self.span_deg / bins)
 
     def bins(self, angle_rad: Float, values: Float, bins: int) -> Bins:
-        """Means of rows in bins of the angle; those of an arc stand where their rows do."""
+        """Average rows in bins of the angle; a bin of an arc stands at its rows' mean angle."""
         group, centres = self.group(angle_rad, bins), self.centres(bins)
         if not self.is_whole:
             rows = np.maximum(np.bincount(group, minlength=bins), 1)
@@ -85,7 +87,7 @@ class AngleWindow:
         return of_groups(values, group, centres)
 
     def axis(self, label: str = "angle of the table") -> Axis:
-        """The axis; an arc ends with its rows."""
+        """Make the axis; that of an arc ends near the first and last row."""
         if self.is_whole:
             return angle_axis(label)
         edge = max(_EDGE * self.span_deg, _LEAST_SPAN_DEG / 2.0)

@@ -1,4 +1,4 @@
-"""The axis' orbit as heads saw it: every sample, and the mean of the turns."""
+"""Draws the axis' orbit as the heads measured it: every sample, and the mean of the turns."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from arctrue.report.charts.chart import ARCSEC, COLOURS, QUIET, Axis, Chart, Cur
 
 _MOST_POINTS = 4000
 _BASE = 1.5
-"""Radius of the base circle of the polar plot, over the largest motion."""
+"""Radius of the base circle of the polar plot, relative to the largest motion."""
 
 
 def axis_orbit_chart(orbit: AxisOrbit) -> Chart:
-    """Left: the path of the axis. Right: polar plots of x and y about a base circle."""
+    """Draw the path of the axis on the left, polar plots of x and y about a base circle on the
+    right."""
     every = max(1, orbit.angle_rad.size // _MOST_POINTS)
     found = [error_motion(orbit.angle_rad, values) for values in (orbit.x_arcsec, orbit.y_arcsec)]
     closed = [np.append(item.mean, item.mean[0]) for item in found]

@@ -1,4 +1,4 @@
-"""Means of rows in bins: what a picture of 72,000 rows can show."""
+"""Averages rows in bins, so that a picture can show 72,000 rows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 TURN_BINS = 180
-"""Two degrees each."""
+"""Number of bins of a turn, two degrees each."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Bins:
 
 
 def of_groups(values: Float, group: Integer, centres: Float) -> Bins:
-    """Bins of which ``group``, shape (rows,), gives the number of each row."""
+    """Make bins from rows; ``group``, shape (rows,): number of the bin of each row."""
     size = centres.size
     rows = np.bincount(group, minlength=size)
     there = rows > 0
@@ -43,25 +43,25 @@ def of_groups(values: Float, group: Integer, centres: Float) -> Bins:
 
 
 def of_turn(angle_rad: Float, values: Float, bins: int = TURN_BINS) -> Bins:
-    """Bins round the turn, centres in degrees."""
+    """Make bins round the turn, centres in degrees."""
     group = turn_group(angle_rad, bins)
     return of_groups(values, group, (np.arange(bins) + 0.5) * 360.0 / bins)
 
 
 def turn_group(angle_rad: Float, bins: int) -> Integer:
-    """Number of the bin of each angle."""
+    """Return the number of the bin of each angle."""
     part = np.mod(angle_rad / (2.0 * np.pi), 1.0)
     return np.minimum((part * bins).astype(np.int64), bins - 1)
 
 
 def of_values(condition: Float, values: Float, bins: int = 24) -> Bins:
-    """Bins over a condition: one for each value where there are few, else equal steps."""
+    """Make bins over a condition: one for each value if there are few values, else equal steps."""
     names, group = np.unique(condition, return_inverse=True)
     if names.size <= bins:
         return of_groups(values, group.astype(np.int64), names.astype(np.float64))
     low, high = float(condition.min()), float(condition.max())
     step = (high - low) / bins
     group = np.minimum(((condition - low) / step).astype(np.int64), bins - 1)
-    # Rows may stand at one end of a step: the place of their mean is that of their condition.
+    # Rows may lie at one end of a step: their mean stands at the mean of their condition.
     rows = np.maximum(np.bincount(group, minlength=bins), 1)
     return of_groups(values, group, np.bincount(group, condition, bins) / rows)

@@ -30,16 +30,16 @@ Float = NDArray[np.float64]
 
 _MOST_RUNS = 12
 _FEW_STATIONS, _APART, _EDGE = 60, 1.6 / 360.0, 3.0 / 360.0
-"""Up to this number of stations, the directions are drawn side by side; their distance and the
-margin at the ends, as shares of the axis."""
+"""Largest number of stations at which the directions are drawn next to each other; their distance
+and the margin at the ends, as shares of the axis."""
 _DASHES: tuple[Dash, ...] = ("solid", "dash", "dot")
 _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
 
 def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
-    """Means each two degrees by run in the capture, stations by direction in the reference.
+    """Draw means each two degrees by run in the capture, stations by direction in the reference.
 
-    ``noise_arcsec``: of the repeats, by channel.
+    ``noise_arcsec``: standard deviation of the repeats, by channel.
     """
     panels = []
     capture, reference = residuals.observations.capture, residuals.observations.reference

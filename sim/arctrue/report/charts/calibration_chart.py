@@ -27,7 +27,7 @@ from arctrue.report.svg import AFTER, BEFORE, INK
 Float = NDArray[np.float64]
 
 _CURVE_POINTS = 1441
-"""Points of the fitted error over the turn, one per quarter of a degree."""
+"""Number of points of the fitted error over the turn, one per quarter of a degree."""
 _FLOOR_ARCSEC = 1e-5
 """Lowest start of the logarithmic axis of the amplitudes."""
 _ROOM = 3.0
@@ -39,7 +39,8 @@ _DIRECTIONS: tuple[tuple[int, str, str, Marker], ...] = (
 
 
 def calibration_chart(calibration: Calibration, title: str) -> Chart:
-    """Fitted error, what is left at the reference run's targets, amplitudes of the orders."""
+    """Draw the fitted error, the remaining error at the reference run's targets, and the orders'
+    amplitudes."""
     degrees = np.linspace(0.0, 360.0, _CURVE_POINTS)
     fitted = calibration.estimate.error_arcsec(np.radians(degrees))
     layers: list[Layer] = [Curve(degrees, fitted, "from the two heads", BEFORE, width=1.2)]
@@ -55,7 +56,7 @@ def calibration_chart(calibration: Calibration, title: str) -> Chart:
 
 
 def reference_calibration_chart(comparison: ReferenceComparison, title: str) -> Chart:
-    """The errors of a reference run before and after the gateware."""
+    """Draw the errors of a reference run before and after the gateware."""
     panels = [_error_panel([_before(comparison, BEFORE)], title), _after(comparison)]
     words = f"Error of head 1 at the reference run's targets, before and after: {title}."
     return Chart("calibration", words, panels)

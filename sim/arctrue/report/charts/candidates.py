@@ -14,13 +14,13 @@ Float = NDArray[np.float64]
 
 _MOST = 10
 LINEAR_TO = 10.0
-"""ΔBIC is drawn linearly up to here, odds of 150 to 1, and logarithmically beyond."""
+"""|ΔBIC| up to which the axis is linear, odds of 150 to 1; beyond it is logarithmic."""
 _ROOM = 0.4
 """Space next to the longest bars for their figures, in decades."""
 
 
 def candidates_chart(result: Diagnosis) -> Chart:
-    """ΔBIC of the leading candidates; colours mark the named effect and the class it is of."""
+    """Draw ΔBIC of the leading candidates; colours mark the named effect and its class."""
     shown = result.candidates[:_MOST]
     named = None if result.named is None else result.named.name
 
@@ -64,7 +64,7 @@ def candidates_chart(result: Diagnosis) -> Chart:
 
 
 def along(delta_bic: Float) -> Float:
-    """Place of each ΔBIC on the axis: x/10 up to ±10, then ±(1 + log₁₀|x|/10)."""
+    """Return the place of each ΔBIC on the axis: x/10 up to ±10, then ±(1 + log₁₀|x|/10)."""
     size = np.abs(delta_bic) / LINEAR_TO
     return np.asarray(
         np.sign(delta_bic) * np.where(size > 1.0, 1.0 + np.log10(np.maximum(size, 1.0)), size)
@@ -72,7 +72,7 @@ def along(delta_bic: Float) -> Float:
 
 
 def _ticks(low: float, high: float) -> list[tuple[float, str]]:
-    """0, ±10, ±100, … as far as the bars go."""
+    """Return the ticks 0, ±10, ±100, … within the range of the bars."""
     found = [(0.0, "0")]
     for place in range(1, int(np.ceil(max(-low, high))) + 1):
         name = f"{LINEAR_TO * 10.0 ** (place - 1):,.0f}"

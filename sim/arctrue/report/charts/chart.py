@@ -28,7 +28,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
 """Colours of up to six series, after Okabe and Ito: distinct for every kind of colour vision."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
 QUIET = "#8a94a0"
-"""Colour of what the reader need not look at."""
+"""Colour of what matters little to the reader."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Axis:
 
     @property
     def text(self) -> str:
-        """The label with its unit."""
+        """Label with its unit."""
         symbol = SYMBOLS.get(self.unit, self.unit)
         return f"{self.label}, {symbol}" if symbol else self.label
 
@@ -68,7 +68,7 @@ class Curve:
     labels: Sequence[str] = ()
     """Text next to each point."""
     values_shown: bool = False
-    """True: each point is labelled with its y value, in the unit shown."""
+    """Whether each point is labelled with its y value, in the unit shown."""
 
     @property
     def texts(self) -> list[str]:
@@ -140,7 +140,7 @@ class Panel:
     layers: Sequence[Layer]
     title: str = ""
     equal_scales: bool = False
-    """True: one unit has the same length on both axes, so that a circle is drawn as a circle."""
+    """Whether one unit has the same length on both axes, so that a circle is drawn as a circle."""
 
 
 @dataclass(frozen=True)

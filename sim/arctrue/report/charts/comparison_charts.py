@@ -1,4 +1,4 @@
-"""All charts of ``arctrue compare``, each with the name of its file."""
+"""Makes all charts of ``arctrue compare``, each with the name of its file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from arctrue.workbench.inference.solution import Solution
 
 
 def comparison_charts(solution: Solution, comparison: ModelComparison) -> dict[str, Chart]:
-    """Branches by run and direction, findings if there are any, maps, lines, whitened residuals."""
+    """Draw branches by run and direction, findings if there are any, maps, lines, whitened
+    residuals."""
     residuals = Residuals(solution)
     noise_arcsec = {name: item.noise_arcsec for name, item in comparison.channels.items()}
     found = {"residual_branches": branches(residuals, noise_arcsec)}

@@ -1,4 +1,4 @@
-"""Chart of the demo's output error over one turn, before and after compensation."""
+"""Draws the demo's output error over one turn, before and after compensation."""
 
 from __future__ import annotations
 

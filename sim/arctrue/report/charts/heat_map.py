@@ -13,9 +13,9 @@ _BINS = 72
 
 
 def heat_map(analysis: Analysis) -> Chart:
-    """Means each five degrees, or of 72 parts of an arc.
+    """Draw means each five degrees, or in 72 parts of an arc.
 
-    Runs of the capture, cycles (else runs) of the reference.
+    A line is a run of the capture, and a cycle of the reference (a run if it has no cycles).
     """
     panels = []
     for channel in analysis.observations.channels:

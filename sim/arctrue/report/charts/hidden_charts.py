@@ -1,4 +1,4 @@
-"""A hidden effect in the gateware's output: over a turn, and over a period of the signal."""
+"""Draws a hidden effect in the gateware's output: over a turn, and over a period of the signal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ _NAMES = ("raw", "paper's model", "with the effect")
 
 
 def three_curves(result: HiddenResult) -> Chart:
-    """Raw, the paper's model and with the effect over one turn, the two last enlarged below."""
+    """Draw one turn uncorrected, with the paper's model and with the effect; below, the last two
+    enlarged."""
     bands = [
         _band(curve, colour, name)
         for curve, colour, name in zip(
@@ -49,7 +50,7 @@ def _band(curve: TurnScore, colour: str, name: str) -> Band:
 
 
 def signal_period(result: HiddenResult) -> Chart:
-    """Mean error over one period of the signal, the slow errors removed."""
+    """Draw the mean error over one period of the signal, without the slow errors."""
     curves = []
     for curve, colour, name in (
         (result.raw_period, BEFORE, _NAMES[0]),

@@ -15,7 +15,7 @@ from arctrue.report.charts.chart import ARCSEC, COLOURS, Axis, Chart, Curve, Pan
 Float = NDArray[np.float64]
 
 _MOST_POINTS = 20_000
-"""Largest number of points drawn per run; more would merge into one band."""
+"""Largest number of points drawn per run; more points would merge into one band."""
 
 
 def imported_rows_chart(measurement: MeasurementSet) -> Chart:

@@ -24,7 +24,7 @@ Float = NDArray[np.float64]
 
 
 def ladder(history: Sequence[HistoryStep]) -> Chart:
-    """RMS of each channel at every step, fitted and held out; the noise is the floor."""
+    """Draw the RMS of each channel at every step, fitted and held out, and the noise floor."""
     history = with_one_floor(history)
     channels = [name for name in CHANNEL_COLOUR if any(name in step.rms_arcsec for step in history)]
     place = np.arange(len(history), dtype=np.float64)

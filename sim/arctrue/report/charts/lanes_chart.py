@@ -1,4 +1,4 @@
-"""Draws what the gateware's lanes correct: amplitude by order, and the error before and after."""
+"""Draws the lanes' correction: amplitude by order, and the error before and after."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ def lanes_chart(
     amplitudes_arcsec: Sequence[float],
     at_reference: Sequence[Sequence[float]] | None,
 ) -> Chart:
-    """``at_reference``: target in degrees, error before and after at the rows of the reference."""
+    """Draw the lanes. ``at_reference``: target in degrees, error before and after at the rows of
+    the reference."""
     place = np.arange(len(orders), dtype=np.float64)
     ticks = [(float(number), str(order)) for number, order in enumerate(orders)]
     panels = [

@@ -1,4 +1,4 @@
-"""The sizes of effects over months, with changes, limits and forecasts."""
+"""Draws the sizes of effects over months, with changes, limits and forecasts."""
 
 from __future__ import annotations
 
@@ -14,21 +14,22 @@ from arctrue.report.charts.chart import COLOURS, QUIET, Axis, Chart, Curve, Laye
 MOST_PANELS = 8
 TICKS = 4
 COVERAGE = 2.0
-"""Standard uncertainties of an error bar."""
+"""Half length of an error bar, in standard uncertainties."""
 AHEAD = 0.5
 """Length of a drawn forecast, as a share of the measured time."""
 MARGIN = 0.03
 
 
 def day_name(day: float) -> str:
-    """The date of a day since 1970, ``2026-03-12``; a dash where it is infinite."""
+    """Return the date of a day since 1970, ``2026-03-12``; a dash for an infinite day."""
     if not np.isfinite(day):
         return "–"
     return f"{datetime(1970, 1, 1, tzinfo=UTC) + timedelta(days=day):%Y-%m-%d}"
 
 
 def shown_series(history: LifeHistory) -> list[Series]:
-    """Series with a limit, then those that changed, then the largest, at most ``MOST_PANELS``."""
+    """List the series with a limit, then the changed ones, then the largest, at most
+    ``MOST_PANELS``."""
     limited = {one.series.name for one in history.forecasts}
     changed = {one.series.name for one in history.changes}
     ranked = sorted(
@@ -43,7 +44,7 @@ def shown_series(history: LifeHistory) -> list[Series]:
 
 
 def life_chart(history: LifeHistory) -> Chart:
-    """A panel for each series that matters most."""
+    """Draw a panel for each of the series that matter most."""
     forecasts = {one.series.name: one for one in history.forecasts}
     panels = [
         _panel(history, series, forecasts.get(series.name)) for series in shown_series(history)

@@ -1,4 +1,4 @@
-"""A chart as SVG for a page and as PNG or SVG files, drawn by matplotlib."""
+"""Draws a chart with matplotlib: as SVG for a page, and as PNG or SVG files."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.svg import GRID, INK, MUTED, house_style, to_svg
 
 _STYLE_IS_GLOBAL = threading.RLock()
-"""matplotlib's settings belong to the process; the page draws in several threads."""
+"""Lock for matplotlib's settings, which all threads share; the page draws in several threads."""
 _WIDTH = 9.6
 _DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (4, 3)), "dot": ":"}
 _MARKERS = {"circle": "o", "square": "s", "diamond": "D", "hollow": "s"}
@@ -43,20 +43,21 @@ _PAPER = {
     "#b5bdc7": "axis",
     "#000000": "ink",
 }
-"""Colours of the house style, and the page's name for each."""
+"""Colours of the house style, and the page's name of each."""
 _DECADE = 12.0
-"""A logarithmic axis of less than this ratio names its minor ticks too."""
+"""Ratio of its ends below which a logarithmic axis labels its minor ticks too."""
 _TITLE_POINTS, _SMALL_POINTS = {1: 11.0, 2: 10.0}, 8.5
-"""Sizes of titles by panels per row, and of small text."""
+"""Font sizes of titles by panels per row, and of small text."""
 _BESIDE_INCHES, _LETTER_INCHES = 0.8, 0.068
-"""Left of a panel, and of a letter of 8 points."""
+"""Width left of a panel, and width of a letter of 8 points."""
 _LEGEND_COLUMNS, _NARROW_COLUMNS = 4, 3
 
 
 def chart_svg(chart: Chart) -> str:
-    """The chart as an ``<svg>`` element that scales with the page and says what it shows.
+    """Return the chart as an ``<svg>`` element that scales with the page and has a text
+    description.
 
-    Ink and grid are those of the page, dark or light; the ground is the page's.
+    It takes ink, grid and background from the page, dark or light.
     """
     with _STYLE_IS_GLOBAL:
         svg = to_svg(chart_figure(chart))
@@ -67,7 +68,7 @@ def chart_svg(chart: Chart) -> str:
 
 
 def save_chart(chart: Chart, path: Path) -> Path:
-    """Write a picture; its kind by the ending of ``path``. Raises OSError."""
+    """Write a picture in the format of the file ending. Raises OSError."""
     metadata = {"Date": None} if path.suffix == ".svg" else None
     with _STYLE_IS_GLOBAL, house_style(), whole_file(path) as unfinished:
         chart_figure(chart).savefig(unfinished, dpi=130, metadata=metadata)
@@ -75,12 +76,12 @@ def save_chart(chart: Chart, path: Path) -> Path:
 
 
 def save_charts(charts: Mapping[str, Chart], folder: Path) -> list[Path]:
-    """Write each chart as the PNG file of its name. Raises OSError."""
+    """Write each chart as a PNG file of its name. Raises OSError."""
     return [save_chart(chart, folder / f"{name}.png") for name, chart in charts.items()]
 
 
 def chart_figure(chart: Chart) -> Figure:
-    """The figure of matplotlib."""
+    """Draw the chart as a figure of matplotlib."""
     with house_style():
         columns = min(chart.columns, max(len(chart.panels), 1))
         rows = max(-(-len(chart.panels) // columns), 1)
@@ -127,7 +128,7 @@ def _second_unit(axes: Axes, axis: Axis, also: tuple[str, float]) -> None:
 
 
 def _legend(axes: Axes, entries: int, columns: int) -> None:
-    """Place the legend above the data, because every corner of a picture may be used."""
+    """Place the legend above the data, which may fill every corner of the panel."""
     rows = -(-entries // columns)
     low, high = axes.get_ylim()
     if axes.get_yscale() == "log":

@@ -21,9 +21,9 @@ _MOST_POINTS = 1500
 
 
 def measurement_and_model(analysis: Analysis, *, whitened: bool = False) -> Chart:
-    """Bands from the lowest to the highest row of each degree, and the model's mean there.
+    """Draw bands from the lowest to the highest row of each degree, and the model's mean there.
 
-    ``whitened``: both multiplied by the inverse root of the noise's covariance, so that noise
+    ``whitened``: both are multiplied by the inverse root of the noise's covariance, so that noise
     alone would scatter by 1 about the model.
     """
     panels = [_panel(analysis, channel, whitened) for channel in analysis.observations.channels]
@@ -46,7 +46,7 @@ def _panel(analysis: Analysis, channel: str, whitened: bool) -> Panel:
         measured, model = of_rows.whiten(measured), of_rows.whiten(model)
     angle, rows = analysis.angle_rad(channel), analysis.rows(channel)
     if isinstance(rows, CaptureRows) and rows.channel is not None:
-        # Each head's difference is another function of the angle: their mean would be none.
+        # Each head's difference is a different function of the angle, so they are not averaged.
         of_head2 = rows.channel == 0
         measured, model, angle = measured[of_head2], model[of_head2], angle[of_head2]
     colour = CHANNEL_COLOUR[channel]

@@ -1,4 +1,4 @@
-"""Amplitude of every order of the demo's output, before and after."""
+"""Draws the amplitude of every order of the demo's output, before and after."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FLOOR_COUNTS = 1e-3
 
 
 def orders_before_after(result: DemoResult) -> Chart:
-    """Bars side by side on a logarithmic axis, with the limit of one order."""
+    """Draw pairs of bars on a logarithmic axis, with the limit of one order."""
     limit, count = result.settings.order_limit_counts, result.settings.arcsec_per_count
     layers: list[Layer] = []
     for turn, shift, colour, name in (

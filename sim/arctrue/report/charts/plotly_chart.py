@@ -1,4 +1,4 @@
-"""A chart as the data that plotly.js draws; colours of paper and ink are set by the page."""
+"""Converts a chart to data that plotly.js draws; the page sets the colours of paper and ink."""
 
 from __future__ import annotations
 
@@ -25,26 +25,27 @@ from arctrue.report.charts.tick_names import tick_lines, tick_names
 _SYMBOL = {"circle": "circle", "square": "square", "diamond": "diamond", "hollow": "square-open"}
 _LEFT_PX, _RIGHT_PX, _FOOT_PX, _TITLE_PX, _LINE_PX, _INCH_PX = 66, 18, 52, 26, 19, 84
 _COLOURS_PX = 74
-"""Right of a panel, where a scale of colours stands."""
+"""Width right of a panel with a colour scale."""
 _ENTRY_PX, _LETTER_PX = 46, 6.0
 """Width of a legend entry, and of each letter of its name."""
 _TICK_LINE_PX = 16
 """Height of each line of a tick's name after the first."""
 _BESIDE_PX = 300
-"""Least width of a panel next to another."""
+"""Least width of a panel, if several stand in a row."""
 _ONE_TWO_FIVE = (1.0, 2.0, 5.0)
 _EVERY_DIGIT = tuple(float(digit) for digit in range(1, 10))
 _EVERY_TWENTIETH = tuple(n / 20.0 for n in range(20, 200))
 _LEAST_TICKS, _MOST_TICKS = 3, 10
 _DIGITS = 6
-"""Significant digits that go to the browser: more than a screen shows."""
+"""Number of significant digits that the browser gets; a screen shows fewer."""
 
 
 def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
-    """``{"data": [...], "layout": {...}}`` as JSON can hold it; what is not finite is null.
+    """Return ``{"data": [...], "layout": {...}}`` for JSON; numbers that are not finite become
+    null.
 
-    ``width``: pixels that the figure will have. Panels stand side by side where there is room;
-    above each its title, and its legend in as many lines as it needs.
+    ``width``: width of the figure in pixels. Panels stand in a row as far as there is room; each
+    has its title above it, and its legend in as many lines as it needs.
     """
     panels = chart.panels
     columns = max(min(chart.columns, len(panels), width // _BESIDE_PX), 1)
@@ -133,7 +134,7 @@ def _legend_lines(panel: Panel, width: float) -> int:
     widths = [_ENTRY_PX + _LETTER_PX * len(name) for name in names if name]
     if not widths:
         return 0
-    # plotly.js gives every entry of a legend the width of the widest.
+    # plotly.js gives every entry of a legend the width of the widest entry.
     per_line = max(int(width // max(widths)), 1)
     return -(-len(widths) // per_line)
 
@@ -165,7 +166,8 @@ def _axis(axis: Axis, pixels: float) -> dict[str, Any]:
 
 
 def _logarithmic_ticks(low: float, high: float) -> list[float]:
-    """1, 2, 5 in each decade; every digit, or every half, where that would be too few."""
+    """Return ticks at 1, 2, 5 in each decade; at every digit, or in steps of 0.05, if these are too
+    few."""
     for digits in (_ONE_TWO_FIVE, _EVERY_DIGIT, _EVERY_TWENTIETH):
         decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
         ticks = [digit * 10.0**decade for decade in decades for digit in digits]
@@ -267,7 +269,7 @@ def _heat_map(layer: HeatMap, upright: tuple[float, float]) -> dict[str, Any]:
 
 
 def _level(layer: Level, layout: dict[str, Any], suffix: str) -> dict[str, Any]:
-    """A shape across the panel, and an entry of the legend."""
+    """Add a line across the panel to the layout, and return its entry of the legend."""
     line = {"color": layer.colour, "width": 1.4, "dash": layer.dash}
     layout["shapes"].append(
         {
@@ -305,5 +307,5 @@ def _with_opacity(colour: str, opacity: float) -> str:
 
 
 def _plain(text: str) -> str:
-    """plotly.js takes a few tags in its texts: a name of a file has none."""
+    """Escape the tags that plotly.js interprets in texts: a name from a file has none."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace("\n", "<br>")

@@ -23,14 +23,14 @@ from arctrue.workbench.compare.findings import LEAST_SHARE, Finding
 from arctrue.workbench.compare.maps import ResidualMap
 
 _PART_OF_A_TURN_DEG = 180.0
-"""A set that covers less is drawn over what it covers."""
+"""Part of the turn below which a set is drawn over the part that it covers."""
 _COLUMNS = 3
 _ROOM = 1.15
 """Free room above and below the largest mean."""
 
 
 def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
-    """Means of the residual in bins of each condition, all panels of a channel at one scale."""
+    """Draw the mean residual in bins of each condition; a channel's panels have one scale."""
     panels = [
         _panel(item, _reach([other for other in maps if other.channel == channel]))
         for channel in CHANNEL_COLOUR
@@ -42,7 +42,8 @@ def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
 
 
 def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
-    """Two bars a finding: its share of the excess by itself, and beyond the stronger ones."""
+    """Draw two bars for each finding: its share of the excess by itself, and beyond the stronger
+    ones."""
     layers = []
     for channel, colour in CHANNEL_COLOUR.items():
         rows = [place for place, item in enumerate(findings) if item.channel == channel]
@@ -69,7 +70,8 @@ def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
 
 
 def _reach(items: Sequence[ResidualMap]) -> float:
-    """Half the height of a channel's panels: what does not matter looks flat."""
+    """Return half the height of a channel's panels: the largest mean, so that small means look
+    flat."""
     return _ROOM * max(
         float(np.max(np.abs(item.means_arcsec) + item.standard_errors_arcsec, initial=0.0))
         for item in items

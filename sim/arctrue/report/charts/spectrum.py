@@ -1,4 +1,4 @@
-"""Lines in what the model leaves: by order of the turn, by frequency, by period."""
+"""Draws lines in the residual of the model: by order of the turn, by frequency, by period."""
 
 from __future__ import annotations
 
@@ -32,23 +32,24 @@ CHANCE_P = 0.01
 _MARKED = 3
 """Number of lines that are labelled with their place."""
 _HEADROOM = 1.25
-"""Above the highest line, for its place."""
+"""Factor of free room above the highest line, for the label with its place."""
 _MOST_POINTS = 2000
-"""Largest number of points of a curve; of more, the highest of each group is drawn."""
+"""Largest number of points of a curve; of more points, the highest of each group is drawn."""
 
 
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
-    """Amplitude of a line at every place, each channel that shows any; see :func:`all_spectra`."""
+    """Draw the amplitude of a line at every place, for each channel that shows any; see
+    :func:`all_spectra`."""
     panels = [_panel(residuals, channel, along) for channel in residuals.observations.channels]
     words = f"Amplitude of lines in the residual, by {ALONG[along]}."
     return Chart("spectrum", words, panels, panel_height=2.5)
 
 
 def all_spectra(residuals: Residuals) -> Chart:
-    """Orders, frequencies and periods side by side, a row a channel.
+    """Draw orders, frequencies and periods in three columns, one row a channel.
 
-    Above the dashed line an amplitude is rarer than one in a hundred draws of the fitted noise,
-    over all places of its panel.
+    The dashed line is the amplitude that one in a hundred draws of the fitted noise exceeds at any
+    place of its panel.
     """
     panels = [
         _panel(residuals, channel, along)
@@ -71,7 +72,7 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
         speed = speed_turns_s(rows, float(found.rates[-1]))
         title += "" if speed is None else f" (one speed: order 1 is {speed:.4g} Hz too)"
     places = 1.0 / found.rates if along == "s" else found.rates
-    # Of two coefficients over all places; an amplitude's noise is that of its own rate.
+    # This is the limit of two coefficients over all places; each rate has its own noise.
     limit = 2.0 * np.log(max(found.trials, 1.0) / CHANCE_P)
     chance = found.amplitude_arcsec * np.sqrt(limit / np.maximum(found.gain, 1e-30))
     shown = _highest(found.amplitude_arcsec)
@@ -106,7 +107,7 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
 
 
 def _highest(amplitude: Float) -> NDArray[np.int64]:
-    """Place of the highest of each group of neighbours: no line is lost."""
+    """Return the place of the highest of each group of neighbours, so that no line is lost."""
     group = max(amplitude.size // _MOST_POINTS, 1)
     whole = amplitude.size // group * group
     shaped = amplitude[:whole].reshape(-1, group)
@@ -114,7 +115,8 @@ def _highest(amplitude: Float) -> NDArray[np.int64]:
 
 
 def _strongest(found: LineSpectrum, limit: float) -> list[int]:
-    """The highest lines above chance, each at its own place."""
+    """Return the places of the highest lines above chance, each at least a line's width from the
+    others."""
     gain = found.gain.copy()
     strongest: list[int] = []
     width = 2.0 / found.span

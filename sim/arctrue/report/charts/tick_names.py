@@ -1,4 +1,4 @@
-"""Names of ticks that stay level and do not run into each other or over the end of the axis."""
+"""Makes names of ticks that stay horizontal and overlap neither each other nor the axis' end."""
 
 from __future__ import annotations
 
@@ -8,17 +8,19 @@ import textwrap
 from arctrue.report.charts.chart import Axis
 
 _SHORT_LETTERS = 5
-"""A longer name is a word, and none is left out."""
+"""Length up to which names count as numbers, some of which may be omitted; longer names are words.
+"""
 _LEAST_WRAPPED, _MOST_LINES = 8, 5
-"""Letters of a line in which words can still be read, and lines below a tick."""
+"""Least number of letters per line at which words are readable; largest number of lines below a
+tick."""
 _SHORTER = "…"
 
 
 def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
-    """The ticks of an axis that has room for so many letters.
+    """Return the ticks of an axis that has room for so many letters.
 
-    Of numbers every second or third stays where there is no room for all. Words are put in lines
-    as wide as the room of a tick; where that is too narrow to read, their first word stays alone.
+    If there is no room for all numbers, every second or third is kept. Words are wrapped to the
+    width of a tick; if that is too narrow to read, only the first word is kept.
     """
     ticks = list(axis.ticks or ())
     longest = max((len(line) for _, name in ticks for line in name.split("\n")), default=1)
@@ -51,7 +53,7 @@ def _in_lines(name: str, letters: int) -> str:
 
 
 def _hyphenated(word: str, letters: int) -> str:
-    """A word that is longer than a line, in pieces that fill lines."""
+    """Split a word that is longer than a line into hyphenated pieces."""
     if len(word) <= letters:
         return word
     pieces = textwrap.wrap(word, letters - 1, break_on_hyphens=False)

@@ -1,4 +1,5 @@
-"""Whitened residuals: whether neighbours are alike, and whether their sizes are normal."""
+"""Draws whitened residuals: correlation of neighbours, and quantiles against the normal
+distribution."""
 
 from __future__ import annotations
 
@@ -23,15 +24,16 @@ from arctrue.workbench.noise.whiteness import LAGS, LEAST_ROWS, autocorrelations
 Float = NDArray[np.float64]
 
 WITHIN = 0.99
-"""Share of the draws of white noise that lie in the band, at each lag."""
+"""Share of draws of white noise within the band, at each lag."""
 MOST_QUANTILES = 1000
 
 
 def whitened(residuals: Residuals) -> Chart:
-    """Autocorrelation by lag, and quantiles against those of the normal distribution, by channel.
+    """Draw autocorrelation by lag, and quantiles against those of the normal distribution, by
+    channel.
 
-    Whitened with the fitted noise, residuals are independent draws of the standard normal
-    distribution where that noise is right: bars within the band, points on the line.
+    If the fitted noise is right, residuals that are whitened with it are independent draws of the
+    standard normal distribution: bars lie within the band, points on the line.
     """
     panels: list[Panel] = []
     for channel, values in (

@@ -1,4 +1,4 @@
-"""Answers to score: those of a run, or those of another program from a file."""
+"""Scores answers: those of a run, or those of another program from a file."""
 
 from __future__ import annotations
 

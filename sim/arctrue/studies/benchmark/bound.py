@@ -1,8 +1,8 @@
 """Injection at the detection bound: does a diagnosis find what it states to be detectable?
 
-A set with nothing in it is diagnosed; the diagnosis states for each effect the smallest size that
+A set without any effect is diagnosed; the diagnosis states for each effect the smallest size that
 it would have found in 95 % of such sets. A cause with at least this RMS in every channel is put
-into the same experiment, the noise is drawn anew, and the set is diagnosed again.
+into the same experiment, new noise is drawn, and the set is diagnosed again.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from arctrue.workbench.model.model import default_model
 
 WORK = "arctrue.studies.benchmark.bound:run_bound"
 PROMISED = 0.95
-"""Share of such sets in which an effect of the stated size is said to be found."""
+"""Share of such sets in which the diagnosis promises to find an effect of the stated size."""
 QUIET = ("adequate", "cannot_tell")
 
 
@@ -50,7 +50,7 @@ def bound_campaign(
 def run_bound(task: Mapping[str, Any]) -> dict[str, Any]:
     """Do one injection of ``effect``; return the stated bound, the injected size, the answer.
 
-    ``bound_rms_arcsec`` is None if the diagnosis of the set with nothing in it states no bound of
+    ``bound_rms_arcsec`` is None if the diagnosis of the set without any effect states no bound of
     the effect, because it cannot test the effect or does not call the set quiet.
     """
     effect = str(task["effect"])
@@ -100,7 +100,7 @@ def _said(measurement: MeasurementSet) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class BoundScore:
-    """The rates at which an effect of the stated size was found."""
+    """Rates at which an effect of the stated size was found."""
 
     effect: str
     found: Rate

@@ -1,4 +1,4 @@
-"""Sets on which the diagnosis failed once, each with the reason: kept for later diagnoses."""
+"""Keeps sets on which the diagnosis once failed, with the reason, to test later diagnoses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The name of a set, which reveals nothing about its content, and the digest of its content."""
+"""Gives a set a name that does not reveal its content, and computes a digest of the content."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rates with their intervals, and how well stated probabilities hold."""
+"""Computes rates with their intervals, and how well stated probabilities hold."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ BINS = 10
 RESAMPLES = 1000
 """Number of bootstrap resamples: 25 of them lie beyond each end of a 95 % interval."""
 SUREST = 1e-3
-"""Smallest distance of a probability from 0 and 1 in a log score: this number of sets can resolve
-one false answer in a thousand."""
+"""Smallest distance of a probability from 0 and 1 in a log score: a benchmark of this many sets can
+resolve one false answer in a thousand."""
 
 Float = NDArray[np.float64]
 

@@ -111,7 +111,7 @@ def look(
         left = signal_arcsec[channel] - np.asarray(columns @ absorbed)
         sound = ~noise[channel].struck
         largest = max(largest, float(np.sqrt(np.mean(left[sound] ** 2))))
-    # The index may absorb an offset, but the prediction still moves by it: offsets count in full.
+    # The index may absorb an offset, but the offset still shifts the prediction and counts in full.
     offsets = absorbed[_offsets(measurement)]
     if offsets.size:
         largest = max(largest, float(np.sqrt(np.mean(offsets**2))))

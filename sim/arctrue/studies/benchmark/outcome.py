@@ -53,7 +53,8 @@ OUTCOMES = (
     ERROR,
 )
 GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
-"""The good outcomes. ``in class`` is not among them: the truth was not put first."""
+"""The good outcomes. They do not contain ``in class``, for which the answer did not put the truth
+first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ class Judged:
     def accepted(self) -> Mapping[str, Sequence[str]]:
         """Return further answers that are right or not false: ``names``, ``alike``, ``verdicts``.
 
-        A set of the first generator has none besides its hidden causes.
+        A set of the first generator has no further answers.
         """
         found: Mapping[str, Sequence[str]] = self.truth.get("accepted", {})
         return found
@@ -156,7 +157,7 @@ class Judged:
 
     @property
     def outcome(self) -> str:
-        """Return one of OUTCOMES."""
+        """Return the outcome, one of OUTCOMES."""
         verdict = self.answer["verdict"]
         allowed = self.left_open
         if verdict == "named":
@@ -227,7 +228,7 @@ class Judged:
         return min(1.0, sum(float(stated.get(name, 0.0)) for name in truth or {"none"}))
 
     def _also(self) -> set[str]:
-        """Return further right keys of a stated probability, besides those of the hidden causes."""
+        """Return further right keys of a stated probability, in addition to the hidden causes."""
         known = "unknown" in self.accepted.get("verdicts", ())
         return {*self.accepted.get("names", ()), *(["unknown"] if known else [])}
 

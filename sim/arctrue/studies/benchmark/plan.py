@@ -43,7 +43,7 @@ class Tier:
     seed: int | None
     """Seed; None: drawn when the plan is made, after everything else is fixed."""
     frozen: bool = False
-    """The digests identify the sets, whatever code makes them."""
+    """Whether digests identify the sets, independent of the code that makes them."""
 
 
 CASES = "cases"
@@ -68,7 +68,7 @@ class PlanError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class TierPlan:
-    """A tier with its seed, and the digests of the code as it was before the seed was drawn."""
+    """A tier with its seed, and the digests of the code from before the draw of the seed."""
 
     tier: str
     sets: int
@@ -103,7 +103,7 @@ class TierPlan:
         """Raise PlanError if the code differs from that with which the plan was made.
 
         The generator counts and, if the seed was drawn, the scoring too: a tier with a public seed
-        may be scored anew. Frozen sets are identified by their digests.
+        may be scored again. Frozen sets are identified by their digests.
         """
         sealed: list[tuple[str, tuple[str, ...]]] = []
         if not TIERS[self.tier].frozen:

@@ -37,7 +37,7 @@ from arctrue.studies.benchmark.outcome import (
 from arctrue.studies.benchmark.worlds import WORLDS
 
 SURE = 0.8
-"""An answer is sure where its largest probability is above this."""
+"""Value that the largest probability of a sure answer exceeds."""
 KINDS = ("name", "unknown", "none")
 """Kinds of answer to which a probability can be given."""
 SIMULATED, INDEPENDENT = "simulated", "independent"
@@ -104,7 +104,7 @@ def _named_largest_line(item: Judged) -> bool:
 
 
 NEARLY_AS_LARGE = 0.8
-"""Lines that differ by less in size may be named in either order."""
+"""Ratio of sizes above which two lines may be named in either order."""
 
 SCORES = (
     Score("false name", _any, lambda item: item.falsely_named, at_most=0.01),
@@ -323,7 +323,7 @@ def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
 def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
     """Return, by name of single catalogue causes, the smallest found and the largest missed.
 
-    Sizes are in limits of the oracle; None if there is none.
+    Sizes are in limits of the oracle; None if there is no such size.
     """
     sizes_of: dict[str, list[tuple[float, bool]]] = {}
     for item in sets:

@@ -1,6 +1,6 @@
 """Answers of a benchmark as rows of a table: the grounds of each, and whether it is right.
 
-The logistic of :mod:`arctrue.workbench.diagnose.calibrated` is fitted to them.
+The logistic regression of :mod:`arctrue.workbench.diagnose.calibrated` is fitted to them.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from arctrue.workbench.diagnose.posterior import SAID
 Float = NDArray[np.float64]
 
 FILE = Path(__file__).with_name("stated.csv")
-"""The answers to which the coefficients in use were fitted."""
+"""File of the answers to which the coefficients in use were fitted."""
 PRIOR_SIGMA = (
     {"constant": 3.0, "evidence": 1.0}
     | dict.fromkeys((*KINDS, *RESTS_ON), 1.0)
@@ -56,7 +56,7 @@ class Stated:
     rests_on: str
     """Grounds of the verdict ``unknown``; empty for other verdicts."""
     right: bool
-    """The largest stated probability was given to the truth."""
+    """Whether the answer gave the truth the largest stated probability."""
     probability: float
     """The largest probability, as it was stated when the answer was made."""
     evidence: float

@@ -21,7 +21,7 @@ class Subject:
     """Module that is imported when the subject is asked."""
     function: str
     whole_package: bool = False
-    """The answers depend on more of the package than the import statements of the module show."""
+    """Whether answers depend on more of the package than the module's import statements show."""
     libraries: tuple[str, ...] = ()
     """Numerical libraries that it uses, in addition to those of every result."""
 

@@ -14,9 +14,9 @@ cause of the catalogue, 1,188 with a cause that the catalogue does not have, 924
 causes."""
 
 EVERY_NULL = 3
-"""In the second generator, every third turn of the worlds has nothing hidden."""
+"""Number of turns through the worlds of the second generator, of which one has nothing hidden."""
 EVERY_INDEPENDENT = 5
-"""If both generators make sets, every fifth set is from the second one."""
+"""Number of sets of which one is from the second generator, if both generators make sets."""
 INDEPENDENT_STREAM = 2
 """Number that separates the seeds of these sets from those of the first generator."""
 

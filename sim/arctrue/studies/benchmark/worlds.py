@@ -67,12 +67,12 @@ def _usual(random: Random) -> Surroundings:
 
 
 def white(random: Random) -> Surroundings:
-    """White noise, and everything that the set says is true."""
+    """The noise is white, and all statements of the set are true."""
     return _usual(random)
 
 
 def coloured(random: Random) -> Surroundings:
-    """One colour in the heads, and in half of the sets a reference that wanders."""
+    """The heads have noise of one colour; in half of the sets the reference wanders."""
     found = _usual(random)
     found.noise = [Wanted(str(random.choice(COLOURS)))]
     if random.random() < 0.5:
@@ -82,7 +82,8 @@ def coloured(random: Random) -> Surroundings:
 
 
 def wrong_statements(random: Random) -> Surroundings:
-    """One or two of: α off, index ±3 counts, a lagging sensor, an uncertainty stated too small."""
+    """One or two statements are wrong: α, the index by ±3 counts, a sensor that lags, or an
+    uncertainty that is too small."""
     found = _usual(random)
     number = 1 + int(random.random() < 0.3)
     found.adverse_conditions = [str(name) for name in random.choice(WRONG, number, replace=False)]
@@ -94,13 +95,13 @@ def wrong_statements(random: Random) -> Surroundings:
         found.understated = UNDERSTATED
     if "head_angle" in found.adverse_conditions:
         low, high = np.log(HEAD_ANGLE_ARCSEC)
-        # A separation stated wrong is a head elsewhere than stated: one cause.
+        # A wrong statement of the separation equals a head at another place: one cause.
         found.extra = [Wanted("head_angle_error", float(np.exp(random.uniform(low, high))))]
     return found
 
 
 def few_data(random: Random) -> Surroundings:
-    """One run, one pass over the faces, one speed, or few samples."""
+    """The set has one run, one pass over the faces, one speed, or few samples."""
     found = _usual(random)
     kind = int(random.integers(4))
     planned = (lean, one_pass, one_speed, full)[kind]()
@@ -112,7 +113,7 @@ def few_data(random: Random) -> Surroundings:
 
 
 def outliers_and_gaps(random: Random) -> Surroundings:
-    """Rows that are off, rows that are missing, or both."""
+    """The set has outliers, missing rows, or both."""
     found = _usual(random)
     chosen = (("outliers",), ("gaps",), ("outliers", "gaps"))[int(random.integers(3))]
     found.noise = [Wanted(name) for name in chosen]
@@ -121,7 +122,7 @@ def outliers_and_gaps(random: Random) -> Surroundings:
 
 
 def swinging_speed(random: Random) -> Surroundings:
-    """A drive whose speed swings."""
+    """The speed of the drive oscillates."""
     found = _usual(random)
     found.noise = [Wanted("swinging_speed")]
     found.adverse_conditions = ["swinging_speed"]

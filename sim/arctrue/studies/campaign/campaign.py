@@ -34,7 +34,8 @@ Results = list[tuple[Mapping[str, Any], float]]
 Done = tuple[Batch, Results]
 DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
-"""Consecutive broken pools without a result that end the campaign: a task kills its worker."""
+"""Number of consecutive broken pools without a result that ends the campaign: a task kills its
+worker."""
 
 
 STOP_POLL_S = 0.5
@@ -206,8 +207,8 @@ def pool(
 ) -> Iterator[Done]:
     """Yield batches as processes of this machine finish them.
 
-    A killed worker breaks the pool: a new pool repeats all unfinished batches. Once
-    ``stopping()`` is true no batch is begun, and the present batches are still yielded.
+    A killed worker breaks the pool: a new pool repeats all unfinished batches. Once ``stopping()``
+    is true no new batch starts, and the present batches are still yielded.
     """
     # numpy reads this in the workers: sums of one thread are equal on any number of cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

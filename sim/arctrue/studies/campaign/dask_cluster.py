@@ -36,7 +36,7 @@ def cluster(
     except OSError as error:
         raise CampaignError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     try:
-        # A name of its own: a scheduler must not mix the batches of two campaigns.
+        # The key depends on work, code and batch: a scheduler must not mix two campaigns.
         futures = {
             client.submit(
                 do,

@@ -1,1 +1,1 @@
-"""The whole loop at once: simulated table, gateware in GHDL, calibration, corrected edges."""
+"""Runs the whole loop at once: simulated table, gateware in GHDL, calibration, corrected edges."""

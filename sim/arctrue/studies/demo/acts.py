@@ -17,7 +17,7 @@ class Background(Generic[_T]):
     """
 
     def __init__(self, work: Callable[[], _T]) -> None:
-        """``work`` may raise; :meth:`wait` raises the same."""
+        """Start ``work`` in its thread; if it raises, :meth:`wait` raises the same."""
         self._work = work
         self._results: list[_T] = []
         self._error: Exception | None = None

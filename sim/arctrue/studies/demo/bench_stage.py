@@ -1,4 +1,4 @@
-"""The present stage of the test bench, in a file that the demo reads during simulation."""
+"""Stores the present stage of the test bench in a file that the demo reads during simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files by which the demo and the simulator exchange data."""
+"""Defines the files by which the demo and the simulator exchange data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All numbers of the demo, and its scale."""
+"""Defines all numbers of the demo, and its scale."""
 
 from __future__ import annotations
 

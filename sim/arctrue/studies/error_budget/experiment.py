@@ -1,9 +1,9 @@
 """The experiment's budget in the form of EURAMET cg-23, and E_n of self-calibration and polygon.
 
-The polygon is mounted anew in every cycle, and the closure separates its faces from the table, so
-that no certificate is needed. The autocollimator, the scatter, and the mounting remain. The same
-table is calibrated by its two heads. Two results agree if |E_n| ≤ 1, E_n being their difference
-over the root of the sum of both U² (ISO 13528, ISO/IEC 17043).
+The polygon is remounted in every cycle, and the closure separates its faces from the table, so that
+no certificate is needed. The autocollimator, the scatter, and the mounting remain. The same table
+is calibrated by its two heads. Two results agree if |E_n| ≤ 1, E_n being their difference over the
+root of the sum of both U² (ISO 13528, ISO/IEC 17043).
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""The choice of the places of two to four heads, of lanes and bits, before a table is built."""
+"""Chooses the places of two to four heads, the lanes and the bits, before a table is built."""

@@ -1,4 +1,4 @@
-"""Error of a known table that lanes, cosine width and CORDIC iterations leave uncorrected."""
+"""Computes a table's error that remains with given lanes, cosine width and iterations."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Noise gain, blind orders and sensitivity to α, over α and order; and the best α.
+"""Maps noise gain, blind orders and sensitivity to α over α and order, and finds the best α.
 
-For orders 1 to N no α has a worst gain below 1/(2 sin(π/(N + 1))): the N + 1 points e^{jnα},
-n = 0 … N, lie on a circle, so that two of them, n₁ and n₂, are at most as far apart as neighbours
-of N + 1 evenly spaced points, and the gain of order |n₁ − n₂| grows as they approach each other.
-α = 360°·k/(N + 1) reaches this bound for every k without a common divisor with N + 1.
+For orders 1 to N no α has a worst gain below 1/(2 sin(π/(N + 1))). The N + 1 points e^{jnα}, n = 0
+… N, lie on a circle. Two of them, n₁ and n₂, are therefore at most as far apart as neighbours of N
++ 1 evenly spaced points, and the gain of order |n₁ − n₂| grows as they approach each other. α =
+360°·k/(N + 1) reaches this bound for every k without a common divisor with N + 1.
 """
 
 from __future__ import annotations
@@ -24,17 +24,18 @@ Integer = NDArray[np.int64]
 
 PAPER_DEG = 33.0
 ECCENTRICITY_ARCSEC = 144.0
-"""Order 1 of the paper's table as it is simulated here."""
+"""Amplitude of order 1 of the simulated table of the paper."""
 TOLERANCE_ARCSEC = 50.0
 
 
 def gain_map(alpha_deg: Float, orders: Integer) -> Float:
-    """|TF(n)|, noise of ε over noise of R₂ − R₁, ``(angles, orders)``; inf: not seen."""
+    """Return |TF(n)|, noise of ε over noise of R₂ − R₁, ``(angles, orders)``; inf: not seen."""
     return np.array([noise_gain(orders, math.radians(alpha)) for alpha in alpha_deg])
 
 
 def sensitivity_map(alpha_deg: Float, orders: Integer) -> Float:
-    """n·|TF(n)|: relative error of order n for an error of α in radians, ``(angles, orders)``."""
+    """Return n·|TF(n)|: relative error of order n for an error of α in radians, ``(angles,
+    orders)``."""
     return gain_map(alpha_deg, orders) * orders
 
 

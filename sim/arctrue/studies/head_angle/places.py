@@ -2,7 +2,7 @@
 
 Three heads see the disc if the axis is at rest; four heads see it by a parity relation while the
 axis moves at every order. The search minimises the worst gain of orders 1 to N among places at
-which the mean has less noise than one head, with four heads also without any one of them. The mean
+which the mean has less noise than one head, with four heads also if any one is missing. The mean
 does not contain order 1 of the disc; with four heads orders 2 to N count.
 """
 
@@ -37,7 +37,7 @@ MOVES_DEG = (1.5, 0.8, 0.4, 0.2, 0.1)
 STARTS_DEG = {3: (), 4: ((0.0, 64.3, 177.0, 257.9),)}
 """Known good places from which the search also starts."""
 NOISE_LIMIT = 0.85
-"""Noise limit of the mean with any head missing; the places of the issue have 0.82."""
+"""Largest permitted noise of the mean with any head missing; STARTS_DEG has 0.82."""
 _BLOCK = 4096
 
 
@@ -158,7 +158,8 @@ def _worst_gain(sets_deg: Float, most_order: int) -> Float:
 
 
 def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[np.bool_]:
-    """True for sets with room between heads and a mean below the limit, also without any one."""
+    """Tell which sets have room between heads and a mean below the limit, with and without any
+    head."""
     turned = np.sort(np.mod(sets_deg, 360.0), axis=1)
     apart = np.diff(np.column_stack((turned, turned[:, :1] + 360.0)), axis=1)
     room = apart.min(axis=1) >= least_deg
@@ -170,7 +171,7 @@ def _allowed(sets_deg: Float, noise_limit: float, least_deg: float) -> NDArray[n
 
 
 def _noise_of_three(places_rad: Float) -> Float:
-    """√Σw² of three heads, (sets,): w₁ ∝ sin(p₃ − p₂) and in turn."""
+    """Return √Σw² of three heads, (sets,); w₁ ∝ sin(p₃ − p₂), w₂ and w₃ cyclically."""
     first, second, third = places_rad.T
     shares = np.sin(np.stack((third - second, first - third, second - first)))
     total = shares.sum(axis=0)
@@ -209,7 +210,7 @@ def _noise(places: Float) -> Float | None:
 
 
 def _unlike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """False for equal places, also if counted from another head or in the other direction."""
+    """Tell whether places differ, also if counted from another head or in the other direction."""
     return not any(
         np.allclose(_steps(other), np.roll(way, shift), atol=1.0)
         for way in (_steps(one), _steps(one)[::-1])

@@ -42,15 +42,15 @@ class RunPlan:
     start_s: float = 0.0
     reference: bool = False
     speed: float = 1.0
-    """Speed as a share of the usual speed."""
+    """Speed, as a share of the usual speed."""
     second_speed: float | None = None
-    """Second speed as a share of the usual one, to which the table changes and back in each
-    turn."""
+    """Second speed, as a share of the usual one; the table changes to it and back in each turn."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveIndex:
-    """An index of the drive, so many times in a turn of the table, the first one at ``first``."""
+    """An index of the drive, which comes ``per_turn`` times in a turn of the table, first at
+    ``first_turns``."""
 
     per_turn: float
     first_turns: float = 0.3
@@ -65,25 +65,27 @@ class Case:
     """Title for people."""
     build: Build
     further: tuple[RunPlan, ...] = ()
-    """Runs after the first, which is the same for all: two turns up, cold."""
+    """Runs after the first run, which is the same for all cases: two turns up, cold."""
     polygon: bool = False
-    """A reference run at stations, up and down, in place of marks that the moving table passes."""
+    """Whether the reference run is at stations, up and down, in place of marks that the moving
+    table passes."""
     fresh: RunPlan = RunPlan(start_s=3600.0)
-    """The fresh turns after a new power-up; without further runs, the first run continues
-    instead."""
+    """Fresh turns after a new power-up; without further runs, they continue the first run instead.
+    """
     judged_order: int | None = None
     """Order of the output's error that the effect causes in the fresh turns; None: any shape."""
     added: tuple[str, Mapping[str, object]] | None = None
-    """Effect that the person adds with its settings, knowing the drive; None: the diagnosis'."""
+    """Effect that the person, who knows the drive, adds with its settings; None: that of the
+    diagnosis."""
     effects: int = 1
     """Number of effects that are added, one after the other."""
     least_lanes: int = 1
     modulators: bool = False
-    """The gateware is built with lanes that follow direction and speed."""
+    """Whether the gateware is built with lanes that follow direction and speed."""
     local_table: bool = False
-    """The gateware is built with a table over the turn."""
+    """Whether the gateware is built with a table over the turn."""
     real_orders: bool = False
-    """The gateware is built with lanes of real orders."""
+    """Whether the gateware is built with lanes of real orders."""
     drive_gear_teeth: float | None = None
     """Tooth count of the drive's gear, which the measurement set states."""
     probe: DriveIndex | None = None
@@ -92,9 +94,10 @@ class Case:
     lines: tuple[float, ...] = ()
     """Orders whose amplitudes in the output are judged, forwards and backwards."""
     reference_turns: int = 1
-    """Turns of the reference run while the table moves."""
+    """Number of turns of the reference run while the table moves."""
     order1_warms: bool = False
-    """Order 1 changes with the temperature: a correction can follow it while the table warms."""
+    """Whether order 1 changes with the temperature, so that a correction can follow it during
+    warming."""
 
     @property
     def slowest(self) -> float:

@@ -44,16 +44,19 @@ from arctrue.table import Motion
 from arctrue.workbench.model.export import ConditionSettings, Export
 
 STOP_CLOCKS = 2000
-"""Clocks for which the table stands at a station of the polygon: many times the latency."""
+"""Number of clocks for which the table stands at a station of the polygon: many times the latency.
+"""
 FURTHER_TURNS = 0.4
-"""Turns of a drive beyond the captured ones: for calibration, ramp, and the remainder of one."""
+"""Number of turns of a drive after the captured ones: for calibration, ramp, and to complete a
+turn."""
 NOMINAL_SHARE = 1.1
-"""Nominal speed of the modulators over the speed of the drive, whose ripple is far smaller."""
+"""Nominal speed of the modulators over the speed of the drive, whose ripple is much smaller."""
 ADOPTED = "found_on_this_table"
 LINES_TURNS = 2
-"""Turns of a fit of lines of no whole order; a half order is orthogonal to whole ones over them."""
+"""Number of turns over which lines of real orders are fitted; half orders are orthogonal to whole
+ones."""
 WHOLE_ORDERS = 16
-"""Whole orders that such a fit has too."""
+"""Number of whole orders in such a fit."""
 TURNS_BACK = 2.6
 
 
@@ -175,7 +178,7 @@ def run_hidden(
     report_run: ReportRun | None = None,
     report_step: ReportStep | None = None,
 ) -> HiddenResult:
-    """Run the experiment; files go into ``folder``.
+    """Run the experiment with its files in ``folder``.
 
     Raises InstrumentError if tools are missing or the firmware does not reach a swap.
     """
@@ -302,7 +305,7 @@ class _Run:
                 "swap to the exported coefficients",
             )
         elif self._goes_on or case.local_table:
-            # Like a person: send the file over the console, in addition to the calibration.
+            # Send the file over the console, as a person does; the calibration continues.
             rig.instrument.firmware.send("freeze off")
             rig.load_over_console(export.coefficients, "a turn judges what was loaded")
         else:

@@ -65,7 +65,7 @@ def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
 def on_the_move(recording: Recording, drive: Motion, stations: int, turns: int = 1) -> Readings:
     """Read a rotary reference whose marks the moving table passes: each mark latches the output.
 
-    With several turns the target of a mark goes on beyond 360°.
+    Over several turns the target of a mark exceeds 360°.
     """
     track = recording.output
     side = 1 if track.true_angle_rad[-1] > track.true_angle_rad[0] else -1

@@ -22,7 +22,7 @@ from arctrue.studies.revolution import set_up
 from arctrue.table import Motion, RotaryTable
 
 SPARE_TURNS = 0.06
-"""Length of a recording after its turn, so that it holds an index and a station at its end."""
+"""Length of a recording beyond its turns, so that it contains an index and a station at its end."""
 
 FROM_A_WRAP_TURNS = 0.02
 """Distance from angle 0 beyond which reading and angle are in the same turn: far more than the
@@ -31,10 +31,10 @@ error of the reading."""
 _ENABLE_CLOCKS = 200
 PULSE_CLOCKS = 100
 TURNS_FOR_THE_PHASE = 4
-"""Turns in which an index of the drive must have come: a belt has one in two turns."""
+"""Number of turns within which an index of the drive must come: a belt has one in two turns."""
 LEAD_IN_CLOCKS = 20_000
-"""Clocks in which the correction for a new known direction fades in: a fifteenth of a turn at 2¹⁸
-counts."""
+"""Number of clocks in which the correction for a new known direction fades in: a fifteenth of a
+turn at 2¹⁸ counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ class Rig:
         return np.asarray((clock - self._attached_clock) / self.instrument.clock_hz)
 
     def record(self, turns: int = 1) -> None:
-        """Begin to record a turn or some, and slightly more."""
+        """Begin to record one or more turns, and slightly more."""
         self.instrument.record(bins=BINS, every=self.settings.kept_every, turns=turns + SPARE_TURNS)
 
     def captured_turn(self, stage: str) -> CapturedTurn:
@@ -256,9 +256,9 @@ class Rig:
         return np.asarray(self._attached_clock + motion_s * self.instrument.clock_hz)
 
     def recorded_turn(self, stage: str, *, turns: int = 1, back: bool = False) -> Recording:
-        """Record a turn or some from here on, while the firmware continues with its turns.
+        """Record one or more turns from now on, while the firmware continues with its turns.
 
-        ``back``: the table now goes the other way than at the begin of its motion.
+        ``back``: the table now turns against the direction at the beginning of its motion.
         """
         self.record(turns)
         self.instrument.run(self.settings.revolution.poll_clocks, stage=stage)

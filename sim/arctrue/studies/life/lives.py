@@ -16,12 +16,12 @@ Random = np.random.Generator
 YEARS_DAYS = 730.0
 BETWEEN_DAYS = 14.0
 JITTER_DAYS = 3.0
-"""A set is measured up to this many days early or late."""
+"""Largest deviation of a measurement from its planned day."""
 MISSED = 0.1
 """Share of the planned sets that were not measured."""
 LIMIT_ARCSEC = 1.0
 FIRST_SIZE_ARCSEC = 0.2
-"""Largest size at the beginning."""
+"""Largest size at the beginning of a life."""
 U_ARCSEC = 0.03
 """Standard uncertainty of a fit; it varies by 0.7 to 1.5 times from set to set."""
 SCATTER_ARCSEC = 0.05

@@ -39,7 +39,7 @@ TWO_DEG = HEAD_PLACES_DEG[2]
 THREE_DEG = HEAD_PLACES_DEG[3]
 FOUR_DEG = HEAD_PLACES_DEG[4]
 SPARE_DEG = (0.0, 64.3, 177.0, 257.9)
-"""Places of four heads of which any one may fail: ``arctrue alpha --heads 4``."""
+"""Places of four heads, any one of which may fail: ``arctrue alpha --heads 4``."""
 AT_REST_MOTION_M = 0.0
 PAIRED = "encoder makers' paired heads"
 
@@ -52,7 +52,7 @@ class Places:
     places_deg: tuple[float, ...]
     motion: MotionOrders
     gain: NDArray[np.float64]
-    """``(orders,)``."""
+    """Noise gain of each order, ``(orders,)``."""
     mean_noise: float
     """Noise of one reading of the weighted mean over that of one head; inf: no such mean."""
 
@@ -81,7 +81,7 @@ def _noise(places_deg: tuple[float, ...]) -> float:
 
 
 def methods() -> tuple[Method, ...]:
-    """Give the methods, those of one head first."""
+    """Give the methods, those with one head first."""
     return (
         LOOK_UP_TABLE,
         REFERENCE_HARMONICS,

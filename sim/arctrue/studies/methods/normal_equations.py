@@ -32,4 +32,5 @@ class NormalEquations:
 
 
 LEAST_SINGULAR = 1e-9
-"""Least eigenvalue of the scaled normal matrix: directions 30,000 times weaker are undetermined."""
+"""Least eigenvalue of the scaled normal matrix: smaller ones belong to undetermined directions,
+30,000 times weaker than the strongest."""

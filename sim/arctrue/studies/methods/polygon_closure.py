@@ -1,8 +1,8 @@
 """Closure: re-indexing the polygon between cycles separates its faces from the table.
 
-In cycle i, at station j the error by the polygon is ε_j + p_(j − s_i) + c_i, with the shift s_i,
-the error p of the face and the zero c_i of the cycle. Both errors have no mean: the circle closes.
-Least squares solves for ε and p where the shifts connect all faces.
+In cycle i, at station j, the error according to the polygon is ε_j + p_(j − s_i) + c_i, with the
+shift s_i, the error p of the face and the zero c_i of the cycle. Both errors have mean 0: the
+circle closes. Least squares solves for ε and p if the shifts connect all faces.
 """
 
 from __future__ import annotations

@@ -63,7 +63,7 @@ MOUNTING_ARCSEC = 50.0
 """Tolerance of a head's place: the paper's."""
 
 WEAK_ORDER = 11
-"""An order whose noise α = 33° amplifies 19 times."""
+"""An order whose noise is amplified 19 times with α = 33°."""
 SYMMETRIC_ORDERS = (12, 24)
 """Orders that 4 or 12 heads at equal distances do not see; 24 faces do not see 24 either."""
 BLIND_ORDER = 120
@@ -138,13 +138,13 @@ class MethodsSettings:
 
     @property
     def orders(self) -> NDArray[np.int64]:
-        """Orders that a method fits where it can: 1 to ``most_order``, and the blind one."""
+        """Orders that a method fits if it can: 1 to ``most_order``, and the blind one."""
         return np.append(np.arange(1, self.most_order + 1), BLIND_ORDER)
 
 
 @dataclass(frozen=True)
 class World:
-    """The simulated table and what can be measured on it."""
+    """The simulated table and all measurements on it."""
 
     settings: MethodsSettings
 

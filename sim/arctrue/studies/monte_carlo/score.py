@@ -1,4 +1,4 @@
-"""Coverage of the stated uncertainty: how often its region contains the truth."""
+"""Measures the coverage of the stated uncertainty: how often its region contains the truth."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FALSE_ALARM = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Covered:
-    """Number of covered trials, and its implication for the stated uncertainty."""
+    """Number of covered trials, and what it shows about the stated uncertainty."""
 
     hits: int
     trials: int

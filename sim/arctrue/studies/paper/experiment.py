@@ -1,8 +1,8 @@
 """Section 4 of the paper on the virtual instrument: ten cycles of 24 faces.
 
-The table turns; the gateware corrects, the firmware calibrates every turn. At every 15° of
-the output, the autocollimator reads the polygon's face in front of it. The uncorrected error is
-that of head 1's signal in the same turns, as a controller without compensation passes it on.
+The table turns; the gateware corrects, the firmware calibrates every turn. At every 15° of the
+output, the autocollimator reads the polygon's face in front of it. The uncorrected error is that of
+head 1's signal in the same turns, which a controller without compensation would use.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ Float = NDArray[np.float64]
 
 TURN_RAD = 2.0 * np.pi
 KEPT_A_TURN = 1 << 18
-"""Between two kept edges, 5″ apart, the true angle is interpolated linearly."""
+"""Number of kept edges in a turn, 5″ apart; the true angle is interpolated linearly between them.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +47,7 @@ class ExperimentSettings:
     seed: int = 1
 
     def motion(self) -> Motion:
-        """Accelerate over both indices, then the calibrated turn, the ramp, and the cycles."""
+        """Return the motion: over both indices, the calibrated turn, the ramp, and the cycles."""
         first = self.revolution.motion()
         more_s = self.cycles * TURN_RAD / self.revolution.speed_rad_s
         times = list(first.knot_times_s)

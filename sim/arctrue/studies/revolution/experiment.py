@@ -54,10 +54,10 @@ class RevolutionResult:
 
     @property
     def limit_arcsec(self) -> float:
-        """Permitted error of a bin: that of the settings at the paper's size.
+        """Return the permitted error of a bin; at the paper's size it is that of the settings.
 
-        The output is within half a count of its target; larger counts add their excess over the
-        paper's. Orders of the table without a lane remain.
+        The output is within half a count of its target, so that larger counts add their excess over
+        the paper's. Orders of the table without a lane remain and are added.
         """
         half_count = self.settings.arcsec_per_count / 2 - PAPER_COUNT_ARCSEC / 2
         without_lane = sum(GRADUATION_ARCSEC[self.settings.lanes - 1 :])

@@ -68,7 +68,7 @@ class RevolutionSettings:
     lines: int = 16384
     """Lines of the disc."""
     interpolation: int = 1024
-    """Counts a line."""
+    """Counts per line."""
     lanes: int = LANES_DEFAULT
     """Lanes of the gateware."""
     samples: int = 12000
@@ -76,7 +76,7 @@ class RevolutionSettings:
     speed_deg_s: float = 30.0
     """Mean speed of the table, degrees a second."""
     clocks_per_count: float = 1.1
-    """Clocks per count; the gateware's clock is slowed down accordingly."""
+    """Clocks per count; the clock of the gateware is reduced to reach it."""
     alpha_error_arcsec: float = 50.0
     """Difference of the heads' separation from the 33° that the firmware assumes."""
     noise_arcsec: float = 0.2
@@ -106,7 +106,7 @@ class RevolutionSettings:
 
     @property
     def counts_per_rev(self) -> int:
-        """Counts a turn."""
+        """Counts per turn."""
         return self.lines * self.interpolation
 
     @property

@@ -1,4 +1,4 @@
-"""Defines the error that tells the user what is wrong with a scenario."""
+"""Defines the error for a wrong scenario."""
 
 from __future__ import annotations
 

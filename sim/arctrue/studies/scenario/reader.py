@@ -53,7 +53,7 @@ NAMES = tuple(
     for name, cause in CAUSES.items()
     if cause.values is not None and acts_on(cause.kind) - REFERENCE <= SIGNALS
 )
-"""The causes that may stand in ``[[cause]]``. A counter that loses counts is a fault of pins."""
+"""The causes that ``[[cause]]`` permits. A counter that loses counts is a fault of pins."""
 PAUSE_RUN_S = 0.5
 """Default time of a pause that is run, clock by clock."""
 Speed = Annotated[float, Meta(gt=0, le=3600)]

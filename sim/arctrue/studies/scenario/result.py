@@ -68,7 +68,7 @@ class ScenarioResult:
     illegal: int
     """Number of clocks in which A and B of the output changed together."""
     clocks: int
-    """Clocks of the gateware."""
+    """Number of clocks of the gateware."""
     wall_s: float
     """Duration of the run on this computer, seconds."""
     broken: tuple[str, ...] = ()

@@ -120,7 +120,7 @@ class _Run:
         return round(celsius / THERMOMETER_STEP_K) * THERMOMETER_STEP_K
 
     def freeze_when_wanted(self) -> None:
-        """Freeze the coefficients after the first applied ones, if the scenario asks for it."""
+        """Freeze the coefficients after the first applied ones, if the scenario requires it."""
         applied = any(t["result"] == "applied" for t in self.instrument.firmware.telemetry)
         firmware = self.scenario.firmware
         if firmware.recalibrate == "first_turn" and applied and not self._firmware_held:

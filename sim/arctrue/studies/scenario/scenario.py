@@ -88,7 +88,7 @@ class Scale(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def counts_per_rev(self) -> int:
-        """Counts a turn."""
+        """Counts per turn."""
         return self.lines * self.interpolation
 
     @property

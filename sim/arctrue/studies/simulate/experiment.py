@@ -86,7 +86,7 @@ class Experiment:
         return (CAPTURE if self.runs else nothing) | (REFERENCE if self.reference else nothing)
 
     def can_honour(self, recipe: Recipe) -> bool:
-        """True if the experiment shows every method of the cause."""
+        """Tell whether the experiment shows every method of the cause."""
         return acts_on(CAUSES[recipe.cause].kind) <= self.honoured
 
     @property
@@ -126,7 +126,8 @@ def _run(
 
 
 def full() -> Experiment:
-    """Up, down, three times as fast, and warm after half an hour; then ten polygon cycles."""
+    """Return runs up, down, three times as fast, and warm after half an hour; then ten polygon
+    cycles."""
     runs = (
         _run(0.0, SLOW_RAD_S),
         _run(60.0, -SLOW_RAD_S),
@@ -137,12 +138,12 @@ def full() -> Experiment:
 
 
 def lean() -> Experiment:
-    """One run, and nothing else."""
+    """Return one run, and nothing else."""
     return Experiment("lean", (_run(0.0, SLOW_RAD_S),), None)
 
 
 def one_pass() -> Experiment:
-    """One turn upwards, and one cycle over the faces."""
+    """Return one turn upwards, and one cycle over the faces."""
     run = replace(_run(0.0, SLOW_RAD_S), duration_s=2 * np.pi / SLOW_RAD_S)
     return Experiment("one_pass", (run,), ReferencePlan(cycles=1))
 
@@ -154,7 +155,7 @@ def one_speed() -> Experiment:
 
 
 def short() -> Experiment:
-    """The full experiment with a sixth of the samples: quick to make and to diagnose."""
+    """Return the full experiment with a sixth of the samples: quick to make and to diagnose."""
     return replace(full().smaller(SAMPLES // 6, cycles=10), name="short")
 
 
@@ -181,7 +182,7 @@ def with_further(experiment: Experiment, kind: str) -> Experiment:
         if kind == "polygon_turned":
             plan = replace(plan, turned_faces=(*plan.turned_faces, FURTHER_TURNED_FACES))
         if kind == "polygon_reindexed":
-            # The file has no key for it: it becomes a set of its own.
+            # The file has no key for this measurement, which therefore becomes a set of its own.
             plan = replace(plan, turned_faces=(FURTHER_REINDEXED_FACES,))
         if kind == "moving_reference":
             plan = replace(plan, moving=MovingReference((SLOW_RAD_S, -SLOW_RAD_S, 3 * SLOW_RAD_S)))
@@ -223,10 +224,10 @@ FURTHER = (
     "polygon_reindexed",
     "moving_reference",
 )
-"""The kinds: one run more, three times as fast, in the other direction, warmer, the same after a
-stop, of more turns, or with more samples; a reference run; one more with the polygon turned by a
-third of a face; the same one with the polygon turned by whole faces, as a set of its own; a
-reference on the move."""
+"""Kinds of a further measurement. A further run: three times as fast, in the other direction,
+warmer, the same after a stop, of more turns, or with more samples. A further reference run: a first
+one; one with the polygon turned by a third of a face; one with the polygon turned by whole faces,
+as a set of its own; one with a reference on the move."""
 
 EXPERIMENTS = {
     "full": full,

@@ -46,14 +46,14 @@ class TrueNoise:
     """The drawn noise of one channel's rows."""
 
     gaussian: Noise
-    """Rounding to whole counts included, as white noise of a twelfth of a count² a head."""
+    """Gaussian noise, which includes rounding to counts as white noise of count²/12 a head."""
     struck: NDArray[np.bool_]
     """Rows in which an outlier struck a head."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A measurement set, and the noise in it that no model can explain, RMS by channel."""
+    """A measurement set, and its noise that no model can explain, RMS by channel."""
 
     measurement: MeasurementSet
     floor_arcsec: dict[str, float]
@@ -76,7 +76,8 @@ class MeasuredTable:
         index_scatter_counts: int,
         random: np.random.Generator,
     ) -> None:
-        """``index_scatter_counts``: largest error, in counts, of a head's index in a run."""
+        """Take the table and its causes. ``index_scatter_counts``: largest error, in counts, of a
+        head's index in a run."""
         self.table = table
         self.causes = [cause for cause in table.causes if acts_on(cause) - GEOMETRY]
         self.reference_noise_arcsec = reference_noise_arcsec
@@ -196,7 +197,7 @@ class MeasuredTable:
         )
 
     def _head_places(self) -> dict[str, Any]:
-        """Nominal places of the heads: keys of ``[table]``."""
+        """Return the nominal places of the heads as keys of ``[table]``."""
         heads = len(self.table.heads)
         if heads == 2:
             return {"head_separation_deg": float(np.rad2deg(HEAD_SEPARATION_RAD))}

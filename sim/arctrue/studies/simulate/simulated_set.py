@@ -24,14 +24,14 @@ from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.table.rotary_table import HEAD_PLACES_DEG, RotaryTable, heads_at, two_heads
 
 ECCENTRICITY_UM = (20.0, 30.0)
-"""The paper's table: 108″ of first order is 28 µm."""
+"""Range of the eccentricity; the paper's table has 28 µm, 108″ of first order."""
 GRADUATION_ORDERS = (2, 3, 4, 5, 6, 8)
 GRADUATION_ARCSEC = (0.15, 1.0)
 NOISE_ARCSEC = 0.1
 REFERENCE_NOISE_ARCSEC = 0.15
 INDEX_SCATTER_COUNTS = 1
 LARGEST_SIZE = 1000.0
-"""Limit relative to the largest drawn size: more exceeds turns of the table and whole counts."""
+"""Largest size relative to the largest drawn one; a larger size exceeds turns and counts."""
 
 
 @dataclass(frozen=True)

@@ -60,8 +60,8 @@ def write_truth(folder: Path, truth: dict[str, Any]) -> Path:
 def read_truth(folder: Path) -> dict[str, Any]:
     """Read the truth of the set in ``folder``.
 
-    Raises FileNotFoundError without a truth file, ContentError for one that is none, and
-    BrokenSealError when the set was changed.
+    Raises FileNotFoundError without a truth file, ContentError for a file of other content, and
+    BrokenSealError for a changed set.
     """
     path = truth_path(folder)
     truth = read_json(path, dict[str, Any])

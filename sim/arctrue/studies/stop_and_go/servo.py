@@ -21,7 +21,8 @@ RECENT_SHARE = 0.01
 """Weight of a new sample in the feedback's average over about 100 samples, 10 ms, which the test
 uses: its noise is 0.1″."""
 Feedback = Callable[[Float], Float]
-"""Position that the encoder signal shows, radians, for the true angle; whole counts."""
+"""Function that converts the true angle to the position that the encoder shows, radians; whole
+counts."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +129,8 @@ def drive(
 ) -> Stopped:
     """Make all moves at once. At first the feedback of the table shows the start.
 
-    Steps are those of the controller; within one, torque is constant and the axis is carried on by
-    the semi-implicit Euler rule, at 0.04 of a radian of the bristles' oscillation.
+    A step is one of the controller; the torque is constant within it. The semi-implicit Euler rule
+    integrates the motion; a step is 0.04 rad of the bristles' oscillation.
     """
     step_s = 1.0 / controller.rate_hz
     angle = moves.start_rad.copy()

@@ -44,7 +44,7 @@ Random = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """The scene in which an effect is looked for, and its cause."""
+    """The scene in which a diagnosis searches for an effect, and the effect's cause."""
 
     scene: Callable[[Random, int], Scene]
     """Makes a scene without any cause, from a random generator and the most rows of a run."""
@@ -52,7 +52,7 @@ class Injection:
 
 
 def rms_arcsec(scene: Scene, cause: Cause) -> dict[str, float]:
-    """Return the RMS of the cause by channel; for the reference about its mean."""
+    """Return the RMS of the cause by channel; in the reference without its mean."""
     shown, without = scene.channels([cause]), scene.channels([])
     found = {}
     for channel, values in shown.items():

@@ -177,7 +177,7 @@ class StateNoise:
         """Return the mean of |Σ x_n·e^(−2πikn/N)|²/N at k = 1 … ⌈N/2⌉ − 1 of N even rows.
 
         Σ_l (1 − |l|/N)·C(l)·e^(−2πikl/N) over the covariances C. Raises ValueError for a random
-        walk, which has none.
+        walk, which has no such mean.
         """
         covariance = np.zeros(rows)
         covariance[0] = self.white_arcsec**2

@@ -29,14 +29,14 @@ SENSOR_NOISE_K = 0.005
 
 @dataclass(frozen=True)
 class Accepted:
-    """Further right answers, besides the names of the known hidden causes."""
+    """Further right answers, in addition to the names of the known hidden causes."""
 
     names: tuple[str, ...] = ()
-    """Names that are right if put first: other names of the same thing."""
+    """Names that are right if the answer puts them first: other names of the same cause."""
     alike: tuple[str, ...] = ()
     """Names that are neither right nor false: they describe only a part of the hidden cause."""
     verdicts: tuple[str, ...] = ()
-    """Verdicts that are right for this design whatever the oracle sees."""
+    """Verdicts that are right for this design, whatever the oracle sees."""
 
 
 @dataclass

@@ -1,8 +1,8 @@
-"""The oracle's view of a cause: its projected error over the noise by which rows were drawn.
+"""The oracle's view of a cause: its projected error relative to the noise of which rows were drawn.
 
-The oracle knows each cause's exact form and all others, the noise process and the index's scatter.
-It also fits 20 orders of the disc, an offset for each run and a zero of the reference, and its
-threshold includes the look-elsewhere effect of an order, a frequency or an instant.
+The oracle knows the exact form of each cause and of all others, the noise process and the scatter
+of the index. It also fits 20 orders of the disc, an offset for each run and a zero of the
+reference. Its threshold includes the look-elsewhere effect of an order, a frequency or an instant.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Channel:
     time_s: Float
     noise: NoiseProcess
     run: NDArray[np.int64] | None
-    """Run of each row of a capture; None: a reference."""
+    """Number of the run of each row of a capture; None: a reference."""
     kept: NDArray[np.int64]
     """Indices of the kept rows of the exact signal."""
     separation_rad: float = 0.0

@@ -1,4 +1,4 @@
-"""The worlds of the second generator: every file of ``worlds`` is one, found by a scan."""
+"""Finds the worlds of the second generator: each file of ``worlds`` is one world."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ class World:
 
     name: str
     about: str
-    """What is measured, and what may be hidden: the first paragraph of the world's file."""
+    """Description of the measurement and of what may be hidden: the first paragraph of the world's
+    file."""
     draw: Draw
-    """Draws a scene from a random generator, whether anything is hidden, and the most rows of a run
-    or a log."""
+    """Function that draws a scene from a random generator, whether anything is hidden, and the most
+    rows of a run or a log."""
     contents: tuple[str, ...]
     """Contents that the world has."""
 

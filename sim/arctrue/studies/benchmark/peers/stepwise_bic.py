@@ -20,8 +20,8 @@ from arctrue.studies.benchmark.peers.textbook import (
 MOST_STEPS = 3
 THINNED, MANY_ROWS = 4, 12_000
 INDEPENDENT = 0.02
-"""Smallest part of a column, as a share of its length, that the model may leave unexplained; an
-order that the samples fold onto another one is thus not mistaken for it."""
+"""Smallest part of a column, as a share of its length, that the model may leave unexplained; this
+excludes an order that is an alias of another one at these samples."""
 
 
 def stepwise_bic(folder: Path) -> dict[str, Any]:

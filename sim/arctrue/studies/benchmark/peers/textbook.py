@@ -21,9 +21,10 @@ BASE_ORDERS = 20
 CHUNK = 32
 """Number of places of a search that are evaluated at once."""
 BELL_WIDTHS = 5.0
-"""Standard deviations from its centre at which a bell is below 4e-6 of its height."""
+"""Distance from its centre at which a bell is below 4e-6 of its height, in standard deviations."""
 STANDS_S = 0.5
-"""If two stations are further apart in time, the table stopped between them."""
+"""Largest time between two stations of a moving table; after a longer time the table had stopped.
+"""
 
 
 @dataclass(frozen=True)

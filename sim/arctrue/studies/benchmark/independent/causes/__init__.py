@@ -1,1 +1,1 @@
-"""Physical causes of the second generator, by where they act."""
+"""Physical causes of the second generator, one module for each place of action."""

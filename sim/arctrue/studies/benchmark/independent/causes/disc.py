@@ -117,7 +117,8 @@ class BallPass(Cause):
 
     @classmethod
     def drawn(cls, random: Random) -> BallPass:
-        """Draw contact angle and balls; outer race order n/2·(1 − d/D·cos), or that of the cage."""
+        """Draw contact angle and balls; the order is that of the outer race, n/2·(1 − d/D·cos), or
+        of the cage."""
         share = random.uniform(0.06, 0.25)
         cage = 0.5 * (1 - share)
         order = cage * int(random.integers(8, 22)) if random.random() < 0.6 else cage

@@ -47,9 +47,10 @@ class SubdivisionError(Cause):
         uneven: float = 0.0,
         at_rad: float = 0.0,
     ) -> None:
-        """``size``: amplitude due to the offset alone, for 16,384 lines.
+        """Set the size and the shape.
 
-        ``uneven``: share by which the whole error varies around the disc.
+        ``size``: amplitude due to the offset alone, for 16,384 lines. ``uneven``: share by which
+        the whole error varies around the disc.
         """
         super().__init__(size)
         self.head, self.offset, self.gain, self.phase_rad = head, offset, gain, phase_rad
@@ -99,7 +100,7 @@ class Shaking(Cause):
     columns, places = 8, 1000
 
     def __init__(self, size: float, head: int, hz: float, phases_rad: Float) -> None:
-        """``phases_rad`` by run."""
+        """Set size, head, frequency and ``phases_rad``, one phase for each run."""
         super().__init__(size)
         self.head, self.hz, self.phases_rad = head, hz, phases_rad
         self.columns = 2 * phases_rad.size
@@ -112,7 +113,8 @@ class Shaking(Cause):
         return cls(log_uniform(random, 0.1, 2.0), int(random.integers(1, 3)), hz, phases)
 
     def bracket_rad(self, at: Conditions, head: int) -> Float | float:
-        """Return a·sin(2πft + φ of the run); the phases repeat if there are more runs."""
+        """Return a·sin(2πft + φ), where φ depends on the run; the phases repeat if there are more
+        runs."""
         if head != self.head:
             return 0.0
         phase = 2 * np.pi * self.hz * at.time_s + self.phases_rad[at.run % self.phases_rad.size]

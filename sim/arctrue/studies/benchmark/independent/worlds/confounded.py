@@ -1,7 +1,8 @@
-"""One run in which the temperature rises in proportion to time: what moves with either moves alike.
+"""One run in which the temperature rises in proportion to time, so that effects of both look the
+same.
 
-Half of the hidden causes follow the temperature, which the catalogue has, half follow time, which
-it has not; no data of this design tell which.
+Half of the hidden causes follow the temperature; these are in the catalogue. The other half follow
+time, and are not in the catalogue. No data of this design distinguish the two.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A drive's wave whose phase is another one on the way back: stiction, a tooth's other flank."""
+"""A drive's wave with another phase in each direction: stiction, or the other flank of a tooth."""
 
 from __future__ import annotations
 

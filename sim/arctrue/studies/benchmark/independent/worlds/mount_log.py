@@ -1,7 +1,7 @@
 """An hour's log of a driven axis at 1 to 100 Hz: one to five lines, slow noise of any kind.
 
-The axis turns evenly; the log says how far it is from where it should be. The slowest line is the
-worm, whose teeth the description may state; the others are faster, at any ratio.
+The axis turns evenly; the log states its distance from the target. The slowest line is the worm,
+whose teeth the description may state; the others are faster, at any ratio.
 """
 
 from __future__ import annotations
