@@ -57,6 +57,8 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
                 note(f"no edge for {silence:g} s; is the probe connected to probe_in?")
                 continue
             latches.append(found)
+            if found.missed:
+                say(f"{found.missed} edges missed before: {found.missed_edges}")
             say(_row(found))
     except KeyboardInterrupt:
         pass
@@ -75,7 +77,7 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
 
 
 def _row(latch: Latch) -> str:
-    line = live_row(
+    return live_row(
         [
             figure(latch.edge, 0),
             figure(latch.time_s, 6),
@@ -85,6 +87,3 @@ def _row(latch: Latch) -> str:
         ],
         COLUMNS,
     )
-    if latch.missed:
-        line += f"  {latch.missed} edges missed before: {latch.missed_edges}"
-    return line

@@ -28,6 +28,7 @@ BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTIL
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
+    "arctrue commission": ("needs a device", "sim/tests/cli/test_commission.py"),
     "arctrue device": ("it runs until it is stopped", "sim/tests/device/test_daemon.py"),
     "arctrue flash": ("needs a device", "scripts/tests/image/test_flash_command.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/studies/revolution/test_revolution.py"),
