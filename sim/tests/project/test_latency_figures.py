@@ -58,7 +58,7 @@ def test_architecture_says_both_forms() -> None:
     assert f"within {pipeline_clocks()} clocks ({ns} ns at 100 MHz), one angle a clock" in text
     assert (
         "With 2 lanes in a pipeline, as the open flow builds it, "
-        f"it takes {pipeline_clocks(2)} clocks, an angle every 2."
+        f"the latency is {pipeline_clocks(2)} clocks, with an angle every 2 clocks."
     ) in text
 
 
