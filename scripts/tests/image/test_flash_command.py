@@ -64,10 +64,10 @@ class BoardAtAPort(Replay):
             *lines, begun = (begun + self.received.get()).split(b"\r")
             for line in filter(None, lines):
                 try:
-                    told = [*self.board.command(line.decode()), "ok"]
+                    answer = [*self.board.command(line.decode()), "ok"]
                 except ConsoleError as error:
-                    told = [str(error).partition("the device says ")[2]]
-                self.send("".join(f"{text}\r\n" for text in told).encode())
+                    answer = [str(error).partition("the device says ")[2]]
+                self.send("".join(f"{text}\r\n" for text in answer).encode())
 
 
 def test_an_image_goes_through_the_daemon(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

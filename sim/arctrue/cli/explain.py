@@ -117,6 +117,16 @@ def _print(found: Explanation) -> None:
 
 
 def _data(found: Explanation) -> dict[str, Any]:
+    not_separated = [
+        {
+            "effects": list(item.effects),
+            "description": item.description,
+            "why": item.why,
+            "next_measurement": item.next_measurement,
+            "next_measurement_kind": item.next_measurement_kind,
+        }
+        for item in found.alike
+    ]
     return {
         "schema": 1,
         "model": found.model.names(),
@@ -129,16 +139,9 @@ def _data(found: Explanation) -> dict[str, Any]:
             for cause in found.causes
         ],
         "dropped": list(found.dropped),
-        "not_separated": [
-            {
-                "effects": list(item.effects),
-                "description": item.description,
-                "why": item.why,
-                "next_measurement": item.next_measurement,
-                "next_measurement_kind": item.next_measurement_kind,
-            }
-            for item in found.alike
-        ],
+        "not_separated": not_separated,
+        # The former name, for one release.
+        "not_told_apart": not_separated,
         "left_arcsec": dict(found.left.rms_arcsec),
         "heldout_arcsec": dict(found.left.heldout_rms_arcsec),
         "noise_arcsec": dict(found.left.noise_arcsec),

@@ -168,8 +168,8 @@ class Extension:
         sets = (entry.extension for entry in self.without)
         if self.without and (self.turn_steps or any(one.turn_steps for one in sets if one)):
             raise ValueError(
-                "without: sets for a missing head hold no turn steps, so that the file cannot have "
-                "them beside a lane of a real order; leave one of the two out"
+                "without: a set for a missing head holds no turn steps, so the file cannot have "
+                "such sets and a lane of a real order; leave one of the two out"
             )
 
     @property

@@ -373,7 +373,7 @@ def _by_effect(found: Mapping[str, Any]) -> list[str]:
 
 def said_words(item: Mapping[str, Any]) -> str:
     """Describe the answer of a failure: verdict or name, a second name, or the error."""
-    further = f", and beside it {item['second_name']}" if item["second_name"] else ""
+    further = f", and in addition {item['second_name']}" if item["second_name"] else ""
     error = f": {item['error']}" if item["error"] else ""
     return f"{item['said']}{further}{error}"
 

@@ -129,7 +129,7 @@ def test_the_example_of_the_page_is_read(tmp_path: Path) -> None:
         assert found.extension.mean.weights == (19661, 45875)
         assert found.extension.needs == Capability(2, True, True, has_real, True, has_sets)
     path.write_text(example, encoding="utf-8")
-    with pytest.raises(CoefficientFileError, match="sets for a missing head hold no turn steps"):
+    with pytest.raises(CoefficientFileError, match="a set for a missing head holds no turn steps"):
         read_coefficient_file(path, EVERYTHING)
 
 
@@ -178,10 +178,10 @@ def test_weights_that_leave_the_format_are_refused() -> None:
 
 
 @pytest.mark.parametrize("of_set", [False, True])
-def test_prepared_sets_stand_beside_no_lane_of_a_real_order(of_set: bool) -> None:
+def test_prepared_sets_exclude_lanes_of_real_orders(of_set: bool) -> None:
     """The gateware's prepared sets hold no turn steps: a lane of a set would keep another's."""
     steps = ((3, 1 << 47),)
     extension = Extension(THREE, turn_steps=steps if of_set else ())
     entry = dataclasses.replace(HALF_ORDER, extension=extension)
-    with pytest.raises(ValueError, match="without: sets for a missing head hold no turn steps"):
+    with pytest.raises(ValueError, match="without: a set for a missing head holds no turn steps"):
         Extension(FOUR, turn_steps=() if of_set else steps, without=(entry,))

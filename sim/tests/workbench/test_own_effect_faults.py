@@ -71,10 +71,14 @@ def test_a_right_effect_is_left_alone(tmp_path: Path, observations: Observations
     assert columns.shape == (observations.capture.run.size, 2)  # type: ignore[union-attr]
 
 
-def test_the_former_name_of_a_text_is_read(tmp_path: Path) -> None:
-    source = SOURCE.format(**GOOD).replace("separated_by", "told_apart_by")
+def test_former_names_are_read(tmp_path: Path, observations: Observations) -> None:
+    told = "def told(self, nonlinear, observations): return 'of the data'"
+    source = SOURCE.format(**{**GOOD, "declared": told})
+    source = source.replace("separated_by", "told_apart_by")
     (tmp_path / "mine.py").write_text(source, encoding="utf-8")
-    assert from_folder(tmp_path)["mine"].separated_by == "text"
+    effect = from_folder(tmp_path)["mine"]
+    assert effect.separated_by == "text"
+    assert effect().describe_data({}, observations) == "of the data"
 
 
 FAULTS = {

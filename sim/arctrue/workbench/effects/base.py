@@ -204,6 +204,11 @@ class FitContext:
         return total * RAD_PER_ARCSEC
 
 
+FORMER_NAMES = {
+    "told_apart_by": "separated_by", "told": "describe_data", "seen": "describe_values",
+}  # fmt: skip
+
+
 class Effect(ABC):
     """One physical effect. A subclass is one file; the built-in ones use only this interface."""
 
@@ -257,10 +262,11 @@ class Effect(ABC):
     further."""
 
     def __init_subclass__(cls, **of_class: Any) -> None:
-        """Take the former name of ``separated_by``, ``told_apart_by``, for one release."""
+        """Read declarations under their former names, for one release."""
         super().__init_subclass__(**of_class)
-        if "told_apart_by" in cls.__dict__ and "separated_by" not in cls.__dict__:
-            cls.separated_by = cls.__dict__["told_apart_by"]
+        for former, name in FORMER_NAMES.items():
+            if former in cls.__dict__ and name not in cls.__dict__:
+                setattr(cls, name, cls.__dict__[former])
 
     def __init__(self, **settings: object) -> None:
         """Check and store the settings.

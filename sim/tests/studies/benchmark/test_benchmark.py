@@ -253,7 +253,7 @@ def test_rates_count_what_they_say() -> None:
     assert by_world + "false name 1, falsely adequate 1, silent 1 |" in text
     assert "state no probability" in text
     assert "All 4 sets whose outcome is none that a set should come to, or of which" in text
-    assert "right (latency, and beside it vibration). `arctrue benchmark set FOLDER" in text
+    assert "right (latency, and in addition vibration). `arctrue benchmark set FOLDER" in text
     assert "met: unknown, of visible products of parts (100.0 %, goal ≥ 90). Missed: " in text
     assert "Missed: false name (14.3 %, goal ≤ 1); " in text
     assert all(item["command"] in text for item in whole["failures"])
@@ -357,7 +357,7 @@ def test_reason_of_a_case_stands_with_its_failure_and_stays(tmp_path: Path) -> N
     failed = judged("named", effect("latency"), named="latency", further=["vibration"])
     later = replace(failed, task={**failed.task, "seed": 6})
     assert keep([failed], "1234567890", file) == 1
-    reason = Reason("latency, and beside it vibration", "A line is left by the lag.")
+    reason = Reason("latency, and in addition vibration", "A line is left by the lag.")
     file.write_text(
         json.dumps(
             {"cases": [{**case, "looked_into": asdict(reason)} for case in kept_cases(file)]}
@@ -369,10 +369,13 @@ def test_reason_of_a_case_stands_with_its_failure_and_stays(tmp_path: Path) -> N
     text = benchmark_page(header_of(sets=3), found, reasons=kept_reasons(file))
     command = "--seed 5 --samples 1500` "
     assert (
-        f"and beside it vibration). `{failed.command()}` *Why: A line is left by the lag.*" in text
+        f"and in addition vibration). `{failed.command()}` *Why: A line is left by the lag.*"
+        in text
     )
     assert f"`{later.command()}` *Not looked into yet.*" in text
-    stale = "*Looked into when latency, and beside it vibration was said: A line is left by the lag"
+    stale = (
+        "*Looked into when latency, and in addition vibration was said: A line is left by the lag"
+    )
     assert f"(adequate). `{failed.command()}` {stale}" in text
     assert text.count(command) == 2
     assert "makes the set again; 2 of 3 have been looked into." in text

@@ -63,8 +63,8 @@ NOT_WHITE = 1e-4
 BELOW, NEXT_TO_THE_MODEL = 3, 3.0
 """Fewest ordinates below a line that the model leaves, and the multiple of the needed gain that a
 line with fewer must reach. Directly above the orders of a model the remainder of slow noise looks
-like a line: without this, 9 of 192 logs of 150 rows and six orders show one, with 2 times the
-needed gain at most (``python -m scripts.calibrate_line_search --orders``)."""
+like a line, with 2 times the needed gain at most. None of 576 logs of noise shows a line
+(``python -m scripts.calibrate_line_search --orders --logs 4``)."""
 COLUMNS_TOGETHER = 400
 """Largest number of columns of one product, for memory alone."""
 
