@@ -10,7 +10,13 @@ from sim.tests.page.browser import arguments
 
 from tests.page.in_browser import PATIENCE_MS, PROGRAM
 
-EXPECTED = ("422", "ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE", "ERR_CONNECTION_RESET")
+EXPECTED = (
+    "422",
+    "ERR_CONNECTION_REFUSED",
+    "ERR_CONTENT_LENGTH_MISMATCH",
+    "ERR_EMPTY_RESPONSE",
+    "ERR_CONNECTION_RESET",
+)
 """The browser itself reports these for an answer that refuses, and for a server that has ended."""
 
 

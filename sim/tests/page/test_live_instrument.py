@@ -173,7 +173,7 @@ def test_drift_heat_orbit_and_a_fault_of_the_compiled_instrument(
             device.instrument.disturb(broken)
 
         instrument.order(break_a_wire)
-        instrument.last = instrument.turns() + 2
+        instrument.last = instrument.turns() + 3
         expect(page.locator("#now tbody")).to_contain_text("resultrefused")
         expect(page.locator("#now tbody")).to_contain_text("reasonstands_still")
         picture(page, "instrument_fault")

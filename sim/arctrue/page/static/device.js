@@ -118,6 +118,8 @@ document.addEventListener("DOMContentLoaded", async () => {
     try {
       const answer = await fetch(main.dataset.device, { signal: AbortSignal.timeout(POLL_ANSWER_MS) });
       const state = await answer.json();
+      // The capture has ended: the server answers this address with its diagnosis, or with the reason.
+      if (main.dataset.capture && state.capture !== main.dataset.capture) return location.reload();
       await show(state);
       main.dataset.turn = state.turn ? state.turn.turn : "";
     } catch (error) {

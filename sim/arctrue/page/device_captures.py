@@ -1,0 +1,68 @@
+"""Takes captures of a device in the background, because a slow table needs minutes for a turn."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import threading
+import traceback
+from pathlib import Path
+
+from arctrue.device.console import ConsoleError
+from arctrue.measurement.description import read_description
+from arctrue.page.analyses import Analyses
+from arctrue.page.live_device import LiveDevice
+from arctrue.page.people import PEOPLE_ERRORS, sentence
+from arctrue.page.session import SET, Opened, now
+
+
+class DeviceCaptures:
+    """Takes one capture at a time; each that succeeds becomes a session with the capture's name."""
+
+    def __init__(self, device: LiveDevice, analyses: Analyses) -> None:
+        """``analyses``: makes the session of each capture."""
+        self._device, self._analyses = device, analyses
+        self._running = ""
+        self._ended: dict[str, int | str] = {}
+        self._lock = threading.Lock()
+
+    @property
+    def running(self) -> str:
+        """Name of the capture that is being taken, or "" if none is."""
+        return self._running
+
+    def start(self) -> str:
+        """Start a capture unless one runs, and return the name of the running one."""
+        with self._lock:
+            if not self._running:
+                place = self._analyses.sessions.make()
+                self._running = place.name
+                threading.Thread(target=self._take, args=(place,), daemon=True).start()
+            return self._running
+
+    def result(self, name: str) -> int | str | None:
+        """Return the step that shows a capture, or why it failed, or None if it has not ended."""
+        with self._lock:
+            return self._ended.get(name)
+
+    def _take(self, place: Path) -> None:
+        try:
+            ended: int | str = self._step_of_capture(place)
+        except (ConsoleError, *PEOPLE_ERRORS) as error:
+            ended = sentence(error, place)
+        except Exception as error:
+            traceback.print_exception(error, file=sys.stderr)
+            ended = f"The program has a fault; its terminal shows details: {error}."
+        if isinstance(ended, str):
+            shutil.rmtree(place, ignore_errors=True)
+        with self._lock:
+            self._ended[place.name] = ended
+            self._running = ""
+
+    def _step_of_capture(self, place: Path) -> int:
+        """Copy a capture into a session, because the daemon deletes its oldest; return the step."""
+        path = self._device.capture()
+        shutil.copytree(path, place / SET)
+        title = read_description(place / SET).keys.title or path.name
+        opened = Opened(title, str(place / SET), str(path), "", generated=False, date=now())
+        return self._analyses.first(place, opened)[1].number
