@@ -12,6 +12,10 @@ from typing import Any
 # nothing there, and where another program wants the core too, waiting for it takes ten times as
 # long as the work. numpy reads this when it is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# mimalloc in pyarrow can crash a program whose first thread with pyarrow has ended, for example a
+# server that reads a set for a request (apache/arrow issue 50908). pyarrow reads this when it
+# first allocates.
+os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
 
 __all__ = [
     "Comparison",
