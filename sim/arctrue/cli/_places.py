@@ -6,6 +6,8 @@ from typing import Any
 
 import click
 
+from arctrue.base.head_places import places_from_text
+
 
 class Places(click.ParamType[tuple[float, ...]]):
     """Accepts the places after head 1, in degrees: ``0,64.3,177,257.9``."""
@@ -19,9 +21,6 @@ class Places(click.ParamType[tuple[float, ...]]):
         if isinstance(value, tuple):
             return value
         try:
-            places = tuple(float(word) for word in str(value).split(","))
-        except ValueError:
-            self.fail(f"expected degrees such as 0,64.3,177,257.9, found {value!r}", param, ctx)
-        if places[0] != 0.0 or not all(abs(place) < 360.0 for place in places):
-            self.fail("expected 0 for head 1, and all below 360", param, ctx)
-        return places
+            return places_from_text(str(value))
+        except ValueError as error:
+            self.fail(str(error), param, ctx)

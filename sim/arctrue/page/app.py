@@ -13,6 +13,7 @@ from werkzeug.exceptions import HTTPException
 from arctrue.page.analyses import Analyses
 from arctrue.page.analysis_pages import analysis_pages
 from arctrue.page.commands import Commands
+from arctrue.page.commissioning_pages import commissioning_pages
 from arctrue.page.device_pages import device_pages
 from arctrue.page.folder import ChosenFolder
 from arctrue.page.guard import guard
@@ -58,6 +59,7 @@ def make_page(settings: PageSettings) -> Page:
     app.register_blueprint(analysis_pages(settings, analyses, jobs, commands))
     if settings.device:
         app.register_blueprint(device_pages(LiveDevice(settings.device), analyses))
+        app.register_blueprint(commissioning_pages(settings.device))
 
     @app.get("/style.css")
     def style() -> Response:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import shutil
-import sys
 import threading
-import traceback
 from pathlib import Path
 
-from arctrue.device.console import ConsoleError
 from arctrue.measurement.description import read_description
 from arctrue.page.analyses import Analyses
 from arctrue.page.live_device import LiveDevice
-from arctrue.page.people import PEOPLE_ERRORS, sentence
+from arctrue.page.people import failure
 from arctrue.page.session import SET, Opened, now
 
 
@@ -48,11 +45,8 @@ class DeviceCaptures:
     def _take(self, place: Path) -> None:
         try:
             ended: int | str = self._step_of_capture(place)
-        except (ConsoleError, *PEOPLE_ERRORS) as error:
-            ended = sentence(error, place)
         except Exception as error:
-            traceback.print_exception(error, file=sys.stderr)
-            ended = f"The program has a fault; its terminal shows details: {error}."
+            ended = failure(error, place)
         if isinstance(ended, str):
             shutil.rmtree(place, ignore_errors=True)
         with self._lock:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+import traceback
 from pathlib import Path
 
+from arctrue.calibration import CaptureRefusedError
+from arctrue.device.console import ConsoleError
 from arctrue.measurement import MeasurementError
 from arctrue.workbench.effects.guarded import EffectFileError
 from arctrue.workbench.effects.registry import EffectNotFoundError
@@ -20,3 +24,11 @@ def sentence(error: Exception, *folders: Path) -> str:
     for folder in folders:
         said = said.replace(f"{folder}/", "").replace(str(folder), folder.name)
     return said
+
+
+def failure(error: Exception, *folders: Path) -> str:
+    """Describe the error of work in the background; the terminal shows a fault of the program."""
+    if isinstance(error, (CaptureRefusedError, ConsoleError, *PEOPLE_ERRORS)):
+        return sentence(error, *folders)
+    traceback.print_exception(error, file=sys.stderr)
+    return f"The program has a fault; its terminal shows details: {error}."

@@ -1,0 +1,17 @@
+"""Reads the places of heads from text."""
+
+from __future__ import annotations
+
+
+def places_from_text(text: str) -> tuple[float, ...]:
+    """Return the places after head 1 in degrees, from ``0,64.3,177,257.9``.
+
+    Raises ValueError if a place is no number below 360 or head 1 is not at 0.
+    """
+    try:
+        places = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise ValueError(f"expected degrees such as 0,64.3,177,257.9, found {text!r}") from None
+    if places[0] != 0.0 or not all(abs(place) < 360.0 for place in places):
+        raise ValueError("expected 0 for head 1, and all below 360")
+    return places

@@ -1,0 +1,116 @@
+"""Takes the steps of a commissioning in the background, while the operator moves the table."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, replace
+
+from arctrue.calibration.commissioning import Connection
+from arctrue.device.commissioning import (
+    MeasuredTurn,
+    Parameters,
+    Turned,
+    both_directions,
+    measure_turn,
+    planned_places,
+    read_connection,
+    read_parameters,
+    write_delays,
+    write_places,
+)
+from arctrue.device.connection import open_console
+from arctrue.device.console import Console
+from arctrue.page.people import failure
+
+_MOVEMENT_S = 300.0
+"""Longest time in seconds that a step waits for the movement of the table."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the steps have found; a step that is repeated forgets those after it."""
+
+    plan_deg: tuple[float, ...] = ()
+    connection: Connection | None = None
+    forward: MeasuredTurn | None = None
+    turned: Turned | None = None
+    written: bool = False
+
+    def next_step(self) -> str:
+        """Return the name of the step that may be taken next."""
+        if self.connection is None or self.connection.faults:
+            return "connection"
+        if self.forward is None:
+            return "forward"
+        return "backward" if self.turned is None else "write"
+
+
+class DeviceCommissioning:
+    """The commissioning of the heads of one device; one step at a time."""
+
+    def __init__(self, port: str) -> None:
+        """``port``: the serial port of the device, or HOST:PORT of its daemon."""
+        self._port = port
+        self.findings = Findings()
+        self.running = ""
+        """Name of the step that is being taken, or ""."""
+        self.problem = ""
+        """Why the latest step failed, or ""."""
+        self._lock = threading.Lock()
+
+    def start(self, step: str, plan_deg: tuple[float, ...] | None) -> None:
+        """Start a step unless one runs. ``plan_deg``: places of the heads, or as in the device.
+
+        Raises ValueError for a step whose earlier steps are missing.
+        """
+        steps: dict[str, Callable[[Console, Parameters, Findings], Findings]] = {
+            "connection": lambda console, device, _: _connection(console, device, plan_deg),
+            "forward": _forward,
+            "backward": _backward,
+            "write": _write,
+        }
+        order = list(steps)
+        with self._lock:
+            if self.running:
+                return
+            if step not in order or order.index(step) > order.index(self.findings.next_step()):
+                raise ValueError(f"step {step!r} needs the steps before it")
+            self.running, self.problem = step, ""
+        threading.Thread(target=self._take, args=(steps[step],), daemon=True).start()
+
+    def _take(self, work: Callable[[Console, Parameters, Findings], Findings]) -> None:
+        try:
+            with closing(open_console(self._port, lambda _: None)) as console:
+                self.findings = work(console, read_parameters(console), self.findings)
+        except Exception as error:
+            self.problem = failure(error)
+        self.running = ""
+
+
+def _connection(
+    console: Console, device: Parameters, plan_deg: tuple[float, ...] | None
+) -> Findings:
+    plan = plan_deg or planned_places(device)
+    return Findings(plan, read_connection(console, device, plan, _MOVEMENT_S))
+
+
+def _forward(console: Console, device: Parameters, before: Findings) -> Findings:
+    turn = measure_turn(console, device, before.plan_deg, _MOVEMENT_S)
+    return Findings(before.plan_deg, before.connection, turn)
+
+
+def _backward(console: Console, device: Parameters, before: Findings) -> Findings:
+    assert before.forward is not None
+    turn = measure_turn(console, device, before.plan_deg, _MOVEMENT_S)
+    turned = both_directions(device, before.forward, turn)
+    return replace(before, turned=turned, written=False)
+
+
+def _write(console: Console, device: Parameters, before: Findings) -> Findings:
+    assert before.turned is not None
+    write_places(console, tuple(before.turned.places_deg.tolist()))
+    if before.turned.skew.head_delays != int(device.get("head_delays", 0.0)):
+        write_delays(console, before.turned.skew)
+    return replace(before, written=True)
