@@ -1,7 +1,7 @@
 """Tests of sets for a missing head: loaded over the console, and the effect of a failure.
 
-The model of the core has four heads of which heads 3 and 4 read as heads 1 and 2: the firmware's
-check of places and its telemetry need readings, not a table.
+The model of the core has four heads; heads 3 and 4 have the readings of heads 1 and 2. The
+firmware's check of places and its telemetry need four readings, but no simulated table.
 """
 
 from __future__ import annotations
@@ -282,7 +282,8 @@ def test_the_first_frame_of_a_set_ends_the_failover_of_the_former_ones(running: 
 
 @pytest.mark.parametrize("reason", ["out_of_range", "no_failover"])
 def test_sets_that_do_not_fit_are_refused(reason: str) -> None:
-    """One set of all heads claims to be without head 2; one core lacks the windows."""
+    """Refuse a set without head 2 whose heads include head 2, and any set where the core has no
+    windows for sets."""
     core = FailoverCore()
     if reason == "no_failover":
         core.set("capability", HEADS | 1 << 3)
@@ -334,7 +335,8 @@ def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
 
 
 def test_the_firmware_refuses_sets_beside_a_lane_of_a_real_order(running: Firmware) -> None:
-    """No tool writes these frames; the gateware's prepared sets would hold no turn step."""
+    """No tool writes these frames. The gateware's prepared sets have no turn step, which a real
+    order needs."""
     core = running.core
     core.set("capability", core.get("capability") | 1 << 6)
     frames = load_frames(file_of(1), unseen=True)

@@ -34,7 +34,7 @@ class Segment:
     minimum_edge_spacing: int = 0
     index_tolerance: int = 0
     counts_per_rev: int = 0
-    """Counts of a turn; with 0 those of the scenario."""
+    """Counts per turn; 0 selects the scenario's counts per turn."""
     clear: bool = False
     """Clear for one clock at the start."""
     rearm: bool = False
@@ -469,7 +469,8 @@ SKEWED: dict[str, Scenario] = {
 
 
 def scenarios_to_run(default_generics: bool) -> list[str]:
-    """Return names for a bench: with other generics only those that show the difference."""
+    """Return the scenarios of a bench: all for the default generics, otherwise those in which the
+    generics make a difference."""
     if default_generics:
         return [*LOSSLESS, *SCATTERED, *FAULTY, *SKEWED, *RANDOM_SEEDS]
     return [

@@ -17,11 +17,12 @@ Float = NDArray[np.float64]
 FAMILY_WISE = 0.01
 """Probability that noise alone gives a record any line."""
 FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
-"""Numbers of blocks of a record, each a period at least, that predict one another."""
+"""Smallest and largest number of blocks into which a record is split; a block lasts at least one
+period."""
 
 
 def needed_gain(gain: float, independent: float) -> float:
-    """Return the log likelihood that a line must gain, found among this number of independent
+    """Return the gain in log likelihood that a line needs to be significant among ``independent``
     rates.
 
     In a record of noise, the largest of M·√(π·Δ/3) independent gains exceeds Δ with the probability
@@ -36,7 +37,8 @@ class Coherence:
     """The share of a line's own error that the other blocks of a record predict."""
 
     share: float
-    """Predicted share of the error that the line has in each block by itself; 1 means all of it."""
+    """Share of the line's error in each block that the other blocks predict; 1 means the whole
+    error."""
     taken_arcsec: float
     """Root mean square over all rows of the error that the prediction takes away."""
 
@@ -97,9 +99,9 @@ def gain_over_an_oscillator(
 ) -> float:  # fmt: skip
     """Return the log likelihood that a line gains over an oscillator at its frequency.
 
-    An oscillator driven by noise looks like a line that loses its phase; it may keep it for a
-    quarter of the record. ``without`` and ``grown`` are the fits without and with the line. Above
-    ``enough`` the result is a lower bound: the noise with the line then gets no oscillator.
+    An oscillator driven by noise looks like a line that loses its phase. It may keep its phase for
+    a quarter of the record. ``without`` and ``grown`` are the fits without and with the line. Above
+    ``enough`` the result is a lower bound, because the fit with the line then omits the oscillator.
     """
     rows = record.rows(others)
     both = record.rows(np.hstack([others, line]))
@@ -120,7 +122,8 @@ def gain_over_an_oscillator(
 
 
 def _kept(noise: KernelNoise) -> KernelNoise:
-    """Return the noise without negligible parts: the exact slopes have room for four columns."""
+    """Return the noise without its negligible parts, because the exact derivatives allow four
+    columns only."""
     largest = max((part.variance for part in noise.parts), default=0.0)
     parts = tuple(part for part in noise.parts if part.variance > NOTHING * largest)
     return KernelNoise(noise.white, parts)
