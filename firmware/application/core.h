@@ -171,9 +171,9 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
 /* Version and chip of an identified core. */
 struct core_origin core_origin(const struct core_access *core);
 
-/* Switches correction and capture off, sets the registers, enables the move of head 1's zero by proven marks
-   and the interrupts of a ready bank and of a fault of head 1, and re-arms, which forgets the index. False:
-   the core refuses `counts_per_rev`. */
+/* Switches correction and capture off, sets the registers, enables the move of head 1's zero by proven marks and the
+   interrupts of a ready bank and of a fault of head 1, and re-arms, which makes the index invalid. False: the core
+   refuses `counts_per_rev`. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
 /* Sets the same registers of a working core, without re-arm or change of control. False, with nothing set, if
    the core has another number of counts per turn. */

@@ -139,7 +139,7 @@ struct load {
     /* Order that caused the refusal; 0: none. */
     uint32_t refused_order;
     /* The loaded set: its state, the lanes that nobody could judge, the CRC of all its frames (0: it came from the
-       flash), and what each turn shows of it. */
+       flash), and what each turn shows about its lanes. */
     enum loaded_state loaded_state;
     uint64_t unjudged;
     uint32_t loaded_crc;

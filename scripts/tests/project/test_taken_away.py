@@ -1,4 +1,5 @@
-"""What compensates an effect: the stored figures are those of the simulation and of the export."""
+"""Tests that the stored figures of each effect's compensation are those of the simulation and of
+the export."""
 
 from __future__ import annotations
 
@@ -39,9 +40,9 @@ def test_what_can_be_taken_away_is() -> None:
     """Where the declaration says lanes, a small share of the effect remains, or a floor of 0.03″.
 
     The floor is three standard uncertainties of the lanes' sum: some 0.01″, for a set with a sixth
-    of the samples. The gear is eccentric: beside its tooth count there are lines that its effect
-    has with its own setting, and a lane uses the reading where the gear has the angle. A single
-    line has no whole order, and a lane of its order.
+    of the samples. The gear is eccentric, so that lines next to its tooth count appear, which the
+    effect has with its own setting. A lane depends on the reading, the gear on the true angle. A
+    single line has no whole order, and a lane of its order.
     """
     for name, row in stored()["effects"].items():
         declared = built_in()[name].compensation

@@ -1,7 +1,7 @@
 """Reads the corrected positions at a probe's edges and at compare pulses, over the console.
 
-A core with the generic EVENTS keeps its events in a queue, so that edges may come in bursts. Of
-another core only the latch can be read, which keeps the last edge.
+A core with the generic EVENTS keeps its events in a queue, so that edges may come in bursts. With a
+core without this queue, only the latch can be read, which keeps the last edge.
 """
 
 from __future__ import annotations

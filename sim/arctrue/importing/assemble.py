@@ -80,7 +80,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Imported:
-    """A set made of recordings.
+    """A measurement set that was assembled from recordings.
 
     Parameters
     ----------
@@ -112,11 +112,11 @@ def import_recordings(
     Parameters
     ----------
     recordings : sequence of FileContent
-        What readers made of the files.
+        Contents of the files, as readers returned them.
     settings : Settings
-        What a person said of them.
+        Statements of the user about the files.
     choices : Choices
-        Asks what nobody said.
+        Asks the user for the missing statements.
 
     Returns
     -------

@@ -685,7 +685,7 @@ class Instrument:
         """
         _now(self.registers.write_local_table(table))
 
-    # What leaves the core ---------------------------------------------------------------------
+    # Outputs of the core ---------------------------------------------------------------------
 
     @property
     def latency_clocks(self) -> float:

@@ -150,8 +150,8 @@ def _loose_centre(settings: HiddenSettings) -> list[Cause]:
 
 def _scratch(settings: HiddenSettings) -> list[Cause]:
     # The bump is 20″ high, 0.2° wide at half maximum, at 84° of the disc. With coarser counts
-    # height and width grow with the square root: the slope stays, and no head makes two counts in a
-    # clock.
+    # height and width grow with the square root: the slope stays, and no head moves by two counts
+    # in a clock.
     larger = math.sqrt(_coarser(settings))
     width_rad = math.radians(0.2) * larger / SIGMAS_OF_HALF
     return [GraduationBump(20.0 * RAD_PER_ARCSEC * larger, math.radians(84.0), width_rad)]

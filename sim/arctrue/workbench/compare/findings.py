@@ -211,7 +211,8 @@ def _ranked(
                 waiting.remove(item)
                 found.append(_finding(item, by_itself[item], now[item], leader.words))
         if not waiting:
-            # A strong cause and its shadows may have filled the list: look at what is left.
+            # A strong cause and its aliases may have filled the list, so the residuals are searched
+            # again.
             waiting = _products(residuals, channel, known)
     rest = [item for item in waiting if item in by_itself]
     return [*found, *(_finding(item, by_itself[item], now[item], None) for item in rest)]

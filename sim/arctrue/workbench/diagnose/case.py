@@ -297,9 +297,9 @@ class Case:
     def once_more(self, event: Candidate) -> Candidate | None:
         """Return the same event at another instant and about as large, if there is one.
 
-        Slow noise may predict a row that is left out after a step from its neighbours, so that
-        held-out rows do not show the step; it counts nevertheless where it is as sure as a lack of
-        fit.
+        Slow noise may predict a held-out row after a step from the row's neighbours, so that
+        held-out rows do not show the step. The step counts nevertheless if it is as significant as
+        a lack of fit must be.
         """
         return next(
             (

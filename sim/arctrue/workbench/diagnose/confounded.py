@@ -21,9 +21,9 @@ from arctrue.workbench.inference.canonical_correlation import canonical_correlat
 from arctrue.workbench.inference.design_matrix import Term
 
 ALIKE = 0.98
-"""Least canonical correlation of the columns, the model projected out: with the one in the model, 4
-% of the gain of the other would be left, so that only a gain above 150 could decide at a near tie
-of 6."""
+"""Least canonical correlation of the columns, the model projected out. With one effect in the
+model, 4 % of the other's gain would remain, so that only a gain above 150 could decide at a near
+tie of 6."""
 FRAMES: tuple[Frame, ...] = ("disc", "stator", *FRAME_OF_HEAD.values(), "reference")
 
 

@@ -79,11 +79,11 @@ def survey(
 ) -> Survey:
     """Try every effect and every product of parts with the model of ``residuals``.
 
-    Without ``negligible``, effects that are far too small to matter are not weighed: no verdict
-    rests on them. An effect with a search is tried again even if the model has it: it may be there
-    at another place. ``looks``: number of such surveys that the diagnosis makes. ``findings``:
-    results of a forward search with this model; they replace the search for an effect of the same
-    name.
+    Without ``negligible``, effects that are far too small to matter are not weighed, because no
+    verdict depends on them. An effect with a search is tried again even if the model has it: it may
+    be there at another place. ``looks``: number of such surveys that the diagnosis makes.
+    ``findings``: results of a forward search with this model; they replace the search for an effect
+    of the same name.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present, residuals.observations)
@@ -341,8 +341,8 @@ def _in_less_noise(
     """Return the form and the place that fit best with the noise that the effect leaves, and their
     evidence.
 
-    Without the effect in the model, the noise contains it and hides what is smaller: the lines near
-    a gear's tooth count, or the small difference of an order from a whole number.
+    Without the effect in the model, the noise contains the effect and hides smaller details: the
+    lines near a gear's tooth count, or the small difference of an order from a whole number.
     """
     best = None if item.asked is None else looked_for(item.asked, found.base)
     if best is None:

@@ -1,4 +1,5 @@
-"""Which products of parts the rows can show: waves that they resolve, sizes that they reach."""
+"""The products of parts that the rows can show: the waves that they resolve and the sizes that they
+contain."""
 
 from __future__ import annotations
 

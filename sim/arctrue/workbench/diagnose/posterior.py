@@ -106,8 +106,8 @@ def posterior(
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
         # ``unknown`` may be ahead of a single effect by the odds that the rules ask of a product.
-        # Where several effects explain the rows alike, a smaller lead excludes none of them, and
-        # ``unknown`` may not be ahead of the first.
+        # Where several effects explain the rows equally well, a smaller lead excludes none of them,
+        # and ``unknown`` may not be more probable than the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
         # The first of a class can be excluded only because it does not show at every speed. It is
         # then a suspect as likely as itself, and only another rival can beat it.
@@ -120,7 +120,8 @@ def posterior(
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
-                # At this p it adds nothing with the first in the model, or the first adds to it.
+                # An effect outside the class adds nothing with the first in the model, or the first
+                # adds to the effect: its weight is at most this share of the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:
                 weights[name] = min(value, first)

@@ -273,7 +273,7 @@ class Findings:
                 f"Regular in the reference, with the error that each causes: {words}.",
             )
         if self.reversal is not None:
-            # Half of it acts upwards and half of it downwards.
+            # Half of the error acts upwards and half downwards.
             size = self.reversal.size_arcsec
             yield (
                 abs(size) / 2.0,

@@ -30,7 +30,7 @@ MUCH_MORE = 1.2
 
 LEAST_MOVE = 1.0
 """χ² of the change of a channel's residuals below which its noise is not estimated anew: such a
-change counts as one reading, and the noise is known from all of them."""
+change has the weight of one reading, and the noise is estimated from all readings."""
 Float = NDArray[np.float64]
 
 

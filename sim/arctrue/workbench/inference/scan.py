@@ -268,8 +268,8 @@ def _inside_a_gap(
     resolution = residuals.observations.order_resolution
     near = _away_from_halves(orders) < resolution
     inside = orders[peaks(np.where(near, power, 0.0), BEST_PLACES)]
-    # The model has taken most of a line next to one of its own orders: the highest power that is
-    # left may be outside the gap, or at an order that the model explains nearly whole.
+    # The model has absorbed most of a line next to one of its own orders. The highest remaining
+    # power may be outside the gap, or at an order that the model explains nearly completely.
     outside = orders[peaks(np.where(near, 0.0, power), 1)]
     gaps = np.unique(np.round(2.0 * np.concatenate([inside[:1], outside])) / 2.0)
     grid = (gaps[:, np.newaxis] + resolution * IN_A_GAP).ravel()

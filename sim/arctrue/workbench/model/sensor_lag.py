@@ -52,7 +52,7 @@ def slope_k_s(
     """Return dT_s/dt, (rows,): slope of the parabola through the run's rows within ``window_s``.
 
     It is computed at instants a quarter of the window apart and interpolated linearly between them.
-    At the ends of a run the rows are on one side only: there, a straight line would have the slope
+    At the ends of a run the rows are on one side only, so that a straight line would have the slope
     of another instant.
     """
     found = np.zeros_like(temperature_c)

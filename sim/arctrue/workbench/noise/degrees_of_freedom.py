@@ -25,9 +25,10 @@ def degrees_of_freedom(
     """Return the degrees of freedom, and the index's share of the variance.
 
     ``weights`` is C⁻¹z of each channel, z the projected columns times their coefficients;
-    ``offsets`` is the part of them that the offsets of the runs take. The variance of the estimate
-    has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z; with the covariance of the logarithms of
-    the θⱼ they give the variance of its logarithm, 2/m (Satterthwaite, Biometrics 2 (1946) 110).
+    ``offsets`` is the part of these columns that the offsets of the runs absorb. The variance of
+    the estimate has the logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z; with the covariance of the
+    logarithms of the θⱼ they give the variance of its logarithm, 2/m (Satterthwaite, Biometrics 2
+    (1946) 110).
     """
     parts: list[tuple[Float, Float]] = []
     total = 0.0

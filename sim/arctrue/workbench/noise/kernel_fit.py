@@ -37,8 +37,8 @@ STEPS = 60
 """Largest number of steps of the optimiser; ENOUGH ends them earlier."""
 MOST_FREE = 5
 """Largest number of columns of a noise of which all parts are fitted: an exponential, a smooth
-part, an oscillator. With more than four, slopes are taken by differences, which is three times as
-slow."""
+part, an oscillator. With more than four, the derivatives are calculated by differences, which is
+three times as slow."""
 
 
 @dataclass(frozen=True, eq=False)

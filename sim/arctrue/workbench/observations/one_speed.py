@@ -26,8 +26,8 @@ def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> fl
     """Return the one speed of all passes, turns per second; an order is then a frequency.
 
     The result is None without a time, or where speeds differ, so that the data show whether a line
-    is fixed to angle or time. At one speed forwards and backwards only the phase of the way back
-    differs, which may be a lag.
+    is fixed to angle or time. At one speed forwards and backwards, only the phase of the backward
+    run differs, which may be a lag.
     """
     turns, time_s = coordinate(rows, in_time=False), coordinate(rows, in_time=True)
     if turns is None or time_s is None or highest_order <= 0.0:

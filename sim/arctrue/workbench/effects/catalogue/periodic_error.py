@@ -38,7 +38,7 @@ that assigns the line to the drive; one order in 25 is as near by chance."""
 OF_THE_SCHEDULE = 0.25
 """Largest distance of a line in time from a multiple of the frequency of the visits that assigns it
 to the schedule, in units of the frequency resolution of the run (1/length). With ten visits of a
-station one line in time of 20 is as near by chance."""
+station, one of 20 lines in time is this close by chance."""
 REGULAR = 0.05
 """Largest relative spread of the times between visits of a station; with a larger one there is no
 schedule."""

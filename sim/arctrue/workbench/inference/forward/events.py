@@ -183,5 +183,5 @@ OF_TAILS = 0.1
 """Share of the family-wise level: the roots are not independent where the noise wanders a
 little."""
 FEW = 0.07
-"""Share of the information about a step that comes from its largest innovation: below this the step
-rests on fourteen innovations or more, whose tails average."""
+"""Share of the information about a step that comes from its largest innovation: below this,
+fourteen innovations or more contribute to the step, so that their tails average."""

@@ -28,9 +28,9 @@ LEAST_GAIN_LOGS = 2.0
 """Logarithms of the number of rows that it must gain: ½ for each of variance, decay and frequency,
 and ½ for the frequencies that were tried."""
 LEAST_SHARE = 0.1
-"""Least share of the mean square of the residuals: with less it may stand for a shape of the noise
-that no kernel has (0.05 for a moving mean, whose density has zeros; 4 logs of each of 16 kinds of
-noise, ``sim/tests/workbench/noisy_logs.py``)."""
+"""Least share of the mean square of the residuals: a smaller oscillation may be a shape of the
+noise that no kernel has (0.05 for a moving mean, whose density has zeros; 4 logs of each of 16
+kinds of noise, ``sim/tests/workbench/noisy_logs.py``)."""
 SHARPENED = 3
 """Largest number of rounds that fit frequency and other parameters; a round that gains nothing ends
 them."""

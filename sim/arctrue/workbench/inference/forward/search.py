@@ -1,8 +1,8 @@
 """Adds one regular line after another to the model of a record, and orders them by size.
 
 Each step scans all rates with the noise that is estimated without a further line, and with white
-noise alone: otherwise a line far above the scatter of neighbouring rows is taken whole for slow
-noise. The highest places are then tried with the noise estimated anew on both sides.
+noise alone: otherwise a line far above the scatter of neighbouring rows would count completely as
+slow noise. The highest places are then tried with the noise estimated anew on both sides.
 """
 
 from __future__ import annotations
@@ -413,8 +413,8 @@ def _takes_much(record: Record, others: Float, line: Float) -> bool:
 
 
 MUCH = 0.05
-"""Share of the squares of the residuals: a line that takes less leaves the noise nearly as it
-was."""
+"""Share of the sum of squares of the residuals: a line that removes less hardly changes the
+noise."""
 
 
 def _multiple_of(record: Record, rate: float) -> int | None:
@@ -467,8 +467,9 @@ def own_shares(record: Record, columns: Float) -> Float:
     """Return the share of the squares of each line's columns that the base leaves; shape (lines,).
 
     A gain is multiplied by this share. If the base explains a part of a line, it has also absorbed
-    that part of the noise, which is then less well known: next to the orders of the table on a part
-    of a turn, the remainder of any slow change would look like lines that cancel these orders.
+    that part of the noise, which is then less well known. Otherwise the remainder of any slow
+    change on a part of a turn would look like lines next to the table's orders, which cancel these
+    orders.
     """
     pairs = (-1, 2)
     made = np.sum((record.base.T @ columns) ** 2, axis=0).reshape(pairs).sum(axis=1)
