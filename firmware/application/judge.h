@@ -9,8 +9,8 @@
 #include "further_orders.h"
 #include "load.h"
 
-/* ln 1000: a value is taken if it is a thousand times likelier than no correction, and refused if no correction is a
-   thousand times likelier than it. One turn decides about an amplitude of 3.7 u. */
+/* ln 1000: the firmware accepts a value that is a thousand times likelier than no correction, and refuses a value
+   that is a thousand times less likely than no correction. One turn decides about an amplitude of 3.7 u. */
 #define EVIDENCE_ENOUGH 6.9
 
 struct judge {

@@ -204,8 +204,8 @@ enum load_answer load_without_head(struct load *load, uint32_t number, int32_t w
                                    uint32_t offset, uint32_t crc);
 enum load_answer load_without_lane(struct load *load, uint32_t number, const struct lane *lane,
                                    uint32_t crc);
-/* Lanes of the received set that are taken without a judgement: all that turns do not decide, or only those that no
-   turn of two heads shows. The frame uses the same values. */
+/* Lanes of the received set that become active without a judgement: either all lanes that turns do not decide, or
+   only lanes that no turn of two heads shows. The frame uses the same values. */
 enum load_scope { LOAD_FORCES_ALL = 1, LOAD_FORCES_UNSEEN = 2 };
 enum load_answer load_force(struct load *load, uint32_t scope, uint32_t crc);
 bool load_takes_unseen(const struct load *load);

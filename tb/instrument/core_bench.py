@@ -49,7 +49,7 @@ COMMANDS = (
 )
 
 LATCHES = (*(f"head{head}.index" for head in range(1, HEADS + 1)), "snapshot.time", "probe.time")
-"""Registers whose low word latches the rest of their group."""
+"""Registers whose low word latches the other words of their group."""
 
 Access = tuple[bool, int, int, int]
 """Write flag, address, word and strobe of an access."""

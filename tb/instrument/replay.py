@@ -31,7 +31,7 @@ from arctrue.instrument.build import (
 from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"
-# The model runs for some thousand clocks, so that the compilation takes most of the time.
+# The model runs for some thousand clocks, so that the compilation is the longest part.
 OPTIMISE = "-O0"
 MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")

@@ -75,8 +75,8 @@ def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
 def of_estimate(
     estimate: Estimate, coefficients: Coefficients, *, made_of_estimate: bool = True
 ) -> list[str]:
-    """Object where the firmware would: ``not_better``, no smaller expected error with the
-    coefficients than without.
+    """Refuse the coefficients where the firmware would: ``not_better`` if the expected error with
+    them is not smaller than without.
 
     For an estimate x with standard uncertainty u, |x − a|² is on average 2u² too large if a does
     not come from x. If a comes from x, the remaining error is the error of x and the rounding of a.

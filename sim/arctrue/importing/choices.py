@@ -122,7 +122,7 @@ _OF_THE_DATA = ("--zero", "--clock-offset", "--order")
 def open_questions(
     attempt: Callable[[Choices], object], no: str, given: Mapping[str, str]
 ) -> list[Ambiguous]:
-    """Find all questions of ``attempt`` that ``given`` does not answer, not only the first.
+    """Find all questions of ``attempt`` that ``given`` leaves open.
 
     The search answers each question provisionally: with ``no`` if that is the last answer and
     another column can take the place, else with the first answer. It then collects the questions

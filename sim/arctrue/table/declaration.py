@@ -25,7 +25,8 @@ HeadNumber = Annotated[int, Meta(ge=1, le=4)]
 Half = Annotated[float, Meta(ge=-0.5, le=0.5)]
 
 Kind = Literal["catalogue", "parts", "stranger", "noise"]
-"""Kinds: effect of the catalogue, product of parts, neither, or noise, which is no effect."""
+"""Kinds of a cause: effect of the catalogue, product of parts, error that is neither, or noise,
+which is no effect."""
 
 
 class Given(Struct, frozen=True, forbid_unknown_fields=True):

@@ -53,8 +53,8 @@ OUTCOMES = (
     ERROR,
 )
 GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
-"""The good outcomes. They do not contain ``in class``, for which the answer did not put the truth
-first."""
+"""The good outcomes. ``in class`` is not one of them, because the truth was not the first name of
+that answer."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -164,7 +164,7 @@ class HeadsDevice:
         self.firmware.run(until=lambda _: reached(), poll_clocks=poll, stage=stage)
 
     def accepted_turn(self) -> dict[str, Any]:
-        """Return the telemetry line of the next turn that is not refused."""
+        """Return the telemetry line of the next accepted turn."""
         first = len(self.firmware.telemetry)
 
         def accepted() -> list[dict[str, Any]]:

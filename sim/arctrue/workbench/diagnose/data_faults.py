@@ -168,8 +168,8 @@ def _row(line: int) -> str:
 
 
 def _implausible(step: Float, passed_s: Float) -> Boolean:
-    """Return True where a step fits neither the steps around it nor their speed times the time
-    passed.
+    """Return True where a step differs from the steps around it, and also from their speed times
+    the time between the rows.
 
     Time stamps may be coarser than the rows, and rows may be missing, so that agreement with one of
     the two is enough.

@@ -175,8 +175,9 @@ def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]
 
     Offsets of the runs beyond the index repeatability are disregarded as well, if the effect
     explains them: a drifting head causes them in one warm run. Every estimate contains at least the
-    noise of this test, so that an effect which is not significant here is not significant with any
-    estimate. An effect with a search is left out, because its place was found in the slow noise.
+    noise of this test. An effect that is not significant in this test is therefore not significant
+    with any estimate. An effect with a search is left out, because its place was found in the slow
+    noise.
     """
     fixed = [
         item

@@ -44,7 +44,7 @@ class Facts:
         """Reason why an empty result is no evidence; None where something was found, or could have
         been found.
 
-        With a model that the rows do not determine, a finding is no evidence either.
+        If the rows do not determine the model, a finding is no evidence either.
         """
         if self.case is None:
             return None

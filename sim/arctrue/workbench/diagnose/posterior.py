@@ -101,8 +101,8 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
-        # The first explains the lack of fit of the model without it: something unknown is no
-        # likelier.
+        # The first effect explains the lack of fit of the model without it, so that ``unknown`` is
+        # at most as probable.
         stranger = min(stranger, first - A_LITTLE)
         unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
         # ``unknown`` may be ahead of a single effect by the odds that the rules ask of a product.
@@ -115,7 +115,7 @@ def posterior(
         others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))
         if confounded or (suspect and rival < first):
-            # ``unknown`` is then no likelier than the first.
+            # ``unknown`` is then at most as probable as the first.
             most = -A_LITTLE
         unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
@@ -140,12 +140,12 @@ def stated(
     ``found``: the probabilities from the evidence; ``members``: the class of the answer;
     ``confidence``: the probability that such answers are right (:mod:`calibrated`), None where it
     is not known. The first of the class, ``unknown`` or ``none`` gets the confidence. ``none`` also
-    gets it if the verdict is that the set cannot tell, since it is then likeliest that nothing is
-    missing which the set could show. Probability that effects and ``none`` lose is added to
-    ``unknown``, and probability that ``unknown`` loses is added to the effects. Probability that an
-    answer gains is taken from all others in proportion, so that a class has at least the
-    probability of its first. The first of a class gains nothing while a rival is as probable. No
-    answer falls behind one that it contradicts.
+    gets it if the verdict is that the set cannot tell, since it is then most likely that every
+    effect that the set could show is in the model. Probability that effects and ``none`` lose is
+    added to ``unknown``, and probability that ``unknown`` loses is added to the effects.
+    Probability that an answer gains is taken from all others in proportion, so that a class has at
+    least the probability of its first. The first of a class gains nothing while a rival is as
+    probable. No answer falls behind one that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)

@@ -207,8 +207,8 @@ class Findings:
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
-        """Tell whether a line at this place was searched for: a place without a cause is then no
-        line."""
+        """Tell whether a line at this place was searched for. If so, a place without a cause is not
+        a line."""
         in_time = bool(nonlinear["in_time"])
         rate = nonlinear["frequency" if in_time else "order"]
         if nonlinear["in_capture"]:
@@ -221,7 +221,8 @@ class Findings:
 
     @property
     def not_noise(self) -> bool:
-        """True where something is no line: a step, or a residual that no kind of noise makes white.
+        """True if the finding is not a line: a step, or a residual that no kind of noise makes
+        white.
 
         Lines, steps and whiteness have a third of the family-wise level each.
         """

@@ -60,7 +60,7 @@ class SecondFinding:
         )
         if self.channel is not None:
             return f"And it differs from place to place by ±{100.0 * self.variation:.0f} %: {left}."
-        # The next name is stated elsewhere in the report; without a product the form is not known.
+        # The report states the next name elsewhere; only a product of parts gives the form.
         what = "" if self.description is None else f"; {self.description}"
         return f"With it in the model an error remains: {left}{what}."
 

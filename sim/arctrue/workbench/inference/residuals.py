@@ -63,8 +63,8 @@ def own_directions(
 
     ``information`` is the normal matrix of the block's columns, shape (k, k), and ``projected`` the
     same matrix with the model projected out: a direction in which ``projected`` is less than
-    ``least`` of ``information`` is left out. The test is of directions, not columns: a wave of both
-    heads may be nothing in R₂ − R₁ and known in ε.
+    ``least`` of ``information`` is left out. The test applies to directions, not to columns: a wave
+    of both heads may cancel in R₂ − R₁ and be determined in ε.
     """
     if moment.size < 2:
         return projected, moment

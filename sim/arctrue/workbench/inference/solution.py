@@ -69,8 +69,8 @@ class Solution:
 
     @property
     def noise_is_unknown(self) -> bool:
-        """True where no channel has more readings than its coefficients take, and none a stated
-        uncertainty."""
+        """True if every channel has at most as many readings as coefficients, and no channel has a
+        stated uncertainty."""
         channels = {"capture": self.observations.capture, "reference": self.observations.reference}
         return {name for name, rows in channels.items() if rows is not None} <= self.unknown_noise
 

@@ -117,7 +117,7 @@ class ReadingHarmonics:
     components: dict[int, Float]
     """Cosine and sine of every order, (2,), arcseconds."""
     left_out: list[str]
-    """Parts of the model that are no such function, or not significant."""
+    """Parts of the model that are not a function of this kind, or are not significant."""
     warnings: list[str]
     every: dict[int, Float]
     """Same as ``components``, including the orders that are not significant."""

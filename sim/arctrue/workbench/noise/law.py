@@ -67,7 +67,8 @@ class NoiseLaw:
         """Return the starts without those at which the noise of the stretch before continues.
 
         The noise continues where the clock goes on, both stretches have one spectrum, and the pause
-        is no longer than the longer stretch: rows of that length do not show a longer pause.
+        is no longer than the longer stretch: stretches of that length do not show the noise over a
+        longer pause.
         """
         if starts.size < 2:
             return starts

@@ -232,7 +232,7 @@ class FlickerNoise:
 
     @property
     def oscillators(self) -> tuple[DrivenOscillator, ...]:
-        """Return no oscillators: the process has no time constant."""
+        """Return no oscillators, because the process has no time constant."""
         return ()
 
 
