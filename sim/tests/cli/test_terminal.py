@@ -1,4 +1,4 @@
-"""The terminal shows the contents of files, but never obeys them."""
+"""Tests that the terminal shows control sequences of files as text and never executes them."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class ModelCore:
         self.swaps_are_lost = False
         self.armed: list[tuple[int, int]] = []
         self.lasting_faults: set[str] = set()
-        """Names of ``FAULTS`` that no command ends."""
+        """Faults of ``FAULTS`` that no command can end."""
         self.release_causes = 0
         self.events: deque[tuple[int, int, int, int, int]] | None = None
         """Number, kind, time, position and angle of the events that wait; None: without EVENTS."""

@@ -63,7 +63,7 @@ def test_it_waits_for_the_index_of_both_heads() -> None:
     firmware.step()
     assert firmware.phase == "capture"
     assert controls(firmware.core) == {
-        "compensate": False,  # the banks may hold what was there before a reset
+        "compensate": False,  # the banks may still contain words from before a reset
         "output_enable": True,
         "capture_enable": True,
     }
@@ -165,7 +165,8 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
 
 
 def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> None:
-    """A servo that reads the output would move by itself, and it has lost counts as well."""
+    """A servo that reads the output would move the table, and the output has lost counts as
+    well."""
     assert running.turn(turn())["output_fault"] == "none"
     assert "output_fault none\r\n" in running.send("status")
     running.core.set("status", bit("status", "cannot_keep_up"))
@@ -373,7 +374,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     (line,) = [text for text in status.splitlines() if text.startswith("separation_deg")]
     assert float(line.split()[1]) == pytest.approx(-33.0, abs=0.01)
     assert running.turn(turn(seed=2))["result"] == "applied"
-    # Or the stated separation of the heads is wrong.
+    # The alternative cause is a wrong stated separation of the heads.
     assert running.send("set separation_deg 327") == "ok\r\n"
     assert running.turn(turn(seed=3))["reason"] == "heads_exchanged"
     assert running.turn(turn(seed=4)[::-1])["reason"] in ("none", "not_better")
@@ -384,7 +385,7 @@ def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
     [
         (33.0, -33.0, True),
         (33.0, 327.2, True),
-        # Beyond the accepted deviation of a separation, 0.25°.
+        # The difference exceeds the accepted deviation of a separation, 0.25°.
         (33.0, -33.3, False),
         (33.0, 33.2, False),
         (33.0, 90.0, False),
@@ -446,7 +447,8 @@ def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> No
 
 
 def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
-    """A turn of the same disc is no improvement for the gate: the other orders stay as they are."""
+    """A turn of the same disc gives no improvement, so that the acceptance gate keeps the other
+    orders unchanged."""
     for seed in range(1, 6):
         running.turn(turn(seed=seed))
     reading = np.arange(0, COUNTS, COUNTS // 1024)
@@ -708,7 +710,8 @@ def test_a_further_head_without_an_index_holds_nothing_up_for_long() -> None:
 
 
 def test_telemetry_of_a_mean_has_no_figure_of_head_1(running: Firmware) -> None:
-    """A 0 would look like a perfect mean; a head that the gateware left out is named."""
+    """Telemetry omits this value, because a 0 would look like a perfect mean; it names a head that
+    the gateware left out."""
     assert running.turn(counts_of(DISC))["active_arcsec"] > 100
     running.turn(counts_of(DISC))
     running.core.set("version", 0x000800)

@@ -169,7 +169,7 @@ def test_harmonics_of_a_refused_turn_are_not_shown(running: Firmware) -> None:
         line for line in running.send("status").splitlines() if line.startswith("noise_arcsec")
     ]
     refused = 5.0 * np.sqrt(2.0)
-    # 1500 samples leave 2 % of it unknown.
+    # 1,500 samples determine the value to 2 %.
     assert float(noise.split()[1]) == pytest.approx(refused, rel=0.1)
 
 
@@ -305,7 +305,7 @@ def test_numbers_are_written_right(value: float, decimals: int) -> None:
     made.said.clear()
     library.text_fixed(made.sink, value, decimals)
     text = made.said.decode()
-    # Half a place, and the rounding of value * 10^decimals.
+    # The bound is half a unit of the last decimal, plus the rounding of value * 10^decimals.
     assert abs(float(text) - value) <= 0.5 * 10.0**-decimals + abs(value) * 3e-16
     assert len(text.partition(".")[2]) == decimals
     parsed = ffi.new("double *")
@@ -391,8 +391,8 @@ def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) 
 
 
 def test_the_longest_line_of_telemetry_has_room_in_the_ring(running: Firmware) -> None:
-    """Every number has its greatest length and every alarm is on; a longer line would never be
-    sent."""
+    """Every number has its greatest length and every alarm is on; the console could never send a
+    longer line."""
     ffi, library = firmware()
     running.core.hand_over(turn(seed=1))
     running.step(4)

@@ -1,4 +1,5 @@
-"""Tests that a file is judged order by order, and each loaded order again in every later turn.
+"""Tests that the firmware judges a file order by order, and each loaded order again in every later
+turn.
 
 A turn has 2^20 counts; the disc has orders 1, 2 and 5 of 200, 50 and 10 counts. The test is
 independent of the C code: the readings come from geometry (``synthetic.Disc``), the residual from
@@ -93,7 +94,8 @@ def left_rms_arcsec(made: Firmware, of: Disc) -> float:
         {"o5": -10.0},
         {"o9": 20.0},
         {"o1": 200.0, "o2": 50.0, "o9": 1.0},
-        # Less than half the noise of a reading: only the odds of the order itself show it.
+        # The order is smaller than half the noise of a reading, so that only the odds of this order
+        # show it.
         {"o9": 0.1},
         {"o300": 3.0},
     ],
@@ -251,7 +253,8 @@ def subdivided(seed: int, amplitudes: tuple[complex, complex], order: int) -> ND
 @pytest.mark.parametrize("head2", [0.0, 3.0, 3.0j, -2.0])
 @pytest.mark.parametrize("order", [4096, 3600])
 def test_the_heads_own_subdivision_errors_are_told_apart(head2: complex, order: int) -> None:
-    """3,600 is a multiple of 120, but the eccentricity moves the heads against each other."""
+    """Order 3,600 is a multiple of 120, but the eccentricity changes the distance of the heads, so
+    that the order becomes visible."""
     made = started()
     made.send("set alarm_noise_arcsec 10")
     both = (4.0 + 0.0j, head2)

@@ -1,5 +1,5 @@
-"""Tests of coefficients loaded over the console: whole or not at all, together with the
-calibration."""
+"""Tests that coefficients are loaded over the console completely or not at all, and work together
+with the calibration."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DISC = Disc({1: (150.0, 0.4), 2: (6.0, 4.2), 7: (1.2, 2.9)})
 SUBDIVISION_ARCSEC, SUBDIVISION_RAD = 0.5, 1.3
 READINGS = np.arange(0, COUNTS, COUNTS // 65_536 - 1)
 LEFT_ARCSEC = 0.05
-"""Error left by the calibration: noise of 0.1″ over 1,500 samples, at gains below 2."""
+"""Error that the calibration leaves: noise of 0.1″ over 1,500 samples, with gains below 2."""
 
 
 def turn(seed: int = 1, noise: float = 0.1, disc: Disc = DISC) -> Any:

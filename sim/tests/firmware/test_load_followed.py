@@ -68,7 +68,7 @@ def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> Non
     assert running.core.get("conditions.dead_zone") == 4
     nominal = running.core.get("conditions.nominal_speed") / 2**32
     assert nominal == pytest.approx(45.0 / 360.0 * COUNTS / 1e8, abs=2.0**-32)
-    # The calibration's next turns keep the words, and lose none of their own orders.
+    # The calibration's next turns keep the words, and also all of the calibration's own orders.
     for seed in (6, 7):
         running.turn(turn(seed))
         assert last_lane(running.core.active) == expected
@@ -99,7 +99,8 @@ def test_alone_they_are_a_set_and_a_start_asks_again(running: Firmware) -> None:
 def test_what_cannot_be_is_refused(
     running: Firmware, conditions: Conditions, force: bool, built: bool, reason: str
 ) -> None:
-    """Loading fails without the generic, without force, and where 26 counts change within 50."""
+    """Loading fails without the generic, without force, and if the correction changes by 26 counts
+    within 50."""
     if built:
         modulators(running)
     frames = load_frames(with_direction(SUBDIVISION, conditions), force=force)

@@ -43,7 +43,7 @@ COEFFICIENT_OFFSET = 0x83C
 
 
 class FourHeadsCore(FailoverCore):
-    """The model of the core with four heads that read as the world says."""
+    """The model of the core with four heads, whose readings come from the simulated world."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -159,7 +159,7 @@ def test_each_set_is_that_of_numpy(calibrated: Firmware, missing: int) -> None:
         steps = np.sqrt(0.5) * ARCSEC_PER_COUNT / 2**11 + abs(value) * np.pi / 2**24
         assert abs(value - orders[order - 1]) < steps + 1e-9 * 144.0, order
     left = [n - 1 for n in range(1, ORDERS + 1) if n not in found]
-    # Left out: what is below the significance of one turn, 5 standard uncertainties.
+    # The set omits orders below the significance of one turn, 5 standard uncertainties.
     assert np.all(np.abs(orders[left]) < 5.0 * np.sqrt((noise + by_places)[left]))
     assert abs(words.offset / 2**11 * ARCSEC_PER_COUNT - constant) < ARCSEC_PER_COUNT / 2**11
 
@@ -200,7 +200,7 @@ def test_the_failover_is_on_and_off_while_words_change(calibrated: Firmware) -> 
 
 
 def test_telemetry_has_places_and_radii() -> None:
-    """Places lie within 4 of their uncertainties, the radii of the world within 4 of theirs."""
+    """Places and radii agree with the simulated world within 4 of their standard uncertainties."""
     world = replace(WORLD, ratios=(1.0, 1.001, 0.999, 1.0005), axis=())
     told = started(world).turn(world.counts())
     places = np.degrees(world.true_rad)
@@ -290,7 +290,7 @@ def test_saved_sets_outlive_the_power() -> None:
     board.power_on()
     assert windows(board) == [{}] * HEADS, "the gateware was without power"
     assert board.status("saved") == ["waiting"]
-    # Saved again before a turn has confirmed the record: the sets stay in it.
+    # A second save before a turn has confirmed the record keeps the sets in the record.
     assert board.order("save").startswith("ok, record 2: ")
     board.power_on()
     board.core.writes.clear()
@@ -309,8 +309,8 @@ def test_saved_sets_outlive_the_power() -> None:
 
 
 def test_a_record_without_sets_and_a_core_without_failover() -> None:
-    """A record as an older firmware writes it is read; a core without windows takes the mean
-    alone."""
+    """A record as an older firmware writes it is read; a core without windows loads only the
+    mean."""
     board = BoardWithFourHeads()
     board.failover = False
     board.power_on()
@@ -360,7 +360,7 @@ def kept_from(core: FourHeadsCore) -> Any:
 
 
 def test_kept_sets_that_do_not_fit_are_refused(calibrated: Firmware) -> None:
-    """Each change of the words makes a mean, a lane or a length that the gateware cannot hold."""
+    """Each change of the words gives a mean, a lane or a length that the gateware cannot hold."""
     ffi, library = firmware()
     good = kept_from(calibrated.core)
     assert library.kept_sets_are_valid(good, HEADS, COUNTS)

@@ -172,7 +172,8 @@ def test_the_failover_is_on_with_its_causes_while_the_mean_is_active(running: Fi
 
 
 def test_the_parity_has_the_weights_of_the_workbench() -> None:
-    """Offsets of a mean with separate heads have these weights, to a unit of the words."""
+    """The test moves each head separately: the offsets then show the weights, to a unit of the
+    words."""
     places = np.radians([0.0, 64.3, 177.0, 257.9])
     offsets = tuple(int(word) for word in np.rint(places / (2.0 * np.pi) * COUNTS * 16))
     running = Firmware(FailoverCore())

@@ -237,7 +237,7 @@ def flash_options(folder: Path, content: bytes) -> list[str]:
 @pytest.mark.parametrize(
     ("content", "state"),
     [
-        # QEMU of Debian 12 has no configuration port: its INIT never comes.
+        # QEMU of Debian 12 has no configuration port, so that the signal INIT never comes.
         (image(bitstream(200_000)), "not_ready"),
         (image(bitstream(20_000), crc=1), "crc"),
         (image(bitstream(20_000), version=9), "version"),
@@ -350,7 +350,8 @@ def test_a_write_that_the_bus_refuses_is_told(tmp_path: Path) -> None:
 
 
 def test_a_fabric_that_holds_something_else(tmp_path: Path) -> None:
-    """The bus answers the first word with an error: no core, and no endless fault."""
+    """The bus answers the first word with an error: the firmware reports that there is no core, and
+    does not repeat the fault."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase wait_for_index")
@@ -428,7 +429,7 @@ def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:
 
 
 def test_a_record_survives_a_new_start(tmp_path: Path) -> None:
-    """QEMU's reset leaves the memory as it is: here it stands for a start without a reset."""
+    """QEMU's reset does not change the memory; this test uses it as a start without a reset."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         control = CORE_BASE + register_named("control").address
@@ -487,7 +488,8 @@ def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> Non
 
 
 def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
-    """QEMU's watchdog counts but does not reset: the test sees its counter fall unfed.
+    """QEMU's watchdog counts but does not reset: the test checks that its counter falls, because
+    the firmware no longer restarts it.
 
     The test then makes the reset with the watchdog's flag that the chip would make.
     """

@@ -1,4 +1,5 @@
-"""A fault removes the line drivers' enable: who is informed, and how the operator ends it."""
+"""Tests who is informed when a fault removes the line drivers' enable, and how the operator ends
+this state."""
 
 from __future__ import annotations
 
@@ -119,7 +120,8 @@ def test_what_an_index_error_says_is_taken_before_it_is_cleared(running: Firmwar
 
 
 def test_a_held_core_is_only_cleared() -> None:
-    """After repeated faults no turn is processed: neither capture nor zeros are touched."""
+    """After repeated faults the firmware processes no turn and changes neither capture nor
+    zeros."""
     core = ModelCore()
     core.see_index()
     firmware = Firmware(core)

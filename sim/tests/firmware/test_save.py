@@ -1,4 +1,5 @@
-"""Parameters and coefficients in the flash: power lost at any byte of a write loses nothing."""
+"""Tests that parameters and coefficients in the flash survive a power loss at any byte of a
+write."""
 
 from __future__ import annotations
 
@@ -168,7 +169,8 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
 
 
 def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
-    """A power cycle without a record shows what the record contributes to the test above."""
+    """A power cycle without a record is the counter-test: it shows the effect of the record in the
+    test above."""
     working.power_on()
     working.firmware.turn(turn(seed=9))
     assert left(working.firmware) > 0.4
@@ -228,7 +230,8 @@ def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
 
 
 def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: Board) -> None:
-    """Power on, set a parameter, save: nothing has been judged yet, and nothing may be lost."""
+    """A save right after power-on and one set parameter, before any turn was judged, must keep all
+    earlier content."""
     said = working.order("save")
     working.power_on()
     working.firmware.send("set keep 0.5")
@@ -252,7 +255,8 @@ def re_armed(board: Board, line: str) -> None:
 def test_a_save_after_a_re_arm_keeps_the_coefficients(
     working: Board, line: str, saved_before: bool
 ) -> None:
-    """No turn has come and nothing is active: the former coefficients and the file are kept."""
+    """No turn has come and no coefficients are active: the save keeps the former coefficients and
+    the file."""
     if saved_before:
         working.order("save")
     bank = active_coefficients(working.core)
@@ -269,7 +273,8 @@ def test_a_save_after_a_re_arm_keeps_the_coefficients(
 
 
 def test_a_save_of_nothing_keeps_what_no_turn_has_confirmed(working: Board) -> None:
-    """The firmware is frozen at power-on with another disc: nothing is active, and all is kept."""
+    """The firmware is frozen at power-on with another disc: no coefficients are active, and the
+    save keeps the whole record."""
     working.firmware.send("freeze on")
     said = working.order("save")
     working.power_on()
@@ -290,7 +295,7 @@ def test_a_counts_per_rev_that_is_set_back_has_lost_nothing(working: Board) -> N
 
 
 def test_fewer_orders_than_the_record_has_are_not_written(working: Board) -> None:
-    """Call `save_begin` with fewer orders than it has to keep: the invariant itself."""
+    """Call `save_begin` directly with fewer orders than it has to keep; it must refuse."""
     ffi, library = c_library()
     working.order("save")
     kept = working.save.kept_lanes
@@ -550,7 +555,7 @@ def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
     first = first.ljust(length, b"\xff")
     draw = np.random.default_rng(1)
     for cut in range(length):
-        # The byte being written has any of its bits.
+        # The byte that is being written may have any of its bits.
         torn = bytes([third[cut] | int(draw.integers(256))])
         found = flash_of(third[:cut] + (torn if torn != third[cut : cut + 1] else b""), second)
         assert found.found() == 2, cut

@@ -20,7 +20,7 @@ UNITS = 2520
 class Segment:
     clocks: int
     clocks_a_count: int = 0
-    """Clocks a count; with 0 the disc stands."""
+    """Clocks per count; 0: the disc does not move."""
     down: bool = False
     wander: bool = False
     """Random speed that changes at random times, up to a count a clock in either direction."""
@@ -54,7 +54,7 @@ class Scenario:
     start: int = 0
     """Place of the disc at the start, counts from the index."""
     index_at: Fraction = Fraction(0)
-    """Distance in counts of the index edge after the edge of A or B; with 0 they coincide."""
+    """Distance in counts from the edge of A or B to the index edge; 0: the edges coincide."""
     index_width: Fraction = Fraction(1)
     """Number of counts for which Z is high."""
     index_scatter: int = 0

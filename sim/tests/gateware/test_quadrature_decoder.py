@@ -198,7 +198,7 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     scenario, given, trace = played("lost_count_between_index_marks")
     marks, _ = true_marks(scenario, given)
     intervals = trace.index_interval[np.flatnonzero(trace.index_strobe)]
-    # A jump over two counts counts as zero or, with the next step upwards, as a loss.
+    # The decoder counts a jump over two counts as 0, or as a loss if the next step is upwards.
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
@@ -241,7 +241,8 @@ def test_a_scattered_index_moves_no_count(name: str) -> None:
     at = np.flatnonzero(trace.index_strobe)
     assert (trace.index_position[at] + given.count[2]).tolist() == places[: len(at)].tolist()
     assert len(set((places % scenario.counts_per_rev).tolist())) > 1, "the index does not scatter"
-    # The first mark is the zero, where it was met; the others change nothing.
+    # The first mark sets the zero at the place where the disc reached it; the other marks do not
+    # change the zero.
     seen = int(np.argmax(trace.index_seen))
     expected = given.count[seen - delay : -delay] - places[0]
     assert trace.turn_position[seen:-1].tolist() == expected.tolist()
@@ -283,11 +284,11 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
     assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
     first = int(np.argmax(trace.index_seen))
     assert trace.index_seen[first:].all()
-    # The angle is never further off than the lost counts, and right again within two turns.
+    # The error of the angle never exceeds the lost counts, and is 0 again within two turns.
     assert set(off[first:].tolist()) <= {0, -4, 8, -12}
     wrong_clocks = np.diff(np.flatnonzero(np.diff(off[first:]) != 0))[::2]
     assert (wrong_clocks[:2] <= 2 * turn * 3 + 20).all()
-    # The position keeps the loss.
+    # The position still contains the loss.
     assert trace.position[-1] == given.count[-delay] - given.count[2] + (-4 + 8 - 12)
     # The angle is turn_position modulo the turn throughout.
     assert (trace.turn_position[first:] % turn == trace.angle[first:]).all()
@@ -295,7 +296,7 @@ def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
 
 @pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
 def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
-    """The false marks are 5 counts a turn off or nearer, and are seen once each."""
+    """The false marks are at most 5 counts from a whole turn, and each is seen once."""
     count = np.repeat(np.arange(700), 8)
     mark = (count % 100 == 0) | np.isin(count, false_at)
     clock = np.arange(count.size)
@@ -382,7 +383,7 @@ def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
         edges = np.flatnonzero(np.diff(b) != 0) + 1
         inputs = DecoderInputs(a ^ spoilt, b, filter_length=9, reset=clock < 3)
         trace = quadrature_decoder(inputs)
-        # Where B changes within the pulse, or in its first clock, it looks like a period.
+        # A pulse in which B changes, also in its first clock, looks like a period.
         if not ((edges >= at) & (edges <= at + pulse)).any():
             assert not trace.overspeed.any(), at
 
