@@ -417,7 +417,8 @@ def test_rearm_forgets_the_index_and_starts_the_angle_at_zero() -> None:
     delay = latency(given)
     expected = given.count[2:-delay] - given.count[2]
     assert trace.position[2 + delay : -1].tolist() == expected.tolist()
-    # Each stretch counts with the turn set at its re-arm, whatever comes later.
+    # Each stretch uses the counts per turn that were set at its re-arm, even if the setting changes
+    # later.
     ends = [*after[np.diff(after, append=10**9) > 1], len(rearm) + 1]
     turns = set()
     for start, end in itertools.pairwise(ends):
@@ -528,12 +529,10 @@ LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
 @pytest.mark.parametrize("width", [1, 2, 17])
 @pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
 def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
-    """Pins are up to ``most`` clocks apart: no mark is off at the header's spacing, some are below
-    it.
-
-    The header derives it: a step's Z is taken INDEX_SKEW clocks after it, and the Z of the next
-    step comes up to ``most`` clocks before that step.
-    """
+    """The pins change up to ``most`` clocks apart. At the spacing that the header states every mark
+    is placed correctly; below it some marks are displaced. The header derives the spacing: the
+    decoder reads Z INDEX_SKEW clocks after a step, and the Z of the next step comes up to ``most``
+    clocks before that step."""
     least = most + INDEX_SKEW + 1
     skews = [skew for skew in SKEWS if max(skew) <= most]
     for clocks in (least, least + 1, least + 4):
@@ -551,7 +550,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """Z is half a count beside its step: at 14 clocks a count no mark is off, at 12 some are."""
+    """Z changes half a count after its step. At 14 clocks per count every mark is placed correctly;
+    at 12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),
@@ -568,8 +568,8 @@ def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> N
 
 @pytest.mark.parametrize("z_early", [0, 1])
 def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
-    """The disc goes up through a mark of 6 counts, back by one, and on: the far edge is not the
-    zero."""
+    """The disc moves up through a mark of 6 counts, back by one, and further up; the far edge must
+    not become the zero."""
     ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5
     count = np.repeat(np.concatenate([[0], np.cumsum(ways)]), 20)
     mark = np.roll((count >= 10) & (count < 16), -z_early)

@@ -44,13 +44,14 @@ after that. The first index is the zero of turn_position (header of index_zero).
 """
 
 SAMPLE_AFTER_EDGE = -1
-"""Clocks from the edge to the sample's pins of head 1, those of the clock before the edge.
+"""Clocks from the edge to the pins of head 1 in the sample: the pins in the clock before the edge.
 
 The strobe comes 4 clocks after its pin, the turn position 5 (headers of pulse_input and
 quadrature_decoder).
 """
 NOTED = 1
-"""Clocks between the recorded inputs and outputs: inputs of a clock, outputs after its edge."""
+"""Clocks between the recorded inputs and outputs: the recording has the inputs of a clock and the
+outputs after its edge."""
 TRIGGER_AFTER_EDGE = 4 + 1 + 1 - NOTED
 """Clocks of pulse_input, sample_trigger and pulse_output."""
 COMPARE_AFTER_PINS = 5 + 29 + 2 + 1 - NOTED
@@ -157,7 +158,8 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
     told = np.array([latch.angle_deg for latch in latches]) * COUNTS / 360.0
     off = (told - wanted + COUNTS / 2) % COUNTS - COUNTS / 2
     assert np.abs(off).max() <= bound
-    # A clock later the worst of them is another count: the bench would see it.
+    # One clock later, the least accurate of them would differ by a count, which the bench would
+    # detect.
     later = corrected(scene.pins().of(clocks + 1)[0], bank)
     assert np.abs((told - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
     # Positions and times are those of the same edges, with different origins.
@@ -173,7 +175,7 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     instrument, firmware = scene.instrument, scene.firmware
     for line in ("trigger width 2", "sync capture 1"):
         assert firmware.send(line) == "ok"
-    # The turn that was begun in equal times is dropped.
+    # The firmware drops the turn that began with equal times.
     firmware.run(2000)
     assert instrument.read("capture_fill") == 0
     assert not instrument.read("status.capture_ready")
@@ -259,7 +261,8 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
 
 
 def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
-    """The position at Z is that of the pins in that clock, though 1 of 17 edges is kept."""
+    """The position at Z is the position of the pins in that clock, although the recording has only
+    1 of 17 edges."""
     instrument = scene.instrument
     begin = instrument.clock
     instrument.record(every=17)

@@ -1,4 +1,4 @@
-"""A missing tool is named, and nothing is built twice."""
+"""Tests that the build names a missing tool, and builds no part twice."""
 
 from __future__ import annotations
 

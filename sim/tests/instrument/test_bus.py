@@ -107,7 +107,7 @@ def test_two_instruments_side_by_side() -> None:
 
 
 def test_libraries_of_two_sizes_share_no_name() -> None:
-    """Otherwise the C++ of the first loaded library would serve the second too."""
+    """Otherwise the second library would use the C++ functions of the first loaded library."""
     listed = subprocess.run(
         ["nm", "-D", "--defined-only", build(LANES, DEPTH)],
         capture_output=True,

@@ -1,4 +1,5 @@
-"""A further measurement is the requested one, or its lack is reported."""
+"""Tests that a further measurement is the requested one, or that the program reports the
+difference."""
 
 from __future__ import annotations
 

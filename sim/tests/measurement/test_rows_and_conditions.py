@@ -1,4 +1,4 @@
-"""Tests of further columns a row may have: uncertainty, mask, conditions; and of mask.csv."""
+"""Tests of further columns (uncertainty, mask, conditions) and of mask.csv."""
 
 from __future__ import annotations
 

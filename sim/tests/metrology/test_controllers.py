@@ -164,7 +164,8 @@ OF_A_WORM = ("onstep",)
 """Formats that only hold harmonics of a worm; they have their own tests below."""
 OF_THE_TURN = tuple(name for name in FORMATS if name not in OF_A_WORM)
 OF_THE_COMMAND = ("linuxcnc", "twincat")
-"""Controllers that change the command; the servo brings the reading to the sum."""
+"""Controllers that change the command; the servo moves the table until the reading equals the
+sum."""
 
 
 def _left(name: str, text: str, angle_deg: float, way: int) -> float:
@@ -192,7 +193,8 @@ def test_the_controller_leaves_what_is_said(name: str) -> None:
     left = [_left(name, text, angle, way) for angle in angles.tolist() for way in (1, -1)]
     assert np.abs(left).max() <= said.largest_arcsec + 1e-4
     assert np.sqrt(np.mean(np.square(left))) == pytest.approx(said.rms_arcsec, rel=0.05)
-    # Straight lines between exact rows; half a step of the whole numbers; the direction.
+    # The bound has three parts: straight lines between exact rows, half a step of whole numbers,
+    # and the direction.
     rounding = {"moteus-256": 0.5 / 127.0 * 102.0, "twincat": 0.5 * 0.36}.get(name, 1e-4)
     direction = 0.0 if form.knows_direction else REVERSAL / 2
     assert said.largest_arcsec <= _chord(form.points) * 1.02 + rounding + direction

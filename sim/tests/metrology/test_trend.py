@@ -1,4 +1,5 @@
-"""Tests of the watch on trends: false alarms at their stated rate, drifts with their size."""
+"""Tests that the watch on trends has the stated rate of false alarms and reports drifts with their
+size."""
 
 from __future__ import annotations
 

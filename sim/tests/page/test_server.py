@@ -20,7 +20,7 @@ COUNTS_PER_REV = 1 << 24
 
 
 class Stub:
-    """Takes the place of waitress. It accepts the application and serves nothing."""
+    """Replaces waitress: it accepts the application and serves no request."""
 
     def __init__(self, app: Flask, sockets: list[Any], **_: Any) -> None:
         self.app, self.socket = app, sockets[0]

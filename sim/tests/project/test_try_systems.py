@@ -1,5 +1,5 @@
-"""Tests of what scripts/try_systems.sh runs, records and says, with stand-ins for what needs
-root."""
+"""Tests of the commands, records and messages of scripts/try_systems.sh, with stand-ins for the
+programs that need root."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[3]
 BAD_INPUT = 2
 SYSTEMS = {"debian12": "Debian 12", "debian13": "Debian 13", "ubuntu2404": "Ubuntu 24.04"}
 
-# This is what debootstrap leaves. Its words go to a file.
+# Stand-in for debootstrap: it leaves the same files and writes its arguments to a file.
 DEBOOTSTRAP = """
 echo "$@" >> "$SAID"
 for word; do case $word in */systems/*[0-9]) root=$word;; esac; done

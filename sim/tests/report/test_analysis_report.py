@@ -1,4 +1,4 @@
-"""Tests that ``arctrue report`` writes one file that needs no other, and every figure beside it."""
+"""Tests that ``arctrue report`` writes one self-contained file, and every figure next to it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A campaign gives the same lines for any sharding; a stop or a dead worker loses nothing."""
+"""Tests that a campaign gives the same lines for any sharding, and that a stop or a killed worker
+loses no result."""
 
 from __future__ import annotations
 

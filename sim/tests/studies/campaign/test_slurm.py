@@ -1,4 +1,5 @@
-"""Every job of the Slurm array runs its own shard, and together the jobs do all tasks."""
+"""Tests that every job of the Slurm array runs its own shard, and that together the jobs run all
+tasks."""
 
 from __future__ import annotations
 

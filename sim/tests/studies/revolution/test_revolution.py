@@ -35,7 +35,8 @@ def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> N
     # The noise depends on time: at rest it is one value for all.
     error = np.rad2deg(table.reading_rad(0, state) - state.angle_rad) * 3600
     off = result.before.error_arcsec - (error - error.mean())
-    # Noise of 0.2″ with 8 independent values in a bin: 0.07″; counts of 1.2″: a hundredth of one.
+    # Noise of 0.2″ with 8 independent values in a bin gives 0.07″; the rounding to counts of 1.2″
+    # gives a hundredth of a count.
     assert np.sqrt(np.mean(off**2)) < 0.12
     assert result.before.lowest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[0], abs=1.0)
     assert result.before.highest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[1], abs=1.0)
@@ -93,9 +94,9 @@ def test_command(tmp_path: Path) -> None:
 def test_four_heads(tmp_path: Path) -> None:
     """With ``arctrue revolution --heads 4`` the firmware calibrates the mean from the first turn.
 
-    With counts of 4.94″, a line of the mean is known to 0.13″
-    (sim/tests/instrument/test_four_heads.py), here twice that. The compiled instrument is that of
-    those tests.
+    With counts of 4.94″, the uncertainty of a line of the mean is 0.13″
+    (sim/tests/instrument/test_four_heads.py); the bound is twice that. The compiled instrument is
+    that of those tests.
     """
     written = tmp_path / "turn.json"
     size = ["--lines", "256", "--lanes", "4", "--samples", "1600", "--json", str(written)]

@@ -1,4 +1,4 @@
-"""Tests of each guard of the diagnosis by itself: ``make mutate`` removes one and runs this file.
+"""Tests of each guard of the diagnosis alone; ``make mutate`` removes a guard and runs this file.
 
 Small numbers and small sets keep each test below a few seconds.
 """
@@ -77,7 +77,8 @@ def test_every_candidate_is_charged() -> None:
 
 
 def test_every_survey_of_a_diagnosis_is_charged() -> None:
-    """The surveys repeated beside one name and beside two names also charge their trials."""
+    """The surveys that are repeated with one name and with two names in the model also count their
+    trials."""
     made = measurement_set(runs=3, turns=1, reversal_arcsec=0.1)
     residuals = Residuals(fit([_base()], observations_of(made)))
     effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
@@ -127,7 +128,8 @@ def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> Non
     assert folds is not None
     rounds = folds.reshape(-1, 4)
     assert np.all(np.sort(rounds, axis=1) == np.arange(4))
-    # 24 is a multiple of the four folds: in plain rotation each station would be in one fold only.
+    # 24 stations are a multiple of the four folds: if the folds took rows in turn, each station
+    # would be in one fold only.
     of_stations = folds.reshape(8, 24)
     assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
 
@@ -158,8 +160,8 @@ def test_slow_noise_is_a_part_of_the_noise_and_no_effect() -> None:
 
 
 def test_the_noise_with_an_effect_is_estimated_anew() -> None:
-    """Slow noise absorbed a ramp of 6″: with the noise estimated anew beside it, the ramp is
-    seen."""
+    """Slow noise absorbed a ramp of 6″; if the noise is estimated with the ramp in the model, the
+    ramp is significant."""
     random = np.random.default_rng(4)
     ramp = np.linspace(-3.0, 3.0, 600) + random.normal(0.0, 0.1, 600)
     target = np.tile(np.arange(60) * 6.0, 10)
