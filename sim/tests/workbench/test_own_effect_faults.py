@@ -1,4 +1,5 @@
-"""A user's effect that fails or answers wrongly is reported with file, method and line."""
+"""Tests that a user's effect that fails or returns a wrong result is reported with file, method and
+line."""
 
 from __future__ import annotations
 
@@ -159,7 +160,8 @@ def test_a_loop_at_loading_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_no_error_comes_after_the_call(tmp_path: Path, observations: Observations) -> None:
-    """A call that ends near its limit gives its error, or its columns and no later error."""
+    """A call that ends near its time limit gives the error of the limit, or its columns without a
+    later error."""
     limit = 0.15
     text = f"import time; time.sleep({limit}); return np.ones((rows.run.size, 2))"
     effect = _effect(tmp_path, columns=text, declared=f"longest_call_s = {limit}")

@@ -50,7 +50,7 @@ def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
     for values, expected in ((middle, 1.0), (fixed_terms, 0.317)):
         found = whiteness(values)
         assert found is not None
-        # 4,000 draws know the mean to 1.6 % of the scatter, and the scatter to 1.1 %.
+        # 4,000 draws determine the mean to 1.6 % of the scatter, and the scatter to 1.1 %.
         assert found.successive_differences_p == pytest.approx(expected, abs=0.06)
 
 
