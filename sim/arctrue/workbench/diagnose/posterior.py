@@ -1,4 +1,4 @@
-"""The probabilities of a diagnosis, consistent with the rules that gave its verdict."""
+"""Calculates the probabilities of a diagnosis, consistent with the rules that gave its verdict."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ CLASS_SHARE = 0.95
 """Share of the probability that a class holds with the fewest hypotheses (a credible set of 95 %).
 Where ``unknown`` alone holds it, no effect belongs to the class."""
 ONE_EFFECT_SHARE = 0.5
-"""Share of the probability for a class of one effect: the answer must be the likelier of the two.
-"""
+"""Share of the probability for a class of one effect: the answer must be more probable than
+``unknown``."""
 A_LITTLE = 1e-3
 """Margin, of a probability or of its logarithm, by which the answer stays ahead in spite of
 rounding."""
 LEVEL = 0.01
-"""Share by which a rival may be behind the first of a class, where the set cannot distinguish the
-two: the rules made them equal except for A_LITTLE, and they stay so."""
+"""Share by which a rival may be behind the first of a class if the set cannot distinguish the two:
+the rules made the two equal except for A_LITTLE."""
 LEAST_OF_A_NAME = 0.8
-"""Least probability with which a single name is stated: a false name is taken to cost four times as
-much as a class where one name would do."""
+"""Least probability with which a single name is stated: the loss of a false name is assumed to be
+four times that of a class in place of a right name."""
 
 
 def posterior(
@@ -109,8 +109,9 @@ def posterior(
         # Where several effects explain the rows equally well, a smaller lead excludes none of them,
         # and ``unknown`` may not be more probable than the first.
         most = 0.5 * advantage if len(effect_class) == 1 else 0.0
-        # The first of a class can be excluded only because it does not show at every speed. It is
-        # then a suspect as likely as itself, and only another rival can beat it.
+        # The first of a class can be excluded only because it does not show at every speed. It then
+        # also counts as an excluded effect with its own probability, so that only another rival can
+        # be more probable.
         suspect = effect_class[0] in excluded
         others = [judged[name] for name in judged if name in excluded - set(effect_class)]
         rival = float(np.logaddexp.reduce([of_product, *others]))
@@ -144,8 +145,8 @@ def stated(
     effect that the set could show is in the model. Probability that effects and ``none`` lose is
     added to ``unknown``, and probability that ``unknown`` loses is added to the effects.
     Probability that an answer gains is taken from all others in proportion, so that a class has at
-    least the probability of its first. The first of a class gains nothing while a rival is as
-    probable. No answer falls behind one that it contradicts.
+    least the probability of its first. The first of a class gains no probability while a rival is
+    as probable. An answer stays more probable than the hypotheses that it contradicts.
     """
     if confidence is None or not found:
         return dict(found)

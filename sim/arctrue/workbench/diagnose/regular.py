@@ -1,5 +1,5 @@
-"""Regular causes that a forward search finds in a dense reference: lines, by the error they
-explain.
+"""Finds regular causes in a dense reference by a forward search: lines, ordered by the error that
+they explain.
 
 Held-out rows that are predicted from their neighbours cannot show a line far above their scatter;
 the search predicts whole blocks of the record, and its lines have passed that test.
@@ -33,7 +33,7 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 SAME_LINE = 1.5
-"""Width of a line in units of 1/span: at about one speed, a line over the angle is so wide over
+"""Width in units of 1/span: at a nearly constant speed, a line over the angle has this width over
 time."""
 
 
@@ -80,7 +80,7 @@ def _angle(arcsec: float) -> str:
 
 
 MANY_ARCSEC = 600.0
-"""Size from which on an angle is stated in degrees; it affects units alone."""
+"""Size from which on an angle is stated in degrees; it affects only the unit."""
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ class Findings:
 
     @property
     def empty(self) -> bool:
-        """True where nothing was found that an effect in the model could explain."""
+        """True if no finding is left that an effect in the model could explain."""
         lists = self.causes or self.steps or self.not_noise
         return not lists and self.oscillation is None and self.slow is None and not self.reversal
 
@@ -365,7 +365,7 @@ def _columns_of(found: LineSearch) -> Float:
 
 
 def _of_stations(solution: Solution, *, timed: bool) -> tuple[list[Jump], SlowChange | None]:
-    """Search for steps, and for a slow change in addition, in a reference that is no dense log."""
+    """Search for steps, and also for a slow change, in a reference that is not a dense log."""
     jumps: list[Jump] = []
     slow: SlowChange | None = None
     for number, record in enumerate(records_of_events(solution)):

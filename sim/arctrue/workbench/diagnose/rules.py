@@ -307,7 +307,7 @@ def takes_little(case: Case) -> Decision | None:
         # A line of a forward search is kept only if other blocks predict it.
         return None
     if case.best.share is not None:
-        # A share of half or less has been refused already.
+        # An earlier test has refused a share of half or less.
         return _one_kind_takes_little(case)
     found, left = case.before_and_after, case.with_best
     if found is None or left is None:

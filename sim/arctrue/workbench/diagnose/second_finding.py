@@ -28,8 +28,8 @@ WITHIN_PLACES = 0.5
 """Least share of the effect's mean square that must change within the places: with less, its size
 at a place cannot be distinguished from any other error there."""
 STANDARD_ERRORS = 5.0
-"""Least number of standard errors of χ² over the places, 2·10⁻⁷ for one look: no other groupings
-were tried."""
+"""Least number of standard errors of χ² over the places, a probability of 2·10⁻⁷ for the only
+grouping that is tested."""
 
 
 @dataclass(frozen=True)

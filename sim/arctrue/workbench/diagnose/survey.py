@@ -26,8 +26,8 @@ RUNS_ARE_THE_SAMPLE = 0.5
 """Share of the index in the variance of an effect's size, from which on the runs are the sample."""
 
 LEAST_HELD_OUT = 0.5
-"""Least share of its own error that other blocks must predict: with less, a model without the
-effect predicts better than one with it."""
+"""Least share of an effect's own error that other blocks must predict: with less, a model without
+the effect predicts better than a model with it."""
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ class Score:
     """The score test of a block of columns against the residuals of a model."""
 
     gain: float
-    """χ² that the block takes from the whitened residuals, their noise held."""
+    """χ² that the block removes from the whitened residuals, with the noise unchanged."""
     rank: int
     coefficients: Matrix
     covariance: Matrix

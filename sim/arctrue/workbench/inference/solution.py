@@ -316,7 +316,7 @@ def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]
         spread = np.sqrt(np.maximum(np.diag(joint.covariance), 0.0))
         for index, (term, own) in enumerate(zip(solution.terms, places, strict=True)):
             for name, place in zip(refined_names(term.effect), own, strict=True):
-                # A zero means that the data do not determine it at all.
+                # A zero on the diagonal means that the data do not determine the parameter.
                 sigmas[index][name] = float(spread[place]) or float("nan")
     for index, term in enumerate(solution.terms):
         if term.effect.step_at is not None:

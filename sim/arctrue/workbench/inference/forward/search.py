@@ -80,7 +80,7 @@ class Line:
     """Phase of the amplitude's cosine at the first row's place."""
     taken_arcsec: float
     """Root mean square over all rows of the error that the line's prediction from other blocks
-    takes away."""
+    removes."""
     share: float
     """Share of the line's own error that the other blocks predict; 1 where one turn cannot show
     it."""
@@ -96,7 +96,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A place that stood out and failed a test."""
+    """A place with a high gain that failed a test."""
 
     rate: float
     gain: float
@@ -109,7 +109,7 @@ class LineSearch:
 
     record: Record
     lines: tuple[Line, ...]
-    """Lines, ordered by the error that they take away, the largest first."""
+    """Lines, ordered by the error that they remove, the largest first."""
     noise: KernelFit
     """Noise with all lines in the model."""
     whiteness_p: float
@@ -248,7 +248,8 @@ def level_of(rows: Rows, noise: KernelNoise) -> Level:
     """
     left = _whitened_left(rows, noise)
     power = np.abs(np.fft.rfft(left))[1:] ** 2 / left.size
-    # A model of many orders takes the power of their frequencies: their ordinates show no noise.
+    # A model of many orders absorbs the power at their frequencies, so that these ordinates do not
+    # show the noise.
     shown = _shares_shown(rows) > HALF_SHOWN
     shown = shown if np.count_nonzero(shown) >= 3 else np.ones(power.size, dtype=bool)
     power = power[shown]
@@ -515,8 +516,8 @@ def _ordered(
     fit: KernelFit,
     rejected: Sequence[Rejected],
 ) -> LineSearch:
-    """Return the lines with their figures given all others, ordered by the error that they take
-    away."""
+    """Return the lines with their figures given all others, ordered by the error that they
+    remove."""
     columns = record.columns(np.array(rates))
     rows = record.rows(columns)
     whitened = rows.factor(fit.noise).whiten(rows.values)

@@ -15,7 +15,7 @@ from arctrue.workbench.noise.kernel_fit import KernelFit, fit_from, with_oscilla
 Float = NDArray[np.float64]
 
 FAMILY_WISE = 0.01
-"""Probability that noise alone gives a record any line."""
+"""Probability that noise alone gives at least one line in a record."""
 FEWEST_BLOCKS, MOST_BLOCKS = 4, 8
 """Smallest and largest number of blocks into which a record is split; a block lasts at least one
 period."""
@@ -40,7 +40,7 @@ class Coherence:
     """Share of the line's error in each block that the other blocks predict; 1 means the whole
     error."""
     taken_arcsec: float
-    """Root mean square over all rows of the error that the prediction takes away."""
+    """Root mean square over all rows of the error that the prediction removes."""
 
 
 def coherence(
@@ -49,9 +49,10 @@ def coherence(
     """Return the share of a line that the other blocks predict; ``others`` are also fitted.
 
     Base and other lines are fitted to all rows, and are projected out of the columns (Frisch and
-    Waugh): the part that the base alone would explain is no error of the line. c_b are the line's
-    coefficients in block b by itself, c₋ those in all other blocks. Both are fitted together with
-    the covariance of the noise, so that correlation across the edges counts. The share is
+    Waugh): the part that the base alone would explain does not count as error of the line. c_b are
+    the line's coefficients in block b by itself, c₋ those in all other blocks. Both are fitted
+    together with the covariance of the noise, so that correlation across the edges counts. The
+    share is
 
     1 − Σ|A_b(c_b − c₋)|²/Σ|A_b c_b|².
     """
