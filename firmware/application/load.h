@@ -114,7 +114,7 @@ struct load {
     double table_evidence;
     /* Sets for a missing head: the gateware holds their words. */
     struct load_without without;
-    /* What was received is whole and not yet judged. */
+    /* The received set is complete and not yet judged. */
     bool whole;
     /* The phase of a lane of a real order has become known but is not yet in the core. */
     bool phase_given;
@@ -144,8 +144,8 @@ struct load {
     uint64_t unjudged;
     uint32_t loaded_crc;
     struct loaded_watch watch;
-    /* What turns have shown of its lanes of real orders; and whether an edge of the probe has been seen since the lanes
-       began to wait, with the number of edges then. */
+    /* Results of the turns for its lanes of real orders; whether the probe has had an edge since the lanes began to
+       wait; and the number of edges at that time. */
     struct line_finder finder[REAL_LANES_MAX];
     bool probe_seen;
     uint32_t probe_edges;
@@ -228,10 +228,10 @@ struct load_place {
 enum load_answer load_end(struct load *load, const struct load_place *place,
                           const struct coefficients *active, uint32_t crc);
 
-/* Refuses the set, or drops what was being received. */
+/* Refuses the set, or drops the set in reception. */
 void load_refuse(struct load *load, enum load_answer reason);
 
-/* Asserts what is true between any two calls. */
+/* Asserts the conditions that hold between any two calls. */
 void load_assert(const struct load *load);
 
 /* Drops the set that is being received or waits; the loaded set stays. */

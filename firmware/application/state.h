@@ -163,8 +163,8 @@ struct application {
     /* NULL: no capture is copied. */
     struct capture_copy *copy;
     int32_t position_at_bank;
-    /* Angle of head 2 at its own index, counts: what it lost since the index that defined its zero. For head 1 the
-       core moves the zero instead; zero_moves is the number of these moves. */
+    /* Angle of head 2 at its own index, counts: the counts that it lost since the index that defined its zero. For
+       head 1 the core moves the zero instead; zero_moves is the number of these moves. */
     int32_t head2_zero;
     uint32_t zero_moves;
     /* True while the angle of head 1 at its index is not 0 and a loss of counts is not proven; and the position at
@@ -240,7 +240,7 @@ bool application_corrects(const struct application *application);
 /* Returns when the core takes its samples. */
 enum core_capture application_capture(const struct application *application);
 
-/* Asserts what is true between any two calls. */
+/* Asserts the conditions that hold between any two calls. */
 void state_assert(const struct application *application);
 
 /* True if there is a core and the firmware uses it. */

@@ -53,7 +53,7 @@ void console_prepare(struct console *console, struct application *application,
 /* Accepts one character from the port; 0 if the port lost some. */
 void console_receive(struct console *console, uint8_t character);
 
-/* Prints what no command asked for: telemetry, and a part of a dump. */
+/* Prints output without a command: telemetry, and a part of a dump. */
 void console_step(struct console *console);
 /* True while there is more to print at once. */
 bool console_busy(const struct console *console);

@@ -438,8 +438,8 @@ async def a_shorter_turn_sends_no_burst(dut):
 async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
     """A period is lost on the wires: the correction stays on, and place and Z become right again.
 
-    Head 2 proves the loss at the first mark; without head 2 two marks do. Healed, the output's
-    count is that of the table again.
+    Head 2 proves the loss at the first mark; without head 2 two marks do. After the healing, the
+    output's count is that of the table again.
     """
     machine = await prepared(dut)
     names = machine.registers
@@ -655,7 +655,7 @@ async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_f
     await ClockCycles(dut.clock, 4)
     assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
     assert await names.read("head1.flags.swallowed") == 0
-    # Counted edges that are too near are no such fault.
+    # Counted edges that are too close to each other are not such a fault.
     await names.write("filter_length", 1)
     await names.write("minimum_edge_spacing", 50)
     await machine.turn(fast[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT)

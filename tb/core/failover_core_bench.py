@@ -148,7 +148,7 @@ def share(head: int) -> float:
 
 @cocotb.test()
 async def an_illegal_step_leaves_a_head_out(dut: Any) -> None:
-    """A head whose A and B change in one clock, which costs two counts, is found at once."""
+    """A head whose A and B change in one clock, which loses two counts, is found immediately."""
     machine = await guarded(dut)
     head = HEADS
     began = len(machine.corrected)
@@ -276,7 +276,7 @@ async def a_head_comes_back_after_its_index(dut: Any) -> None:
 async def no_head_fails_without_a_fault(dut: Any) -> None:
     """Two turns have the axis in motion and a slip within the index tolerance of 2 counts.
 
-    Then a fault comes of a kind that is not enabled.
+    Then a fault occurs whose kind is not enabled.
     """
     machine = await guarded(dut, illegal=0)
     machine.bursts[1] = 2

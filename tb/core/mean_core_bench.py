@@ -1,7 +1,7 @@
 """cocotb tests of the core with the weighted mean: all heads' pins in, the mean's position out.
 
-The table has heads at known places, a disc with an error, and an axis that moves. Each head sees
-the motion in its own direction, so that no head is right, but their mean is.
+The table has heads at known places, a disc with an error, and an axis that moves. Each head reads
+the motion in its own direction, so that no head is right, but their mean is right.
 """
 
 from __future__ import annotations
@@ -202,7 +202,7 @@ async def load(machine: Table, mean: MeanSet) -> None:
 LARGEST_STEP = 2
 """Largest step in counts a clock: one of the carrier, and one from the rounding of the others.
 
-At six clocks a count no head moves further in the clocks of a marker's hold. Without the ramp a
+At six clocks per count, no head makes a further count during a marker's hold. Without the ramp a
 change of the carrier would step the output by the difference of the heads, 4 to 9 counts.
 """
 POSITION_CLOCKS = 5

@@ -56,7 +56,7 @@ def bits(random: np.random.Generator, width: int, clocks: int) -> list[int]:
 
 
 def held(values: list[int], clocks: int) -> list[int]:
-    """Repeat each value for so many clocks."""
+    """Repeat each value for this number of clocks."""
     return [value for value in values for _ in range(clocks)]
 
 
@@ -243,7 +243,7 @@ def sampler(random: np.random.Generator) -> Stimulus:
     given = {
         "reset": reset_first(clocks, random, 0.0005),
         "enable": held(pulses(random, 0.9, clocks // 100), 100),
-        # Equal time, equal angle, from outside, and none.
+        # Sampling at equal times, at equal angles, from outside, and no sampling.
         "mode": held([0, 1, 2, 0, 1, 2, 3, 1, 2, 1], clocks // 10),
         "external": pulses(random, 0.1, clocks),
         "sample_period": held([11, 1, 5, 7, 15], clocks // 5),

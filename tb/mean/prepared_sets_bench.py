@@ -1,4 +1,5 @@
-"""cocotb tests of prepared_sets: a set is loaded whole, whatever the processor writes meanwhile."""
+"""cocotb tests of prepared_sets: the entity loads a complete set even if the processor writes at
+the same time."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ async def loses_no_count(dut, name: str) -> None:
     dut.minimum_spacing.value = case.minimum_spacing
     dut.filter_length.value = case.filter_length
 
-    # A reset keeps the levels: here those of the start, so that no edge leads there.
+    # A reset keeps the levels, here the levels of the start, so that the output makes no edge.
     dut.reset.value = 1
     for _ in range(4):
         await FallingEdge(dut.clock)

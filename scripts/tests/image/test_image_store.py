@@ -45,7 +45,7 @@ class Board:
         self.spoil = 0
 
     def close(self) -> None:
-        """Do nothing, as a console would close."""
+        """Do nothing; a real console would close here."""
 
     def command(self, line: str, _seconds: float = 5.0) -> list[str]:
         if self.spoil and line.startswith("flash data"):

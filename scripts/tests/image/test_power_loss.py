@@ -1,7 +1,8 @@
 """Power is lost within a page or an erase: the device starts with the old or the new content.
 
-The chip's model leaves the page or sector in part, at every byte and in three orders
-(flash_model.Chip.lose_power); the state that the C code finds is compared with the former one.
+The chip's model writes the page or sector only in part, at every byte and in three orders
+(flash_model.Chip.lose_power). The test compares the state that the C code finds with the earlier
+one.
 """
 
 from __future__ import annotations

@@ -499,7 +499,7 @@ def sha256_of(measurement: MeasurementSet) -> str:
 
 
 def _same_rows(one: MeasurementSet, other: MeasurementSet) -> bool:
-    """Tell whether table, columns and keys are the same."""
+    """Tell whether table, columns and keys are equal."""
     return _fingerprint(one) == _fingerprint(other)
 
 

@@ -96,7 +96,8 @@ def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
 
 
 def unknown_keys(content: object, kind: type) -> dict[str, list[str]]:
-    """Find dotted keys that neither ``kind`` nor its inner structures know, with similar keys."""
+    """Find dotted keys that neither ``kind`` nor its inner structures declare, with similar
+    keys."""
     return dict(_unknown(_Spot("", _declared(kind), content)))
 
 

@@ -18,7 +18,7 @@ from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coef
 
 
 def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
-    """Object if the correction makes the error larger in the set's own reference run.
+    """Return an objection if the correction makes the error larger in the set's own reference run.
 
     The RMS may rise by what the scatter of the rows explains: the mean square may rise by two
     standard errors of the change of the squares.
@@ -58,7 +58,8 @@ def of_steepness(coefficients: Coefficients) -> list[str]:
 
 
 def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
-    """Object where the firmware would: ``heads_exchanged``, each head sees the other's place."""
+    """Return an objection where the firmware would refuse: ``heads_exchanged``, each head is at the
+    other's place."""
 
     def far(off_rad: float) -> bool:
         return abs(math.remainder(off_rad, math.tau)) * ARCSEC_PER_RAD > BELIEVABLE_ARCSEC

@@ -35,7 +35,7 @@ LEAK_LIMIT = 1e-3
 
 
 class WeightsRefusedError(ValueError):
-    """These places have no weights, or none that can be used."""
+    """No weights exist for these places, or no weights that the gateware can use."""
 
 
 def translation_columns(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:

@@ -37,7 +37,8 @@ def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = 
     length = np.zeros(columns.shape[:-1])
     for other in (np.ones_like(columns), forward, backward, columns):
         left = np.asarray(other, dtype=np.complex128)
-        # Twice: classical Gram-Schmidt loses digits in the first round.
+        # The projection is repeated, because classical Gram-Schmidt loses digits in the first
+        # round.
         for _ in range(2):
             for known in basis:
                 left = left - np.sum(known.conj() * left, axis=-1, keepdims=True) * known

@@ -78,7 +78,7 @@ class Console:
         """Discard all lines before the answer to a marker: they answer other requests.
 
         Those are an earlier line, whose answer came too late, or a line of another program. The
-        marker is no command, and the device repeats it.
+        marker is not a command; the device repeats it in its error message.
         """
         self._markers += 1
         marker = f"marker{os.getpid()}.{self._markers}"
@@ -166,7 +166,8 @@ class Console:
             raise ConsoleError(f"{self.port}: {error}") from error
 
     def _line(self) -> str | None:
-        """Return the next line other than telemetry, which is stored; None: nothing in time."""
+        """Return the next line that is not telemetry, and store telemetry; None if no line arrives
+        in time."""
         try:
             data = self._transport.read_until(b"\n")
         except OSError as error:

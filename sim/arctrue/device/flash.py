@@ -90,7 +90,7 @@ def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None)
 
 
 def state_of(console: Console) -> FlashState:
-    """Ask for the state. Raises FlashRefusedError if the device has no flash that it knows."""
+    """Ask for the state. Raises FlashRefusedError if the device has no supported flash."""
     told = dict(line.split(" ", 1) for line in _ask(console, "flash status") if " " in line)
     state = FlashState(
         told.get("golden") == "whole",

@@ -155,10 +155,10 @@ def load_frames(
 ) -> list[str]:
     """Return the console lines that load the lanes whose amplitude is not 0.
 
-    With ``unseen`` the device also accepts what no turn of two heads shows: order 0, orders that
-    the heads cannot see, words of the processor. With ``force`` it also accepts orders that turns
-    leave undecided. Without ``sets`` the sets for a missing head are omitted. ``clock_hz``: clock
-    of the gateware. Lanes of a mean are sent with its carrier, offsets and weights. Raises
+    With ``unseen`` the device also accepts lanes that no turn of two heads shows: order 0, orders
+    that the heads cannot see, words of the processor. With ``force`` it also accepts orders that
+    turns leave undecided. Without ``sets`` the sets for a missing head are omitted. ``clock_hz``:
+    clock of the gateware. Lanes of a mean are sent with its carrier, offsets and weights. Raises
     ValueError for an offset without a mean, which the device does not accept, and for parts that
     need another generic of the core.
     """
@@ -230,8 +230,8 @@ def load_frames(
 def phase_commands(coefficients: Coefficients, turn: int) -> list[str]:
     """Return the lines that give the device the phases of its lanes of real orders.
 
-    Phases that the device finds itself are left out. ``turn``: the core's number of the turn that
-    is turn 0 of the file; the file's phases are those of its turn 0.
+    The frames omit phases that the device finds itself. ``turn``: the core's number of the turn
+    that is turn 0 of the file; the file's phases are those of its turn 0.
     """
     if coefficients.extension is None:
         return []
@@ -267,7 +267,7 @@ class SentSet:
 
     @property
     def is_empty(self) -> bool:
-        """Tell whether nothing is loaded any more."""
+        """Tell whether the device has no loaded set any more."""
         return not (self.orders or self.followed or self.real or self.has_table)
 
 

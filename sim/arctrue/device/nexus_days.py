@@ -1,8 +1,8 @@
 """One HDF5 file a day in NeXus form, written from the record of a device.
 
-The record is the source: a file is written completely or not at all, so that a reader always finds
-a complete one and nothing needs repair after a crash. (A file that is extended while others read
-it, HDF5's SWMR mode, cannot be opened again after its writer was killed.)
+The files are made from the record. A file is written completely or not at all, so that a reader
+always finds a complete file and no file needs repair after a crash. (A file that is extended while
+others read it, HDF5's SWMR mode, cannot be opened again after its writer was killed.)
 """
 
 from __future__ import annotations

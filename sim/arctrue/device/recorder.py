@@ -290,7 +290,7 @@ def read_turns(
     query = f"SELECT * FROM turn WHERE {where} ORDER BY id DESC LIMIT ?"
     turns: dict[int, RecordedTurn] = {}
     try:
-        connection.execute("BEGIN")  # both queries see the same state
+        connection.execute("BEGIN")  # both queries read the same state
         for row in reversed(connection.execute(query, [*values, latest]).fetchall()):
             fields = dict(row)
             identifier, recorded = fields.pop("id"), fields.pop("recorded")

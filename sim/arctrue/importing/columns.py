@@ -26,7 +26,7 @@ from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesima
 LOOKED_AT = 400
 """Number of rows whose format is examined."""
 NONE = "none"
-"""Answer for "there is no such column"."""
+"""Answer that stands for "there is no such column"."""
 
 
 @dataclass(frozen=True)

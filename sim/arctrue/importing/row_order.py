@@ -22,8 +22,8 @@ def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
     """Give the rows as they stand, or sorted by time within each run of the file.
 
     ``said``: ``sort``, ``runs`` (each step back begins a run), or "" if the user did not say. Then
-    runs that all begin near the first time stay as they are, and rows are sorted if that makes the
-    way of the table shorter; otherwise the user is asked. Raises AmbiguousError.
+    runs that all begin near the first time remain unchanged; rows are sorted if this makes the
+    travel of the table shorter; otherwise the user is asked. Raises AmbiguousError.
     """
     time_s = rows.time_s
     if time_s is None or time_s.size < 2:

@@ -495,7 +495,7 @@ class Instrument:
         return bool(self.library.instrument_interrupt(self.handle))
 
     def stall_bus(self, most_clocks: int, seed: int = 1) -> None:
-        """Hold back every channel of the bus at random.
+        """Delay every channel of the bus at random.
 
         Parameters
         ----------

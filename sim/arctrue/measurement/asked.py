@@ -52,7 +52,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Came:
-    """Reports what a recorded run lacks of the request, and further remarks, in words."""
+    """Reports in words the differences of a recorded run from the request, and further remarks."""
 
     faults: list[str]
     remarks: list[str]

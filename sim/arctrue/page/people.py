@@ -12,7 +12,7 @@ PEOPLE_ERRORS = (MeasurementError, EffectFileError, EffectNotFoundError, ValueEr
 
 
 def sentence(error: Exception, *folders: Path) -> str:
-    """Describe the error without the paths of the server's own ``folders``."""
+    """Return the text of the error without the paths of the server's own ``folders``."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         said = f"{error.filename}: cannot be read or written: {error.strerror}"
     else:

@@ -51,7 +51,7 @@ class AmplitudeCurve:
     share: float
     """Share of the effect's sum of squares that the drawn line holds."""
     variation: float
-    """Part of that share beyond what a constant amplitude would hold."""
+    """Part of that share that a constant amplitude would not explain."""
     x: Float
     measured: Float
     standard_error: Float

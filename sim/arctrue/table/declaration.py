@@ -63,9 +63,9 @@ class Occasion:
 Draw = Callable[[float, Random, Occasion], list[Cause]]
 """Draws a cause at random for a given size.
 
-A draw says what happens to the table, the counters or the instrument; it knows nothing of how the
-workbench describes the same effect. Draws are not made easier: a gear may look like a polygon
-error, an order may be one to which two heads are nearly blind.
+A draw describes the change of the table, the counters or the instrument; it does not depend on the
+workbench's description of the same effect. Draws are not made easier: a gear may look like a
+polygon error, an order may be one to which two heads are nearly blind.
 """
 
 

@@ -40,8 +40,8 @@ def count_edges(
 ) -> CountEdges:
     """Solve for the time and true angle of every count edge of a head during a motion.
 
-    The interpolator's own hysteresis keeps edges from passing their neighbours, so that noise never
-    adds a pair of edges.
+    The interpolator's own hysteresis prevents edges from passing their neighbours, so that noise
+    never adds a pair of edges.
 
     Parameters
     ----------

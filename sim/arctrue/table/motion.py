@@ -255,7 +255,7 @@ class _Travel:
     times_s: NDArray[np.float64]
     speeds_rad_s: NDArray[np.float64]
     travelled_rad: NDArray[np.float64]
-    """At each instant."""
+    """Values at each instant."""
     side: NDArray[np.float64]
     """Sign of each piece, +1 or −1: a standing table keeps the direction of its last motion."""
     turned_back_rad: NDArray[np.float64]

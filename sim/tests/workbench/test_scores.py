@@ -111,7 +111,7 @@ def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) ->
 
 
 def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
-    """The noise of the channel that the effect does touch is estimated anew."""
+    """The noise of the channel that the effect changes is estimated anew."""
     turned = observations_of(measurement_set(reversal_arcsec=1.0))
     solution = fit(SOLUTION.terms, turned)
     residuals = Residuals(solution)

@@ -1,4 +1,4 @@
-"""Makes names of ticks that stay horizontal and overlap neither each other nor the axis' end."""
+"""Makes horizontal names of ticks that do not overlap each other or the end of the axis."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class Judged:
 
     @property
     def left_open(self) -> bool:
-        """Tell whether the design allows the verdict, whatever the oracle sees."""
+        """Tell whether the design allows the verdict, independent of the oracle."""
         return self.answer["verdict"] in self.accepted.get("verdicts", ())
 
     @property
@@ -245,7 +245,7 @@ class Judged:
         return float(stated[name]), right
 
     def first_kind(self) -> str | None:
-        """Return what has the largest probability: ``name``, ``unknown`` or ``none``."""
+        """Return the answer with the largest probability: ``name``, ``unknown`` or ``none``."""
         stated = self.answer.get("probability")
         if not stated:
             return None

@@ -91,7 +91,8 @@ def _nothing(item: Judged) -> bool:
 
 
 def _of_several_lines(item: Judged) -> bool:
-    """Tell whether a line is named rightly in a set with two or more lines that the oracle sees."""
+    """Tell whether the answer names a line correctly in a set with two or more lines that the
+    oracle detects."""
     lines = [effect for effect in item.seen() if effect.get("values")]
     return item.outcome == RIGHT and len(lines) > 1 and bool(item.lines_named())
 

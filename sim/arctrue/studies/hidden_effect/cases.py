@@ -75,7 +75,7 @@ class Case:
     judged_order: int | None = None
     """Order of the output's error that the effect causes in the fresh turns; None: any shape."""
     added: tuple[str, Mapping[str, object]] | None = None
-    """Effect that the person, who knows the drive, adds with its settings; None: that of the
+    """Effect that the user, who knows the drive, adds with its settings; None: the effect of the
     diagnosis."""
     effects: int = 1
     """Number of effects that are added, one after the other."""
@@ -194,7 +194,7 @@ def _at_once(settings: HiddenSettings) -> list[Cause]:
 SLOW = 0.5
 """Second measured speed, as a share of the usual speed."""
 BETWEEN = 0.7
-"""Share of the usual speed at which nothing was measured."""
+"""Share of the usual speed; no run of the set has this speed."""
 
 _WARMING = (
     RunPlan(start_s=900.0, temperature_c=(COLD_C + 1.5, COLD_C + 2.0)),

@@ -31,7 +31,7 @@ class InstrumentDrift(Cause):
     def instrument_error_rad(
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """rate × time and what the temperature adds, shape ``(n,)``."""
+        """rate × time plus the contribution of the temperature, shape ``(n,)``."""
         time_s = stations.conditions.time_s
         wandering = np.interp(time_s, self.knots_s, self.turns_rad)
         return np.asarray(self.rate_rad_s * time_s + wandering)

@@ -123,9 +123,9 @@ def look(
 def look_at_oscillators(channel: Channel) -> Sight | None:
     """Return the oracle's sight of the damped oscillators in the noise of a channel with even rows.
 
-    The oracle knows the spectrum of the noise and compares it with the nearest spectrum that never
-    rises with frequency, like that of white noise and relaxations. The noncentrality is twice the
-    mean log likelihood ratio (Whittle) over all runs. None without an oscillator.
+    The oracle uses the true spectrum of the noise and compares it with the nearest spectrum that
+    never rises with frequency; white noise and relaxations have such spectra. The noncentrality is
+    twice the mean log likelihood ratio (Whittle) over all runs. None without an oscillator.
     """
     noise = channel.noise
     if not noise.oscillators:
