@@ -73,7 +73,7 @@ class Routes:
             own = self.chip.type_of(tile)
             driver = self.features.drivers(tile).get(wire)
             if driver is None and wire not in own.driven_by_pin:
-                # If there is a pin too, the connection leads through its site.
+                # If the node also has a pin, the connection leads through the pin's site.
                 driver = own.permanent.get(wire) if self._is_active(tile, wire) else None
             if driver is not None:
                 chosen.add((tile, driver))

@@ -283,7 +283,8 @@ def further_heads(random: np.random.Generator, reference: np.ndarray) -> Stimulu
 
 def coefficient_memory(random: np.random.Generator, apart: int = 60) -> Stimulus:
     clocks = 60 * apart
-    # A write may wait while the idle bank is filled; the next one must come after it.
+    # A write may wait while the idle bank is filled; the next write must come after the waiting
+    # one.
     slots = random.random(clocks // apart) < 0.8
     offsets = random.random(clocks // apart) < 0.2
     first = [1] + [0] * (apart - 1)

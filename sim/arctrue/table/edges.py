@@ -62,8 +62,8 @@ def count_edges(
     Raises
     ------
     UnhonouredCauseError
-        If a cause acts on more than the lines and their signals: a counter that loses counts comes
-        after the edges.
+        If a cause acts on more than the lines and their signals. For example, a counter loses
+        counts after the edges, which the result would not show.
     """
 
     refuse_unhonoured(table.causes, SIGNALS, "a head's edges")

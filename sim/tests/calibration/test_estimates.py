@@ -186,7 +186,8 @@ def test_runs_that_disagree_have_the_uncertainty_of_that() -> None:
     assert found.disagreement[0] > 100.0
     assert (found.disagreement[1:] == 1.0).all()
     # One of four values is 1″ off. Their mean has u = 0.25″ along the amplitude; χ² has 6 degrees
-    # of freedom, 3 of them for the phases, so that the estimate is 1/√2 of this.
+    # of freedom, 3 of them for the phases, which do not scatter, so that the estimated u is 1/√2 of
+    # 0.25″.
     assert found.u_amplitude_arcsec[0] == pytest.approx(0.25 / np.sqrt(2.0), rel=0.1)
 
 
