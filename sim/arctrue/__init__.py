@@ -9,8 +9,8 @@ import os
 from typing import Any
 
 # The fits multiply blocks of some 40 columns: a second thread of the linear algebra does not make
-# them faster. Where another program uses the core too, waiting for the thread takes ten times as
-# long as the work. numpy reads this when it is first imported.
+# them faster. If another program also uses the core, waiting for the thread takes ten times as long
+# as the work. numpy reads this when it is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 __all__ = [

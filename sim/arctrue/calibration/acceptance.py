@@ -1,4 +1,4 @@
-"""Checks whether coefficients may be written: what the reference or the firmware would refuse.
+"""Checks whether coefficients may be written, by the criteria of the reference and of the firmware.
 
 Each function returns objections, one sentence each; without objections the coefficients may be
 written.
@@ -20,8 +20,8 @@ from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coef
 def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
     """Return an objection if the correction makes the error larger in the set's own reference run.
 
-    The RMS may rise by what the scatter of the rows explains: the mean square may rise by two
-    standard errors of the change of the squares.
+    A rise within the scatter of the rows is accepted: the mean square may rise by two standard
+    errors of the change of the squares.
     """
     if comparison is None:
         return []
@@ -38,8 +38,8 @@ def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
 
 
 def of_steepness(coefficients: Coefficients) -> list[str]:
-    """Object where the firmware would: ``too_steep`` and ``out_of_range``, at any temperature of
-    the file's range."""
+    """Return an objection where the firmware would refuse: ``too_steep`` and ``out_of_range``, at
+    any temperature of the file's range."""
     steepest, largest = coefficients.extent()
     thermal = coefficients.thermal
     where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"

@@ -21,7 +21,7 @@ class ResidualSpectrum:
     """Periodogram of the residual of all runs over the order; white noise of variance 1 gives 1.
 
     ``residuals``: one array per run, each divided by the standard deviation of its run's noise.
-    Lines of the fitted orders are left out: the fit has removed them.
+    Lines of the fitted orders are omitted, because the fit has removed them.
     """
 
     def __init__(

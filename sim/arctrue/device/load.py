@@ -35,7 +35,7 @@ DEVICE_LOADS = Capability(
 )
 """Parts of a coefficient file that the console accepts; a core that lacks one refuses the set."""
 TABLE_WINDOWS = 4
-"""Windows whose starts the device takes, used or not."""
+"""Number of window starts that the device expects, including unused windows."""
 ATTEMPTS = 3
 """Number of attempts to send the whole set if a line was damaged during transmission."""
 _FIRST_WORD_OF_PROCESSOR = MODULATORS.index("word_a")
@@ -112,7 +112,7 @@ POINTS_A_FRAME = 5
 
 
 def _table_values(coefficients: Coefficients) -> list[tuple[str, list[int]]]:
-    """Return names and numbers of the frames of the local table; the points end with its last."""
+    """Return names and numbers of the frames of the local table, up to its last point."""
     extension = coefficients.extension
     if extension is None or extension.local_table is None:
         return []
@@ -272,7 +272,8 @@ class SentSet:
 
 
 def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
-    """Try the first set of the file on the device; older firmware does not know this frame."""
+    """Test whether the device accepts the first set of the file; older firmware refuses this
+    frame."""
     first = next(frame for frame in frames if frame.startswith("load without "))
     try:
         console.command(first)
@@ -393,8 +394,8 @@ class _Status:
 def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[int, ...]:
     """Wait until captured turns have judged the sent set; return the orders without a judgement.
 
-    Raises LoadRefusedError if a turn contradicts the set, or if something else is loaded in the
-    end; ConsoleError if no turn decides.
+    Raises LoadRefusedError if a turn contradicts the set, or if another set is loaded in the end;
+    ConsoleError if no turn decides.
     """
     end = time.monotonic() + seconds
     status = _Status.read(console)

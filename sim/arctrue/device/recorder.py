@@ -192,7 +192,7 @@ class Recorder:
         most = self._last_id if self.deletable is None else self.deletable
         chosen = f"SELECT id FROM turn WHERE id <= ? {where} ORDER BY id LIMIT {_DELETED_AT_ONCE}"
         ids = [row[0] for row in self._connection.execute(chosen, (most, *values))]
-        # The latest turn stays, so that a new row never gets the id of an earlier one.
+        # The latest turn is never deleted, so that a new row never gets the id of an earlier row.
         ids = [number for number in ids if number != self._last_id]
         if not ids:
             return False

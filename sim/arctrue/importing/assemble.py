@@ -28,7 +28,8 @@ Integer = NDArray[np.int64]
 Float = NDArray[np.float64]
 
 LATE_START_S = 1e6
-"""Times of a log that begin later than this count from an epoch, not from the log's start."""
+"""If the times of a log begin later than this, they count from an epoch, not from the start of the
+log."""
 KEEP_ZERO, REFERENCE_ZERO = "keep", "shift"
 
 

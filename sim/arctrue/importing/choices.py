@@ -1,4 +1,4 @@
-"""Questions that a file leaves open: a person answers them, or a script is refused."""
+"""Handles questions that a file leaves open: a user answers them, or a script is refused."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Ambiguous:
         return f"{self.option} {self.key}" if self.key else self.option
 
     def option_value(self, answer: str) -> str:
-        """Write what follows the option.
+        """Return the text that follows the option.
 
         Parameters
         ----------
@@ -95,7 +95,7 @@ class AmbiguousError(ValueError):
 
 
 def refuse(asked: Ambiguous) -> str:
-    """Answer as a script does: not at all.
+    """Answer like a script, which leaves every question open.
 
     Parameters
     ----------

@@ -51,9 +51,9 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
 
 def refuse_other_files(path: Path, name: str, item: Any) -> None:
-    """Raise MeasurementError for a dataset whose values stand in another file.
+    """Raise MeasurementError for a dataset whose values are in another file.
 
-    A file that comes from elsewhere must not name others of this machine to be read.
+    A file from another machine must not cause other files of this machine to be read.
     """
     if item.external or item.is_virtual:
         raise MeasurementError(
