@@ -46,8 +46,8 @@ class Core(Protocol):
 class Firmware:
     """Calculation, application and console, compiled for this machine; see docs/firmware.md.
 
-    Its registers are those of the instrument: every access takes the clocks that it takes on the
-    bus. Its calculations take ``calculation_clocks``, between reading a bank and using the result.
+    It accesses the registers of the instrument; every access takes as many clocks as on the bus.
+    Its calculations take ``calculation_clocks``, between reading a bank and using the result.
     """
 
     def __init__(self, instrument: Core) -> None:

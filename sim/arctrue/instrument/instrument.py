@@ -49,7 +49,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """Progress of a run in clocks, turns of the table and time left."""
+    """Progress of a run in clocks, turns of the table and remaining time."""
 
     stage: str
     """Name of the present part of the run."""

@@ -1,4 +1,4 @@
-"""Turns errors into sentences that the page shows next to their cause."""
+"""Converts errors to sentences, which the page shows next to their cause."""
 
 from __future__ import annotations
 

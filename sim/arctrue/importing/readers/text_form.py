@@ -1,4 +1,4 @@
-"""Determines the form of a text table: separator, decimal sign, and what a row is."""
+"""Determines the form of a text table: separator, decimal sign, and form of a row."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class RowShape:
 
 
 def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
-    """Find the only form in which the file has rows of numbers; ask if there are several.
+    """Find the form in which the file has rows of numbers; ask the user if several forms match.
 
     Raises MeasurementError if there is none, AmbiguousError, ValueError for an unknown setting.
     """

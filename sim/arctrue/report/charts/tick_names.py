@@ -17,7 +17,7 @@ _SHORTER = "…"
 
 
 def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
-    """Return the ticks of an axis that has room for so many letters.
+    """Return the ticks of an axis that has room for this number of letters.
 
     If there is no room for all numbers, every second or third is kept. Words are wrapped to the
     width of a tick; if that is too narrow to read, only the first word is kept.
