@@ -1,4 +1,4 @@
-"""The ideal test of one cause: it knows the form, the true covariance and the base model.
+"""The ideal test of one cause: it uses the exact form, the true covariance and the base model.
 
 It is the generalised likelihood ratio of the cause's exact form against the base model (orders 1 to
 20 on the disc, an offset a run, a zero of the reference), under the covariance by which the noise

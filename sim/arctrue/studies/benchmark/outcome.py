@@ -147,7 +147,7 @@ class Judged:
 
     @property
     def said(self) -> str:
-        """Return the answer in a word: the name, or the verdict."""
+        """Return the answer as one word: the name, or the verdict."""
         verdict, effects = self.answer["verdict"], self.answer.get("class") or []
         if verdict == "named":
             return str(self.answer.get("named"))
@@ -179,7 +179,7 @@ class Judged:
         return UNKNOWN if right or (allowed and self.hidden) else FALSE_UNKNOWN
 
     def _named(self, named: str | None) -> str:
-        """Judge a name: the name of a line is right only where a line is."""
+        """Score a name: the name of a line is right only at the place of a hidden line."""
         elsewhere = self.lines_named() == []
         if named in self.right_names:
             return FALSE_NAME if elsewhere else RIGHT

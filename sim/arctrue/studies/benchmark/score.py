@@ -81,7 +81,8 @@ def _catalogue(item: Judged) -> bool:
 
 
 def _stranger(item: Judged) -> bool:
-    """Tell whether only a stranger is visible, and the answer is not another allowed one."""
+    """Tell whether the oracle finds only a cause outside the catalogue, and no further answer is
+    allowed."""
     alone = bool(item.seen("stranger")) and not item.seen("catalogue")
     return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
@@ -281,7 +282,7 @@ def _right_of(sets: Sequence[Judged], kind: str) -> Rate:
 
 
 def _wrong_where_sure(sets: Sequence[Judged], kind: str) -> Rate:
-    """Return the rate of wrong answers among the sure ones about a ``kind``."""
+    """Return the rate of wrong answers among the answers of high probability about a ``kind``."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([not pair[1] for pair in stated if pair is not None and pair[0] > SURE])
 

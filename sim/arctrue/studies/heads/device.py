@@ -146,7 +146,7 @@ class HeadsDevice:
         )
 
     def attach(self, *causes: Cause, celsius: float = USUAL_TEMPERATURE_C) -> None:
-        """Put the turning table with these causes before the heads, at a temperature."""
+        """Connect the turning table with these causes to the heads, at a temperature."""
         speed = self.settings.speed_rad_s
         motion = Motion.steady(speed, MOTION_TURNS * 2.0 * np.pi / speed, start_rad=START_RAD)
         course = TemperatureCourse(temperatures_c=(celsius,))

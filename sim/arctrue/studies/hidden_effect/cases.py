@@ -1,4 +1,4 @@
-"""The hidden effects, and the runs that a person would make to find them."""
+"""Defines the hidden effects, and the runs that a user would make to find them."""
 
 from __future__ import annotations
 
@@ -116,7 +116,8 @@ def _subdivision(settings: HiddenSettings) -> list[Cause]:
 
 
 def _coarser(settings: HiddenSettings) -> float:
-    """Return a count's size over that at the paper's scale; the hidden effects grow with it."""
+    """Return the size of a count relative to the paper's scale; the hidden effects grow by this
+    factor."""
     return (1 << 24) / settings.revolution.counts_per_rev
 
 

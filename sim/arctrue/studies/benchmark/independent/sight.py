@@ -1,4 +1,5 @@
-"""The oracle's view of a cause: its projected error relative to the noise of which rows were drawn.
+"""The oracle's test of a cause: its projected error relative to the noise with which the rows were
+drawn.
 
 The oracle knows the exact form of each cause and of all others, the noise process and the scatter
 of the index. It also fits 20 orders of the disc, an offset for each run and a zero of the
