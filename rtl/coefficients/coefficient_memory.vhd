@@ -233,7 +233,7 @@ begin
       if swap_now = '1' then
         active <= not active;
       end if;
-      -- All parts take the bank of the phase steps, so that a swap brings them to one bank whatever they had before.
+      -- All parts take the bank of the phase steps, so that after a swap all of them have the same bank.
       if swapped(PHASE_OFFSET_DELAY - 1) = '1' then
         phase_bank <= step_bank;
       end if;

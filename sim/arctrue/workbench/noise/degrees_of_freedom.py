@@ -12,8 +12,8 @@ from arctrue.workbench.noise.row_noise import RowNoise
 Float = NDArray[np.float64]
 
 LEAST_FREEDOM = 2.0
-"""Least number of degrees of freedom m: the mean of 1/χ² is finite only for m > 2, so that an F
-test with m = 2 stands for the weakest possible knowledge of noise."""
+"""Least number of degrees of freedom m: the mean of 1/χ² is finite only for m > 2, so that m = 2 is
+the smallest number for an F test."""
 
 
 def degrees_of_freedom(
@@ -42,7 +42,7 @@ def degrees_of_freedom(
         total += float(shares.sum())
     fitted = {group.channel for group in noise.groups}
     for channel, weight in zip(("capture", "reference"), weights, strict=True):
-        # Noise that was given and not estimated is known.
+        # Noise that was given and not estimated counts as exactly known.
         if channel in fitted or weight is None:
             continue
         of_rows = noise.capture if channel == "capture" else noise.reference
