@@ -13,8 +13,8 @@
 #include "sight.h"
 
 /* An order is at fault if its remaining error exceeds WATCH_SIGMAS standard deviations of a turn in WATCH_TURNS
-   turns in a row. Noise alone exceeds the limit with probability e^-18 per turn and order, and that to the third power
-   in a row. */
+   turns in a row. Noise alone exceeds the limit with probability e^-18 in one turn and order, and with the third power
+   of it in three turns in a row. */
 #define WATCH_SIGMAS 6.0
 enum { WATCH_TURNS = 3 };
 

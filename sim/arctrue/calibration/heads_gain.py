@@ -17,11 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 MotionOrders = Literal["every"] | tuple[int, ...]
-"""Orders at which the axis may move; ``every``: at each order, and without repeating as well."""
+"""Orders at which the axis may move; ``every``: at each order; the motion may also be one that does
+not repeat from turn to turn."""
 
 UNSEEN_GAIN = 1e3
-"""Gain above which an order counts as not seen: an error of 10″ in a place at order 20 is as large
-as L."""
+"""Gain above which an order counts as not seen. L is then 0.001, which is the change of L that an
+error of 10″ in a place causes at order 20."""
 
 
 def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = ()) -> Float:

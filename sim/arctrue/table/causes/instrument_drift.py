@@ -21,7 +21,8 @@ DRIFT_KNOT_S = 60.0
 class InstrumentDrift(Cause):
     """The reference turns during the measurement because the temperature of its stand changes.
 
-    A steady rate, plus an angle at each knot, linear in between, constant outside.
+    The angle is a steady rate plus a curve that has a value at each knot, is linear between the
+    knots, and constant outside.
     """
 
     rate_rad_s: float

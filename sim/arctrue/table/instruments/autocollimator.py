@@ -12,7 +12,8 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Autocollimator:
-    """Its own errors: one at each face's place in its field of view, and scatter.
+    """The errors of the instrument: one for the place of each face in its field of view, and
+    scatter.
 
     Parameters
     ----------
