@@ -91,8 +91,8 @@ def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
     lines += [f"| {name} | {value} |" for name, value in facts]
     for module, ran in benches.items():
         title, about = BENCHES[module]
-        told = "; ".join(f"{name} {value}" for name, value in ran.facts.items())
-        lines += ["", f"## {title}", "", f"{about} `python -m {module}` ({told}).", ""]
+        figures_line = "; ".join(f"{name} {value}" for name, value in ran.facts.items())
+        lines += ["", f"## {title}", "", f"{about} `python -m {module}` ({figures_line}).", ""]
         if ran.code:
             lines += [f"**Exit code {ran.code}: a limit is missed, or it failed.**", ""]
         if ran.rows:

@@ -86,7 +86,7 @@ class Routes:
         if not chosen and not pins:
             chosen = default
         if len(chosen) + len(pins) > 1:
-            told = sorted(f"{tile}/{wire}" for tile, wire in chosen)
-            told += sorted(f"pin {pin.pin} in {pin.tile}" for pin in pins)
-            raise ToolError(f"{sorted(node)[0]} is driven by {' and '.join(told)}")
+            drivers = sorted(f"{tile}/{wire}" for tile, wire in chosen)
+            drivers += sorted(f"pin {pin.pin} in {pin.tile}" for pin in pins)
+            raise ToolError(f"{sorted(node)[0]} is driven by {' and '.join(drivers)}")
         return next(iter(chosen), None), next(iter(pins), None)

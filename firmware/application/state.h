@@ -86,7 +86,7 @@ struct prepared {
     /* CRC of their words, as read back. */
     uint32_t crc;
     /* Left-out heads that were reported to the operator. */
-    uint32_t told;
+    uint32_t reported;
     /* The candidate comes with sets of its own, which are in the workspace: the missing heads, one bit per head. */
     bool has_made;
     uint32_t made;

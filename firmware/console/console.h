@@ -27,7 +27,7 @@ struct console {
     uint32_t dump_end;
     /* Lines of telemetry that were left out because the port had no room, and their alarms until they are printed. */
     uint32_t telemetry_overruns;
-    uint32_t untold_alarms;
+    uint32_t unsent_alarms;
     /* Number of times that the port lost characters. */
     uint32_t overruns;
     /* The flash that receives boot images; NULL: none. */

@@ -112,8 +112,8 @@ def does_the_same_from_random_registers(
             is_known = is_handshake and generics.get("HEADS", 2) == 2
             begin = CORE_SETTLED if is_known else CORE_FORGOTTEN
             cut = {name: noted[name][begin:]}
-            told = {name: other[name][begin:]}
-            assert not differences(cut, told, 0, undefined={"s_axil_rdata"}), f"seed {seed}"
+            reported = {name: other[name][begin:]}
+            assert not differences(cut, reported, 0, undefined={"s_axil_rdata"}), f"seed {seed}"
     assert len(begun) == len(POWER_UPS) + 1, "the registers began with other values"
 
 

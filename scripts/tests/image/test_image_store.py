@@ -58,11 +58,11 @@ class Board:
             self.controller.now_us += 10_000
             said = self.firmware.step()
         self.after_line()
-        told = said.splitlines()
-        assert told, f"no answer to {line}"
-        if told[-1].startswith("error"):
-            raise ConsoleError(f"{self.port}: {line}: the device says {told[-1]}")
-        return told[:-1] if told[-1].startswith("ok") else told
+        answer = said.splitlines()
+        assert answer, f"no answer to {line}"
+        if answer[-1].startswith("error"):
+            raise ConsoleError(f"{self.port}: {line}: the device says {answer[-1]}")
+        return answer[:-1] if answer[-1].startswith("ok") else answer
 
 
 def starts(chip: Chip) -> tuple[int, bytes] | None:

@@ -131,11 +131,11 @@ def test_a_missing_tool_is_told(
 
     monkeypatch.setattr(compare_lanes, "measure", missing)
     page = tmp_path / "page.md"
-    for text, told in (
+    for text, message in (
         (f"{BEGIN}{END}", "verilator is missing"),
         ("page", "page.md lacks the lines <!--"),
     ):
         page.write_text(text, encoding="utf-8")
         assert compare_lanes.main(["--page", str(page)]) == 2
-        assert told in capsys.readouterr().err
+        assert message in capsys.readouterr().err
         assert page.read_text(encoding="utf-8") == text

@@ -138,12 +138,12 @@ def test_four_heads_tell_the_axis_from_the_disc(senses: tuple[int, ...]) -> None
 def test_a_forward_circle_of_order_1_is_an_eccentric_disc_and_a_backward_one_is_not() -> None:
     places = np.radians(PLACES_DEG)
     size = 0.4
-    for sense, told in ((1, False), (-1, True)):
+    for sense, reported in ((1, False), (-1, True)):
         part = captured(readings(ANGLE, places, motion={(1, sense): size}), 0.0, 1)
         plain, allowed = fit(part, 4, u_place_arcsec=1e-3), fit(part, 4, (1,), u_place_arcsec=1e-3)
         left = [float(np.linalg.norm(disc_pulls(one)[1:8])) for one in (plain, allowed)]
         wrong = np.hypot(*np.split(plain.values - true_reading_values(), 2))[0]
-        if told:
+        if reported:
             # The fit without the axis' circle contains a part of the circle as an error; the fit
             # with the circle does not.
             assert 0.1 * size < wrong < size

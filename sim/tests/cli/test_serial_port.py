@@ -104,10 +104,10 @@ def test_a_port_that_another_program_has_is_refused_with_its_name(
             assert other.stdout is not None
             assert other.stdout.readline() == b"open\n"
             start = time.monotonic()
-            with pytest.raises(ConsoleError, match=r"is in use by .*/other\.py ") as told:
+            with pytest.raises(ConsoleError, match=r"is in use by .*/other\.py ") as raised:
                 Console(port)
             assert time.monotonic() - start < 5.0
-            assert f"(process {other.pid})" in str(told.value)
+            assert f"(process {other.pid})" in str(raised.value)
         finally:
             other.kill()
     Console(port).close()

@@ -211,7 +211,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     assert_whole(printed(monkeypatch, hidden.print_result, found))
 
-    told = SimpleNamespace(
+    reported = SimpleNamespace(
         number=12,
         result="refused",
         reason="coefficients_do_not_fit_this_turn",
@@ -225,7 +225,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         before=curve(),
         after=curve(),
         pin_to_pin_clocks=40,
-        turns=[told],
+        turns=[reported],
         passed=True,
         latencies=[
             SimpleNamespace(unit="harmonic calculation", measured_clocks=20, paper_clocks=20)

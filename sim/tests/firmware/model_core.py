@@ -265,5 +265,5 @@ class Firmware:
         """Hand over a turn, let the firmware process it, and return the telemetry."""
         self.core.hand_over(counts, flags)
         self.send("telemetry on")
-        told: dict[str, Any] = json.loads(self.step(4))
-        return told
+        telemetry: dict[str, Any] = json.loads(self.step(4))
+        return telemetry

@@ -34,8 +34,8 @@ def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
     core.set("chip_dna_low", 0x89ABCDEF)
     names = [ffi.new("char[]", word) for word in (b"1.2.3", b"0123456789ab")]
     running.console.firmware, running.console.build = names
-    told = running.send("version").splitlines()
-    assert told == [
+    printed = running.send("version").splitlines()
+    assert printed == [
         "firmware 1.2.3",
         "build 0123456789ab",
         "gateware 3.21.7",
@@ -212,9 +212,9 @@ def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
             running.core.hand_over(turn(seed=turns + 1))
         said += running.step(4)
     assert turns > 5
-    told = [line for line in said.splitlines() if line.startswith("{")]
-    assert len(told) >= turns
-    assert all('"alarms":[]' in line for line in told), "no overrun"
+    printed = [line for line in said.splitlines() if line.startswith("{")]
+    assert len(printed) >= turns
+    assert all('"alarms":[]' in line for line in printed), "no overrun"
     rows = [line.split(",") for line in said.splitlines() if line[0].isdigit()]
     found = np.array([[int(row[1]), int(row[2])] for row in rows]).T
     np.testing.assert_array_equal(found, counts)
@@ -351,9 +351,9 @@ def test_what_the_board_knows_is_told(running: Firmware) -> None:
     running.console.reset_reason, running.console.fabric = reason, fabric
     running.console.overruns = 3
     running.console.reset_instruction = 0x1A2C
-    told = running.send("status")
-    assert "console_overruns 3\r\n" in told
-    assert "reset hang\r\nreset_instruction 0x00001A2C\r\nfabric loaded\r\n" in told
+    printed = running.send("status")
+    assert "console_overruns 3\r\n" in printed
+    assert "reset hang\r\nreset_instruction 0x00001A2C\r\nfabric loaded\r\n" in printed
 
 
 UART_OUTPUT_RING = 4096
@@ -383,8 +383,8 @@ def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) 
     running.send("set alarm_separation_arcsec 600")
     room.characters = length + 400
     running.core.hand_over(turn(seed=3))
-    told = json.loads(running.step(4))
-    assert (told["turn"], told["alarms"]) == (3, ["separation"])
+    printed = json.loads(running.step(4))
+    assert (printed["turn"], printed["alarms"]) == (3, ["separation"])
     assert "telemetry_overruns 1\r\n" in running.send("status")
     running.core.hand_over(turn(seed=4))
     assert json.loads(running.step(4))["alarms"] == [], "once"

@@ -115,9 +115,9 @@ def failover_is_on(running: Firmware) -> bool:
 @pytest.fixture(scope="module")
 def calibrated() -> Firmware:
     running = started(WORLD)
-    told = running.turn(WORLD.counts())
+    telemetry = running.turn(WORLD.counts())
     running.step(3)
-    assert (told["result"], told["mean_of_heads"]) == ("applied", HEADS)
+    assert (telemetry["result"], telemetry["mean_of_heads"]) == ("applied", HEADS)
     return running
 
 
@@ -202,13 +202,13 @@ def test_the_failover_is_on_and_off_while_words_change(calibrated: Firmware) -> 
 def test_telemetry_has_places_and_radii() -> None:
     """Places and radii agree with the simulated world within 4 of their standard uncertainties."""
     world = replace(WORLD, ratios=(1.0, 1.001, 0.999, 1.0005), axis=())
-    told = started(world).turn(world.counts())
+    telemetry = started(world).turn(world.counts())
     places = np.degrees(world.true_rad)
-    off = np.abs(np.array(told["places_deg"]) - places) * 3600.0
-    assert np.all(off <= 4.0 * np.array(told["u_places_arcsec"]) + 1e-3)
-    radii = np.abs(np.array(told["radii"]) - 1.0 / np.array(world.ratios))
-    assert np.all(radii <= 4.0 * np.array(told["u_radii"]) + 1e-6)
-    assert max(told["u_radii"]) <= 0.0011, "0.1 mm, rectangular, on 53.975 mm"
+    off = np.abs(np.array(telemetry["places_deg"]) - places) * 3600.0
+    assert np.all(off <= 4.0 * np.array(telemetry["u_places_arcsec"]) + 1e-3)
+    radii = np.abs(np.array(telemetry["radii"]) - 1.0 / np.array(world.ratios))
+    assert np.all(radii <= 4.0 * np.array(telemetry["u_radii"]) + 1e-6)
+    assert max(telemetry["u_radii"]) <= 0.0011, "0.1 mm, rectangular, on 53.975 mm"
 
 
 def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
@@ -218,9 +218,9 @@ def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
     places = (0.0, 30.0, 60.0, 200.0)
     monkeypatch.setitem(PLACES, HEADS, places)
     running = started(WORLD)
-    told = running.turn(WORLD.counts())
+    telemetry = running.turn(WORLD.counts())
     running.step(3)
-    assert told["mean_of_heads"] == HEADS
+    assert telemetry["mean_of_heads"] == HEADS
     noises = [
         np.inf if isinstance(one, Exception) else float(np.linalg.norm(one))
         for one in weights_without_each(np.radians(places), noise_limit=np.inf)

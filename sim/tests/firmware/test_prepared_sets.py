@@ -205,10 +205,10 @@ def test_a_head_that_is_left_out_is_told_at_once_and_comes_back_on_request(
     assert '"alarms":["head_left_out"]' in said
     assert running.status("left_out") == ["3"]
     assert running.status("left_out_causes") == ["8"]
-    assert running.step(2) == "", "told once"
-    told = running.turn(turn(3))
-    assert (told["left_out"], told["active_set"]) == ([3], 3)
-    assert "head_left_out" in told["alarms"]
+    assert running.step(2) == "", "reported once"
+    telemetry = running.turn(turn(3))
+    assert (telemetry["left_out"], telemetry["active_set"]) == ([3], 3)
+    assert "head_left_out" in telemetry["alarms"]
     running.core.writes.clear()
     assert "not left out" in running.send("come_back 2")
     assert running.core.writes == []
@@ -219,8 +219,8 @@ def test_a_head_that_is_left_out_is_told_at_once_and_comes_back_on_request(
 def test_telemetry_has_the_parity(running: Firmware) -> None:
     loaded(running, file_of(1, 2, 3, 4))
     running.core.set("parity.value", -3 * 2048 - 1024)
-    told = running.turn(turn(3))
-    assert (told["parity_counts"], told["parity"]) == (-3.5, "within")
+    telemetry = running.turn(turn(3))
+    assert (telemetry["parity_counts"], telemetry["parity"]) == (-3.5, "within")
     running.core.set(
         "heads_status", running.core.get("heads_status") | bit("heads_status", "parity_beyond")
     )

@@ -94,8 +94,10 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
     with running(tmp_path, core_window(counts[:, :1])) as machine:
         machine.wait_for(GREETING)
         machine.send("telemetry on")
-        told = machine.wait_for('"turn":')
-        assert '"result":"refused","reason":"short_of_a_turn"' in machine.wait_for("}\r\n"), told
+        telemetry = machine.wait_for('"turn":')
+        assert '"result":"refused","reason":"short_of_a_turn"' in machine.wait_for("}\r\n"), (
+            telemetry
+        )
 
 
 @pytest.mark.parametrize(

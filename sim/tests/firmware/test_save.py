@@ -107,8 +107,8 @@ def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
     assert working.status("settings") == ["saved"]
     assert working.status("saved") == ["waiting"]
     assert not controls(working.core)["compensate"], "no turn has confirmed them yet"
-    told = working.firmware.turn(turn(seed=9))
-    assert (told["result"], told["alarms"]) == ("applied", [])
+    telemetry = working.firmware.turn(turn(seed=9))
+    assert (telemetry["result"], telemetry["alarms"]) == ("applied", [])
     assert working.status("saved") == ["confirmed"]
     assert controls(working.core)["compensate"]
     assert left(working.firmware) < LEFT_ARCSEC
@@ -141,8 +141,8 @@ def test_lanes_that_follow_a_condition_outlive_the_power() -> None:
     board.power_on()
     with_modulators(board.firmware)
     assert board.core.active == {}
-    told = board.firmware.turn(turn(seed=9))
-    assert (told["result"], told["alarms"]) == ("applied", [])
+    telemetry = board.firmware.turn(turn(seed=9))
+    assert (telemetry["result"], telemetry["alarms"]) == ("applied", [])
     assert board.status("saved") == ["confirmed"]
     assert last_lane(board.core.active) == words
     assert board.core.get("conditions.width") == CONDITIONS.width
@@ -163,8 +163,8 @@ def test_a_core_without_modulators_does_not_take_the_saved_lanes() -> None:
     board.work(range(5, 7))
     assert board.order("save").startswith("ok")
     board.power_on()
-    told = board.firmware.turn(turn(seed=9))
-    assert "not_confirmed" in told["alarms"]
+    telemetry = board.firmware.turn(turn(seed=9))
+    assert "not_confirmed" in telemetry["alarms"]
     assert board.core.active == {} or last_lane(board.core.active) == [0, 0, 0, 0]
 
 
@@ -181,8 +181,8 @@ def test_another_table_does_not_get_them(working: Board) -> None:
     working.order("save")
     working.power_on()
     other = Disc({n: (a, p + 2.0) for n, (a, p) in DISC.orders.items()})
-    told = working.firmware.turn(turn(seed=9, disc=other))
-    assert told["alarms"] == ["not_confirmed"]
+    telemetry = working.firmware.turn(turn(seed=9, disc=other))
+    assert telemetry["alarms"] == ["not_confirmed"]
     assert working.status("saved") == ["not_confirmed"]
     assert any("not explained better" in advice for advice in working.status("advice"))
     assert left(working.firmware, other) < 0.7, "its own calibration went on in the same turn"
@@ -419,9 +419,9 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
     board.chip.worn = {places[1]: wear, places[2]: wear}
     for number in range(2, len(places) + 4):
         board.firmware.send(f"set keep 0.{number:02}")
-        told = board.order("save")
-        assert told.startswith("ok, record "), told
-        assert told.endswith("; worn sectors: 2\r\n")
+        answer = board.order("save")
+        assert answer.startswith("ok, record "), answer
+        assert answer.endswith("; worn sectors: 2\r\n")
         assert board.status("saved_worn_sectors") == ["2"]
     assert [board.chip.erased.count(place) for place in places[1:3]] == [1, 1]
     (kept,) = board.status("saved_record")

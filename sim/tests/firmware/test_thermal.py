@@ -188,8 +188,12 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
     running.thermometer.pass_time(5.0, 10)
     assert field(running, "thermometer_state") == fault
     assert order1_left(running, 20.8) < 0.12, "held, not followed"
-    told = running.turn(turn(9, disc=warm(20.8)))
-    assert (told["alarms"], told["thermometer"], told["table_c"]) == (["thermometer"], fault, 20.8)
+    telemetry = running.turn(turn(9, disc=warm(20.8)))
+    assert (telemetry["alarms"], telemetry["thermometer"], telemetry["table_c"]) == (
+        ["thermometer"],
+        fault,
+        20.8,
+    )
     # The advice on "jumped" is about the temperature, on the others about the thermometer.
     subjects = ("advice the thermometer", "advice the temperature")
     assert any(line.startswith(subjects) for line in running.send("status").splitlines())

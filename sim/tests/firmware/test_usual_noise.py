@@ -54,10 +54,10 @@ def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
         running.send(f"set keep {keep}")
         running.send("forget")
         for seed in range(16):
-            told = running.turn(turn(seed=300 + seed, noise=NOISE_ARCSEC))
-        (order3,) = [item for item in told["harmonics"] if item[0] == 3]
+            telemetry = running.turn(turn(seed=300 + seed, noise=NOISE_ARCSEC))
+        (order3,) = [item for item in telemetry["harmonics"] if item[0] == 3]
         scatter[keep] = order3[3]
-        components = [item[1] for item in told["harmonics"] if item[0] in (4, 5, 6)]
+        components = [item[1] for item in telemetry["harmonics"] if item[0] in (4, 5, 6)]
         scatter[keep, "found"] = float(np.sqrt(np.mean(np.square(components))))
     # The contribution of the separation is not noise, so that the mean does not reduce it; order 3
     # has no such contribution here.

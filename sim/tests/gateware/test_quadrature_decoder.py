@@ -267,8 +267,8 @@ def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
     else:
         assert not wrong.any()
         strict = given.columns | {"index_tolerance": 2 * scenario.index_scatter - 1}
-        told = quadrature_decoder(DecoderInputs(**strict, timestamp=given.timestamp))
-        assert told.index_error_count[-1] == (off == off.max()).sum() > 0
+        reported = quadrature_decoder(DecoderInputs(**strict, timestamp=given.timestamp))
+        assert reported.index_error_count[-1] == (off == off.max()).sum() > 0
 
 
 def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
@@ -347,8 +347,8 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
     too_fast = too_fast[too_fast >= 3 + 20 + 180]
     # The report comes at the fifth excess count of levels before the filter, after the
     # synchroniser.
-    told = int(np.argmax(trace.overspeed))
-    assert too_fast[0] < told <= too_fast[5] + latency_clocks()
+    reported = int(np.argmax(trace.overspeed))
+    assert too_fast[0] < reported <= too_fast[5] + latency_clocks()
     assert not trace.illegal.any()
     cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
     assert not trace.overspeed[cleared + 1 : cleared + 20].any()
@@ -518,8 +518,8 @@ def marks_off(clocks_a_count: int, skew: tuple[int, int, int], width: int) -> tu
     late = [np.roll(pin, by) for pin, by in zip(pins, skew, strict=True)]
     clock = np.arange(place.size)
     trace = quadrature_decoder(DecoderInputs(*late, counts_per_rev=1000, reset=clock < 3))
-    told = trace.index_position[np.flatnonzero(trace.index_strobe)]
-    return told.size, int(np.abs(told - first).max())
+    reported = trace.index_position[np.flatnonzero(trace.index_strobe)]
+    return reported.size, int(np.abs(reported - first).max())
 
 
 SKEWS = list(itertools.product(range(INDEX_SKEW + 1), repeat=3))
@@ -537,7 +537,7 @@ def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
     skews = [skew for skew in SKEWS if max(skew) <= most]
     for clocks in (least, least + 1, least + 4):
         found = [marks_off(clocks, skew, width) for skew in skews]
-        assert min(told for told, _ in found) > 10
+        assert min(reported for reported, _ in found) > 10
         assert max(off for _, off in found) == 0, clocks
     faster = [marks_off(least - 1, skew, width)[1] for skew in skews]
     assert max(faster) > 0
@@ -581,7 +581,7 @@ def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> Non
 
 
 def test_a_reversal_within_a_count_leaves_no_trace() -> None:
-    """Z changes within a count, where the table turns back, on both edges of the mark."""
+    """At both edges of the mark, Z changes within a count and the table reverses there."""
     half_counts = [*range(40), *range(39, 37, -1), *range(39, 60), *range(59, 10, -1)]
     half_counts = np.repeat(half_counts, 12)
     count = half_counts // 2

@@ -155,13 +155,13 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
         latches.append(latch)
     clocks = np.array(edges)
     wanted = corrected(scene.pins().of(clocks)[0], bank)
-    told = np.array([latch.angle_deg for latch in latches]) * COUNTS / 360.0
-    off = (told - wanted + COUNTS / 2) % COUNTS - COUNTS / 2
+    reported = np.array([latch.angle_deg for latch in latches]) * COUNTS / 360.0
+    off = (reported - wanted + COUNTS / 2) % COUNTS - COUNTS / 2
     assert np.abs(off).max() <= bound
     # One clock later, the least accurate of them would differ by a count, which the bench would
     # detect.
     later = corrected(scene.pins().of(clocks + 1)[0], bank)
-    assert np.abs((told - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
+    assert np.abs((reported - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
     # Positions and times are those of the same edges, with different origins.
     positions = np.array([latch.position_counts for latch in latches])
     assert np.abs(np.diff(positions) - np.diff(wanted)).max() <= 2 * bound
@@ -195,8 +195,8 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     turned = np.diff(pins.of(sampled[[0, -1]])[0])
     assert COUNTS <= turned <= COUNTS + gaps.max()
     assert np.array_equal(samples.T, pins.of(sampled + SAMPLE_AFTER_EDGE))
-    told = edges[edges < instrument.clock - TRIGGER_AFTER_EDGE]
-    assert np.array_equal(pins.rises(TRIGGER_OUT, begin), told + TRIGGER_AFTER_EDGE)
+    reported = edges[edges < instrument.clock - TRIGGER_AFTER_EDGE]
+    assert np.array_equal(pins.rises(TRIGGER_OUT, begin), reported + TRIGGER_AFTER_EDGE)
     # The firmware uses such a turn like any other.
     assert "samples sync_in" in firmware.send("status")
     assert scene.next_turn()["samples"] == samples.shape[0]
@@ -256,8 +256,8 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
     times = np.array([event.time_s for event in found]) * instrument.read("clock_hz")
     assert np.array_equal(np.diff(np.round(times)), np.diff(clocks[order]))
     wanted = corrected(pins.of(clocks[order])[0], bank)
-    told = np.array([event.angle_deg for event in found]) * COUNTS / 360.0
-    assert np.abs((told - wanted + COUNTS / 2) % COUNTS - COUNTS / 2).max() <= bound
+    reported = np.array([event.angle_deg for event in found]) * COUNTS / 360.0
+    assert np.abs((reported - wanted + COUNTS / 2) % COUNTS - COUNTS / 2).max() <= bound
 
 
 def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:

@@ -71,8 +71,8 @@ def test_a_dead_head_is_left_out_and_comes_back(device: HeadsDevice) -> None:
         PinFault(instrument.clock + 100, 5 * turn_clocks, low=HEAD3_A | HEAD3_B | HEAD3_Z)
     )
     device.run_until(lambda: left_out(device, first), "the failure")
-    told = alarm_of(device, first)
-    assert told["left_out"] == [HEAD]
+    telemetry = alarm_of(device, first)
+    assert telemetry["left_out"] == [HEAD]
     status = instrument.read_fields("heads_status")
     assert (status["left_out"], status["set"]) == (1 << HEAD - 1, HEAD)
     assert f"left_out {HEAD}" in firmware.send("status")

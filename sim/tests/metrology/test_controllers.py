@@ -243,9 +243,9 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
         )  # fmt: skip
         assert answer.exit_code == 0, answer.output
         text = (tmp_path / name / form.file_name).read_text()
-        told = json.loads((tmp_path / "e.json").read_text())
-        assert told["format"] == name
-        assert f"leaves at most {told['left_arcsec']['largest']:.3f}″" in answer.output
+        written = json.loads((tmp_path / "e.json").read_text())
+        assert written["format"] == name
+        assert f"leaves at most {written['left_arcsec']['largest']:.3f}″" in answer.output
         # Compare with the disc itself, which no part of the package made.
         for angle_deg in np.arange(0.0, 360.0, 7.3).tolist():
             angle = math.radians(angle_deg)
@@ -254,7 +254,9 @@ def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
             taken = CONTROLLERS[name](text, at, 1)
             # Noise of the fit: 0.15″ on 240 rows, 23 columns, five standard deviations.
             noise = 5 * 0.15 * math.sqrt(23 / 240)
-            assert taken == pytest.approx(error, abs=noise + told["left_arcsec"]["largest"]), name
+            assert taken == pytest.approx(error, abs=noise + written["left_arcsec"]["largest"]), (
+                name
+            )
 
 
 def test_stations_that_leave_a_gap_are_refused(tmp_path: Path) -> None:

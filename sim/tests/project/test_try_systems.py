@@ -157,8 +157,8 @@ def test_an_archive_that_does_not_answer_is_told_and_the_next_system_tried(
     machine.command("debootstrap", fails + DEBOOTSTRAP)
     done = machine("ubuntu2404", "debian13", "demo")
     assert done.returncode == 1
-    for told in ("Failed getting release file", "UBUNTU_MIRROR=", "FAILED on: ubuntu2404"):
-        assert told in done.stderr
+    for message in ("Failed getting release file", "UBUNTU_MIRROR=", "FAILED on: ubuntu2404"):
+        assert message in done.stderr
     assert machine.result("debian13")["demo"] == {"exit": 0, "seconds": 0}
     assert not (machine.tree / "build" / "systems" / "ubuntu2404").exists()
 

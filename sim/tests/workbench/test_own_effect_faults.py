@@ -73,8 +73,8 @@ def test_a_right_effect_is_left_alone(tmp_path: Path, observations: Observations
 
 
 def test_former_names_are_read(tmp_path: Path, observations: Observations) -> None:
-    told = "def told(self, nonlinear, observations): return 'of the data'"
-    source = SOURCE.format(**{**GOOD, "declared": told})
+    former = "def told(self, nonlinear, observations): return 'of the data'"
+    source = SOURCE.format(**{**GOOD, "declared": former})
     source = source.replace("separated_by", "told_apart_by")
     (tmp_path / "mine.py").write_text(source, encoding="utf-8")
     effect = from_folder(tmp_path)["mine"]

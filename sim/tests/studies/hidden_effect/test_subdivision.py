@@ -162,9 +162,9 @@ def test_page_and_json(act: SecondAct, folder: Path, tmp_path: Path) -> None:
     failed = dataclasses.replace(act, faults=("it is <worse>",))
     write_second_act_page(failed, tmp_path / "bad.html")
     assert "it is &lt;worse&gt;" in (tmp_path / "bad.html").read_text(encoding="utf-8")
-    told = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-    assert told["added"] == "subdivision_error"
-    assert told["corrected"]["rms_arcsec"] == act.result.corrected.rms_arcsec
+    stored = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    assert stored["added"] == "subdivision_error"
+    assert stored["corrected"]["rms_arcsec"] == act.result.corrected.rms_arcsec
 
 
 def test_command_runs_the_second_act_alone(

@@ -70,7 +70,7 @@ def test_the_model_tells_a_capture_at_a_temperature_never_measured(
 
 def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenResult) -> None:
     ways = follow_warming(centre, 3)
-    held, every, told, alone = (
+    held, every, by_host, alone = (
         np.array([turn.order1_arcsec for turn in ways[way]])
         for way in ("held", "every turn", "by temperature", "by the firmware")
     )
@@ -85,7 +85,7 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
     assert every[-1] < 0.6 * held[-1]
     # With coefficients at the present temperature, only the change within the turn remains, without
     # drift.
-    assert np.all(told < 0.15 * turn_arcsec + COUNT_ARCSEC)
+    assert np.all(by_host < 0.15 * turn_arcsec + COUNT_ARCSEC)
     # If the firmware follows its thermometer by itself, not even the change within the turn
     # remains.
     assert held.max() > 100.0

@@ -135,14 +135,14 @@ def test_the_page_says_where_it_is_off_and_where_nothing_is() -> None:
     found = scored([*good, *bad])
     assert found["noise"]["orders"][4]["stated_uncertainty"] == "too small"
     assert found["noise"]["turn"]["stated_uncertainty"] == "too small"
-    told = "\n".join(where_off(found))
-    assert "noise: too small at orders 1 (0 %), 2 (0 %)" in told
+    summary = "\n".join(where_off(found))
+    assert "noise: too small at orders 1 (0 %), 2 (0 %)" in summary
     header = {
         "plan": {"trials": 200, "seed": 1, "runs": 2, "turns": 1, "samples": 10, "method": "x"},
         "code": {"arctrue": "a", "numpy": "2"},
     }
     text = monte_carlo_page(header, found)
-    assert told in text
+    assert summary in text
     assert "**0.0 (3e+03; 1e+03)**" in text
 
 

@@ -82,10 +82,10 @@ def test_command(tmp_path: Path) -> None:
     # Half a count of 9.9″ and the orders without a lane are within the limit. (At 64 lines order 4,
     # 0.7″, is 3.9 times its u from the rounding to counts: the firmware may leave it out.)
     assert done.exit_code == 0, done.output
-    told = json.loads(written.read_text(encoding="utf-8"))
-    assert told["counts_per_rev"] == 128 * 1024
+    written_result = json.loads(written.read_text(encoding="utf-8"))
+    assert written_result["counts_per_rev"] == 128 * 1024
     # A step of one count, evenly distributed over the turn, has an RMS of 1/√12 count.
-    assert told["after"]["rms_arcsec"] == pytest.approx(9.89 / np.sqrt(12), rel=0.15)
+    assert written_result["after"]["rms_arcsec"] == pytest.approx(9.89 / np.sqrt(12), rel=0.15)
     assert "<svg" in picture.read_text(encoding="utf-8")
     assert "the paper (24 faces)" in done.output
 
@@ -102,11 +102,13 @@ def test_four_heads(tmp_path: Path) -> None:
     size = ["--lines", "256", "--lanes", "4", "--samples", "1600", "--json", str(written)]
     done = CliRunner().invoke(main, ["revolution", "--heads", "4", *size])
     assert done.exit_code == 0, done.output
-    told = json.loads(written.read_text(encoding="utf-8"))
-    assert told["telemetry"]["mean_of_heads"] == 4
-    assert told["telemetry"]["result"] == "applied"
-    before, after = (np.array(told[turn]["amplitude_arcsec"]) for turn in ("before", "after"))
+    written_result = json.loads(written.read_text(encoding="utf-8"))
+    assert written_result["telemetry"]["mean_of_heads"] == 4
+    assert written_result["telemetry"]["result"] == "applied"
+    before, after = (
+        np.array(written_result[turn]["amplitude_arcsec"]) for turn in ("before", "after")
+    )
     assert before[0] == pytest.approx(144.0, abs=0.5)
     assert after[:4].max() < 0.26
     # The output has whole counts: 1/√12 of one where they do not average.
-    assert told["after"]["rms_arcsec"] < 4.94 / np.sqrt(12)
+    assert written_result["after"]["rms_arcsec"] < 4.94 / np.sqrt(12)
