@@ -510,7 +510,7 @@ async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
         if await names.read("status.capture_ready"):
             captures.append((await names.read_capture()).samples[:, 0])
             await names.command("capture_release")
-    # The first two belong to the time before, and to the turn in which the zero moved.
+    # The first two turns are the one before the move of the zero and the one with the move.
     samples = captures[-1]
     assert samples.size > table.COUNTS_PER_REV // step
     assert not np.any(samples % step), samples
@@ -694,8 +694,8 @@ async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
 
 @cocotb.test()
 async def instruments_beside_the_table(dut):
-    """sync_in asks for samples with a pulse out, a probe latches the position, places are
-    compared."""
+    """sync_in requests samples and each gives an output pulse; a probe latches the position; places
+    are compared."""
     machine = await prepared(dut)
     names = machine.registers
     await names.update("control", capture_enable=1, capture_mode=2, output_enable=1)

@@ -236,7 +236,7 @@ async def the_parity_shows_a_slip_at_once(dut: Any) -> None:
     await names.update("alarm", sources=0x08)
     await ClockCycles(dut.clock, 20)
     assert (await names.read("heads_status.parity_beyond"), int(dut.alarm.value)) == (0, 0)
-    # In the direction in which the magnitude of the parity grows.
+    # This is the direction in which the magnitude of the parity grows.
     slip = 12 if before * int(weights[head - 1]) >= 0 else -12
     machine.bursts[head - 1] = slip
     await ClockCycles(dut.clock, 100)

@@ -60,7 +60,7 @@ def readings(angle: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def mean_of(heads: tuple[int, ...], carrier: int) -> MeanSet:
-    """Return weights of ``heads`` (numbers) that are blind to the axis; the carrier absorbs
+    """Return weights of ``heads`` (numbers) that suppress motion of the axis; the carrier absorbs
     rounding."""
     places = turn_rad([PLACES[head - 1] for head in heads])
     rows = np.array([np.ones(len(heads)), np.cos(places), np.sin(places)])
@@ -212,9 +212,9 @@ POSITION_CLOCKS = 5
 def check_mean(machine: Table, first: int, mean: MeanSet) -> None:
     """Check the table's angle up to a constant: readings and the output are rounded to counts.
 
-    A head's rounding is half a count, weighted; the output's another half. The lanes are at the
-    carrier's reading, up to 10 counts from the table's angle: times their slope, 0.035. Amplitudes
-    and phases are rounded by less than 0.01.
+    The rounding of a head is half a count times its weight; that of the output is another half. The
+    lanes are at the carrier's reading, up to 10 counts from the table's angle: times their slope,
+    0.035. Amplitudes and phases are rounded by less than 0.01.
     """
     slope = sum(2.0 * np.pi * n * a / COUNTS for n, a, _ in DISC)
     bound = sum(map(abs, mean.weights)) / WEIGHT_ONE * 0.5 + 0.5 + 10.0 * slope + 0.01

@@ -189,7 +189,8 @@ class Master:
 
 
 class Heads:
-    """Encoders that go and return over their index marks, and stumble now and then."""
+    """Encoders that move up and down over their index marks, with occasional wrong levels of A and
+    B."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw

@@ -153,7 +153,7 @@ def test_time_of_the_last_edge(name: str) -> None:
 @pytest.mark.parametrize("stages", [2, 3, 4])
 @pytest.mark.parametrize("filter_length", [1, 2, 7])
 def test_no_edge_after_reset_with_any_levels(filter_length: int, stages: int) -> None:
-    # The pins change in the very clock of a reset that is one clock long.
+    # The pins change in the clock of a reset that is one clock long.
     clock = np.arange(60)
     for before, during, at in itertools.product(range(8), range(8), (0, 20)):
         levels = np.where(clock < at, before, during)
