@@ -83,7 +83,8 @@ def test_constants() -> None:
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine; half a turn further it has exactly the negative."""
+    """A mirrored phase has the same cosine; half a turn further it has exactly the negative
+    value."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase)
     assert np.array_equal(lane_cosine(TURN - 1 - phase), cosine)

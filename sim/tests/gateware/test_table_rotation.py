@@ -68,7 +68,8 @@ def test_lines_meet_their_neighbours() -> None:
 
 
 def test_symmetry() -> None:
-    """A mirrored phase has the same cosine; half a turn further it has exactly the negative."""
+    """A mirrored phase has the same cosine; half a turn further it has exactly the negative
+    value."""
     phase = np.arange(0, TURN, 1009, dtype=np.int32)
     cosine = lane_cosine(phase, rotation="table")
     assert np.array_equal(lane_cosine(TURN - 1 - phase, rotation="table"), cosine)

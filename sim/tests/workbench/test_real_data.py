@@ -110,7 +110,7 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
 
 
 def test_motor_lack_of_fit_is_reported_without_repeats(motor: Observations) -> None:
-    """No station repeats, yet order 126 is a lack of fit and is named."""
+    """No station repeats; order 126 is nevertheless a lack of fit and is named."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
     lack_of_fit_p = found.channels["reference"].lack_of_fit_p

@@ -151,7 +151,7 @@ def test_scales_that_a_missing_effect_made_go_with_it() -> None:
 
 
 def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
-    """The first product that is found is a wave of order 12.5 times head 2."""
+    """The first product that is found has the parts wave of order 12.5 and head 2."""
     rows = OBSERVATIONS.capture
     assert rows is not None
     wave = SOLUTION.noise.capture.draw(np.random.default_rng(2))  # type: ignore[union-attr]

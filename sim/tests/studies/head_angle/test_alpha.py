@@ -105,7 +105,7 @@ def test_lanes_go_to_the_largest_orders() -> None:
 
 
 def test_bits_are_what_the_bit_true_lanes_leave() -> None:
-    """Lanes have drawn phases for order and reading; 4 % of a mean square of 20,000."""
+    """The phases of the lanes are drawn; the tolerance is 4 % of the RMS of 20,000 draws."""
     random = np.random.default_rng(9)
     amplitude = np.round(DISC.amplitude_arcsec / 0.07724762 * 2048.0)
     phase = random.integers(0, 1 << 24, (20_000, amplitude.size), dtype=np.int32)

@@ -14,7 +14,7 @@ from .small import INTERPOLATION, LINES, run_small
 
 COUNTS = LINES * INTERPOLATION
 SIZE_COUNTS = (1 << 24) / COUNTS * COUNTS / 1_296_000
-"""1\u2033 at the paper's scale, enlarged with the counts: 12.9 counts at every scale."""
+"""1″ at the paper's scale, enlarged with the counts: 12.9 counts at every scale."""
 MOST_LEFT_COUNTS = 1.0
 """The requirement of the issue."""
 
@@ -23,7 +23,7 @@ MOST_LEFT_COUNTS = 1.0
     ("name", "shares"),
     [
         ("belt", [1.0]),
-        # Bessel functions of the wobble: J\u2081, J\u2080, J\u2081, to second order.
+        # Bessel functions of the wobble: J₁, J₀, J₁, to second order.
         (
             "drive_gear_error",
             [MESH_WOBBLE_RAD / 2.0, 1.0 - MESH_WOBBLE_RAD**2 / 4.0, MESH_WOBBLE_RAD / 2.0],

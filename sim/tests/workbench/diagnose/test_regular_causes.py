@@ -82,8 +82,8 @@ def test_without_a_tooth_count_the_largest_line_is_named() -> None:
 
 
 def test_a_small_line_with_a_slow_change_is_said_to_be_the_smaller_part() -> None:
-    """9″ that rise and fall three times are no line; a line of 1″ with a tenth of that RMS is
-    named."""
+    """An error of 9″ that rises and falls three times is no line; a line of 1″ with a tenth of that
+    RMS is named."""
     time_s, noise = _noise(3)
     found = _diagnosed(time_s, with_lines(time_s, [(9.0, 600.0), (1.0, 6.0)]) + noise)
     assert found.named is not None
