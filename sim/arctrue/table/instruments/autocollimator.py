@@ -12,8 +12,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Autocollimator:
-    """The errors of the instrument: one for the place of each face in its field of view, and
-    scatter.
+    """The errors of the instrument: one for each face's place in the field of view, and scatter.
 
     Parameters
     ----------
